@@ -17,6 +17,8 @@ _OUTPUTS: Final = {
     "jacobian": ("jacobian",),
     "project_position": ("phi", "correction"),
     "project_velocity": ("residual", "correction"),
+    "missed": ("phi", "residual"),
+    "put_back": ("of_q", "of_u"),
     "normalize": ("q", "deviation"),
     "energy": ("kinetic", "potential"),
     "outputs": ("values",),
@@ -44,6 +46,9 @@ class Programs:
     - `project_position`: phi (ns,), correction (nq,); q + correction is one mass-weighted Gauss-Newton step. None
       without rows, as is
     - `project_velocity`: residual (ns,), correction (nu,).
+    - `missed`: phi (ns,), residual (ns,), what the two before have of the rows without their corrections.
+    - `put_back`: of_q (nq,), of_u (nu,), the corrections of both by one factorisation, that of u where that of q leads.
+      None without rows, as is `missed`; runs take these two, exported models the two before.
     - `normalize`: q (nq,) with unit quaternions, deviation (). None without quaternions.
     - `energy`: kinetic (), potential ().
     - `outputs`: values (no,).
@@ -71,6 +76,8 @@ class Programs:
     index_2: Program | None = None
     index_2_by_state: Program | None = None
     index_2_by_multipliers: Program | None = None
+    missed: Program | None = None
+    put_back: Program | None = None
 
     def __post_init__(self) -> None:
         for name, program in self.as_mapping().items():
@@ -83,6 +90,15 @@ class Programs:
         """Return the Programs there are, by name, in the order of the fields."""
         named = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: program for name, program in named.items() if program is not None}
+
+    def of_runs(self) -> dict[str, Program]:
+        """Return by name those that a run takes."""
+        left_out = ("project_position", "project_velocity") if self.put_back is not None else ()
+        return {name: program for name, program in self.as_mapping().items() if name not in left_out}
+
+    def exported(self) -> dict[str, Program]:
+        """Return by name those that an exported model has."""
+        return {name: program for name, program in self.as_mapping().items() if name not in ("missed", "put_back")}
 
     @property
     def nq(self) -> int:
@@ -135,6 +151,7 @@ class Programs:
             rates["multipliers"] = (m,)
         values = (self.ne if name == "events" else self.no,)
         numbers: dict[str, tuple[int, ...]] = {"deviation": (), "kinetic": (), "potential": ()}
+        rates |= {"of_q": q, "of_u": u}
         return {**given, **rates, **numbers, "values": values, "jacobian": jacobian}
 
 

@@ -63,6 +63,8 @@ class SystemStruct(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("index_2", "index_2_by_state", "index_2_by_multipliers")),
         ("project_position", ctypes.c_void_p),
         ("project_velocity", ctypes.c_void_p),
+        ("missed", ctypes.c_void_p),
+        ("put_back", ctypes.c_void_p),
         ("normalize", ctypes.c_void_p),
         ("events", ctypes.c_void_p),
         ("terminal", ctypes.c_void_p),

@@ -25,6 +25,8 @@ _PROGRAMS: Final = (
     "index_2_by_multipliers",
     "project_position",
     "project_velocity",
+    "missed",
+    "put_back",
     "normalize",
     "events",
 )

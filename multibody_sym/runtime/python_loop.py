@@ -14,15 +14,18 @@ from multibody_sym.integrators.flow import Counts, Events, Flow, Rows, Status, S
 from multibody_sym.integrators.loop import at_end, reaches, sampled, steps
 from multibody_sym.integrators.singular import strays
 from multibody_sym.integrators.stage_equations import StageEquations, ordinary
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
 
 _SECONDS: Final = 0.1
 _ROUNDS: Final = 20
 _ROUND_OFF: Final = 1e-14
+_FLOOR: Final = 4.0 * EPSILON
+_NOTHING: Final = 1e-12
 _PACE: Final = 1e-3
 _LEAST_PACE: Final = 1e4
+_LEVELS: Final = ("project_position", "project_velocity")
 
 
 def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
@@ -259,6 +262,8 @@ class _Run:
         return np.concatenate([q, x[len(q) :]])
 
     def _projected(self, t: float, x: Floats, trial: _Trial, goal: float = _ROUND_OFF) -> Floats:
+        if "put_back" in self.problem.compiled:
+            return self._projected_together(t, x, trial, goal)
         if "project_position" in self.problem.compiled:
             part = slice(0, len(self.problem.q0))
             x, trial.removed_position, trial.drift_position = self._closed("project_position", t, x, part, goal)
@@ -266,6 +271,38 @@ class _Run:
             part = slice(len(self.problem.q0), len(x))
             x, trial.removed_velocity, trial.drift_velocity = self._closed("project_velocity", t, x, part, goal)
         return x
+
+    def _projected_together(self, t: float, x: Floats, trial: _Trial, goal: float) -> Floats:
+        parts = slice(0, len(self.problem.q0)), slice(len(self.problem.q0), len(x))
+        sizes = [1.0 + _largest(x[part]) for part in parts]
+        found = self._missed(t, x)
+        trial.removed_position, trial.removed_velocity = found
+        x, found = self._corrected(t, x, [goal or _FLOOR * size for size in sizes], found)
+        trial.drift_position, trial.drift_velocity = found
+        for level, (after, size) in enumerate(zip(found, sizes, strict=True)):
+            if not after <= self.problem.closure * size:
+                rows = self.call("missed", t, x)[level]
+                raise StepError(Status.NOT_CLOSED, t, int(np.argmax(np.abs(rows))))
+        return x
+
+    def _missed(self, t: float, x: Floats) -> list[float]:
+        """Return the largest |phi| and |phidot|."""
+        return [_largest(rows) for rows in self.call("missed", t, x)]
+
+    def _corrected(self, t: float, x: Floats, goals: list[float], after: list[float]) -> tuple[Floats, list[float]]:
+        """Correct both levels together until each holds to its goal or gets no better; see constraints.c."""
+        previous, noise = [math.inf, math.inf], _NOTHING * (1.0 + _largest(x[: len(self.problem.q0)]))
+        for _ in range(_ROUNDS):
+            going = [a > goal and a < 0.5 * p for a, goal, p in zip(after, goals, previous, strict=True)]
+            if not any(going):
+                break
+            tried, previous = x + np.concatenate(self.call("put_back", t, x)), after
+            after = self._missed(t, tried)
+            closer = going[0] and after[0] < previous[0]
+            if not closer and not (after[0] <= noise and (going[0] or after[1] < previous[1])):
+                return x, previous
+            x, previous = tried, [previous[0], math.inf if going[0] else previous[1]]
+        return x, after
 
     def _closed(self, program: str, t: float, x: Floats, part: slice, goal: float) -> tuple[Floats, float, float]:
         """Correct `part` of x until the rows hold or get no better; return x, the largest |row| before and after."""
@@ -311,12 +348,11 @@ class _Run:
         """Record an accepted step; drift without projection is measured at the steps in which a sample falls."""
         self.count += 1
         self.rejected += done.rejected
-        trial, programs = self.trial, self.problem.compiled
+        trial = self.trial
         if not self.problem.project and self.due(done, written):
-            if "project_position" in programs:
-                trial.drift_position = _largest(self.call("project_position", done.t_new, done.x_new)[0])
-            if "project_velocity" in programs:
-                trial.drift_velocity = _largest(self.call("project_velocity", done.t_new, done.x_new)[0])
+            phi, phidot = (self._rows(level, done.t_new, done.x_new) for level in _LEVELS)
+            trial.drift_position = trial.drift_position if phi is None else _largest(phi)
+            trial.drift_velocity = trial.drift_velocity if phidot is None else _largest(phidot)
         for name, value in vars(trial).items():
             if not value <= getattr(self.largest, name):
                 setattr(self.largest, name, value)
@@ -328,10 +364,15 @@ class _Run:
         Disagreement alone is not enough: where hardly any force acts on the rows, it is round-off by round-off.
         """
         allowed, residual, self.residual = self.problem.contradiction, self.residual, 0.0
-        if residual > allowed and "project_velocity" in self.problem.compiled:
-            rows = self.call("project_velocity", done.t_new, done.x_new)[0]
-            if _largest(rows) > allowed * (1.0 + _largest(done.x_new[len(self.problem.q0) :])):
-                raise StepError(Status.CONTRADICTION, done.t_new, int(np.argmax(np.abs(rows))))
+        rows = self._rows(_LEVELS[1], done.t_new, done.x_new) if residual > allowed else None
+        if rows is not None and _largest(rows) > allowed * (1.0 + _largest(done.x_new[len(self.problem.q0) :])):
+            raise StepError(Status.CONTRADICTION, done.t_new, int(np.argmax(np.abs(rows))))
+
+    def _rows(self, level: str, t: float, x: Floats) -> Floats | None:
+        """Return the rows of a level, None where there are none."""
+        if "missed" in self.problem.compiled:
+            return self.call("missed", t, x)[_LEVELS.index(level)]
+        return self.call(level, t, x)[0] if level in self.problem.compiled else None
 
     def statistics(self, reached: float) -> Statistics:
         """Return what was counted and measured up to time `reached`."""

@@ -66,7 +66,7 @@ def export(
     placed = with_numbers_as_data(examined_state(asked))
     resolved, begin = placed.mechanism, placed.start
     name = formalism_name(formalism, resolved)
-    made = programs(resolved, FORMALISMS[name]).as_mapping()
+    made = programs(resolved, FORMALISMS[name]).exported()
     state = (0.0, begin.q, begin.u, begin.parameters)
     samples = _samples(made, state)
     if fold:

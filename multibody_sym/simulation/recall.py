@@ -58,7 +58,7 @@ def compiled(
     from multibody_sym.dynamics.constraints.closing_programs import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
-    derived = programs(mechanism, FORMALISMS[formalism], form).as_mapping() | closing_programs(mechanism)
+    derived = programs(mechanism, FORMALISMS[formalism], form).of_runs() | closing_programs(mechanism)
     made = loading.load(derived, native=native, backend=backend)
     loading.remember(structure_key(mechanism, formalism, form), made, {})
     return replace(made, remake=partial(compiled, mechanism, formalism, form))

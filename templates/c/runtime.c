@@ -14,7 +14,7 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 12LL * (s->nq + s->nu) + 2LL * s->ns + 6LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper_of(problem->method)->work(problem);
+    return 12LL * (s->nq + s->nu) + 3LL * s->ns + 6LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper_of(problem->method)->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -34,7 +34,8 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
     r.inputs = r.looks + 4 * system->ng;
     r.multipliers = r.inputs + system->nw;
     r.rows = r.multipliers + system->ns;
-    r.report = r.rows + system->ns;
+    r.others = r.rows + system->ns;
+    r.report = r.others + system->ns;
     r.past = r.report + 3;
     r.slope = r.past + 3 * (system->switches + 1);
     r.own = r.slope + n;
@@ -174,9 +175,9 @@ static int contradiction(mbs_run *r)
     const mbs_system *s = r->system;
     const double *end = end_of(r);
     double allowed = r->problem->contradiction, t = r->state->t_new;
-    if (!(r->residual > allowed) || !s->project_velocity)
+    if (!(r->residual > allowed) || !mbs_has_rows(s, 1))
         return MBS_RUNNING;
-    if (!(mbs_violation(r, s->project_velocity, t, end) > allowed * (1.0 + mbs_largest(s->nu, end + s->nq))))
+    if (!(mbs_violation(r, 1, t, end) > allowed * (1.0 + mbs_largest(s->nu, end + s->nq))))
         return MBS_RUNNING;
     return mbs_failed(r, MBS_CONTRADICTION, t, mbs_worst_row(r));
 }
@@ -193,10 +194,10 @@ static int accept(mbs_run *r, int status)
         return status;
     ++s->steps;
     if (!r->problem->project && sample_due(r)) {
-        if (system->project_position)
-            r->drift_position = mbs_violation(r, system->project_position, s->t_new, end_of(r));
-        if (system->project_velocity)
-            r->drift_velocity = mbs_violation(r, system->project_velocity, s->t_new, end_of(r));
+        if (mbs_has_rows(system, 0))
+            r->drift_position = mbs_violation(r, 0, s->t_new, end_of(r));
+        if (mbs_has_rows(system, 1))
+            r->drift_velocity = mbs_violation(r, 1, s->t_new, end_of(r));
     }
     keep_largest(&s->drift_position, r->drift_position);
     keep_largest(&s->drift_velocity, r->drift_velocity);

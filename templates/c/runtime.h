@@ -115,6 +115,8 @@ typedef struct {
     const mbs_program *index_2_by_multipliers; /* (without multipliers) -> d(qdot, udot) / d multipliers */
     const mbs_program *project_position; /* (t, q, u, parameters, inputs, modes) -> phi, correction of q */
     const mbs_program *project_velocity; /* (as before) -> phidot, correction of u */
+    const mbs_program *missed;           /* (as before) -> phi, phidot; and, in place of the two before, ... */
+    const mbs_program *put_back;         /* ... (as before) -> corrections of q and of u, by one factorisation */
     const mbs_program *normalize;        /* (as before) -> q, deviation */
     const mbs_program *events;           /* (as before) -> values of the switching functions */
     const int *terminal;                 /* for each of them 1: the run stops where it becomes positive; 0: a kink, where

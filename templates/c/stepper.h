@@ -52,7 +52,7 @@ struct mbs_run {
     double *past;           /* how many looks, at most 2, were taken at the functions that keep steps short, the times of the
                                latest and of the one before, then their values, and the largest sizes seen */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
-    double *inputs, *multipliers, *rows, *report;
+    double *inputs, *multipliers, *rows, *others, *report;
     const double *further; /* the input that some programs have beyond those of all */
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
@@ -76,8 +76,11 @@ void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x,
 /* The slope at (t, x); watches the rank of the rows and how far dependent ones disagree. */
 int mbs_derivative(mbs_run *r, double t, const double *x, double *slope);
 
-/* The largest |row| of a projection program at (t, x); the rows stay in r->rows, its correction in r->correction. */
-double mbs_violation(mbs_run *r, const mbs_program *program, double t, const double *x);
+/* Whether there are rows on positions, or on `speeds`. */
+int mbs_has_rows(const mbs_system *s, int speeds);
+
+/* The largest |row| on positions, or on `speeds`, at (t, x); the rows stay in r->rows. */
+double mbs_violation(mbs_run *r, int speeds, double t, const double *x);
 
 /* The index of the largest of r->rows. */
 int mbs_worst_row(const mbs_run *r);

@@ -52,11 +52,14 @@ def _programs(
     form: Form = "explicit",
 ) -> Programs:
     derivative, inputs = sources.state_derivative, inputs_program(mechanism)
+    missed = _missed(mechanism, constrained) if constrained else None
     return Programs(
         inputs=inputs,
         state_derivative=derivative,
         project_position=_project_position(mechanism, constrained) if constrained else None,
         project_velocity=_project_velocity(mechanism, constrained) if constrained else None,
+        missed=missed,
+        put_back=_put_back(mechanism, constrained, missed) if constrained and missed else None,
         normalize=normalize,
         energy=sources.energy,
         outputs=_outputs(mechanism, sources),
@@ -192,6 +195,27 @@ def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     correction = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
     phidot = [row.phidot for row in dynamics.rows]
     return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
+
+
+def _missed(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
+    trace, rows = Trace("missed", arrays(mechanism)), dynamics.rows
+    phi = [row.phi if row.holonomic else ZERO for row in rows]
+    levels = {"phi": phi, "residual": [row.phidot for row in rows]}
+    return trace.finish({name: ((len(rows),), values) for name, values in levels.items()})
+
+
+def _put_back(mechanism: Mechanism, dynamics: TreeDynamics, missed: Program) -> Program:
+    """Return both corrections: that of u for phidot where that of q leads, with H where it starts, which is as good."""
+    trace = Trace("put_back", arrays(mechanism))
+    rows = _restricting(dynamics.rows)
+    holonomic = [row for row in rows if row.holonomic]
+    change = _correction(trace, mechanism, dynamics, holonomic, [-row.phi for row in holonomic])
+    of_q = coordinate_rates(mechanism, trace["q"], change)
+    given = {array.name: trace[array.name] for array in missed.inputs}
+    given["q"] = tuple(as_node(x) + dx for x, dx in zip(given["q"], of_q, strict=True))
+    residual = dict(zip(map(id, dynamics.rows), trace.call(missed, list(given.values()))[1], strict=True))
+    of_u = _correction(trace, mechanism, dynamics, rows, [-residual[id(row)] for row in rows])
+    return trace.finish({"of_q": ((len(of_q),), of_q), "of_u": ((len(of_u),), of_u)})
 
 
 def _normalize(mechanism: Mechanism) -> Program | None:
