@@ -101,8 +101,8 @@ def test_a_run_of_a_family_tells_its_own_system(odd: tuple[mbs.System, mbs.Prepa
     assert run.as_json() == alone.as_json()
 
 
-PLAIN = ("double_pendulum", "elastic_pendulum", "spinning_top", "furuta")
-OTHERS = ("four_bar", "lift", "shaken_rotor")
+PLAIN = ("double_pendulum", "elastic_pendulum", "spinning_top", "furuta", "four_bar")
+OTHERS = ("lift", "shaken_rotor")
 
 
 @pytest.mark.parametrize("name", [*PLAIN, *OTHERS])
@@ -131,3 +131,47 @@ def test_threads_find_the_same_bits(odd: tuple[mbs.System, mbs.Prepared]) -> Non
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(lambda run: run().q.tobytes(), runs))
     assert together == [run().q.tobytes() for run in runs]
+
+
+@pytest.fixture(scope="module")
+def four_bar() -> tuple[mbs.System, mbs.Prepared]:
+    system = mbs.load(EXAMPLES / "four_bar.yaml")
+    return system, mbs.prepare(system, t_end=0.1, samples=3)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("a", (0.21, 0.19, 0.0, 5.0, -0.2, float("nan"))), ("torque", (0.4, 0.0)), ("b", (0.5, 0.3, 1e200))],
+)
+def test_loops_closed_by_programs_have_the_bits_or_the_error_of_a_run_alone(
+    four_bar: tuple[mbs.System, mbs.Prepared], name: str, values: tuple[float, ...]
+) -> None:
+    """A crank of 5 m does not close, and one of no length is a singular position."""
+    system, prepared = four_bar
+    for value, run in zip(values, list(prepared.runs({name: values}, {})), strict=True):
+        alone = outcome(lambda value=value: mbs.simulate(system, t_end=0.1, samples=3, parameters={name: value}))
+        assert outcome(run) == alone
+
+
+def test_loops_with_other_numbers_are_resolved_no_more(
+    four_bar: tuple[mbs.System, mbs.Prepared], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The tip of the coupler is as far from the pivot as the rocker is long, whatever the crank's length."""
+    system, prepared = four_bar
+    lengths = [0.19, 0.2, 0.21]
+    list(prepared.runs({"a": lengths}, {}))
+
+    def never(*_: Any, **__: Any) -> Any:
+        raise AssertionError("again")
+
+    for name in ("runnable", "problem_of", "Changes"):
+        monkeypatch.setattr(simulating, name, never)
+    runs = [run() for run in prepared.runs({"a": lengths}, {})]
+    monkeypatch.undo()
+    for length, run in zip(lengths, runs, strict=True):
+        angle = run["crank_angle"][0]
+        tip = length * np.exp(1j * angle) + 0.5 * np.exp(1j * (angle + run["coupler_angle"][0]))
+        assert angle == np.radians(60)
+        assert abs(tip - 0.5) == pytest.approx(0.4, abs=1e-13)
+    alone = mbs.simulate(system, t_end=0.1, samples=3, parameters={"a": 0.21})
+    assert runs[2].ready.start == alone.ready.start

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field, fields
 from functools import cached_property
 from typing import Final
 
@@ -17,6 +18,7 @@ from multibody_sym.records import dataclass
 Functions = Mapping[str, Callable[..., tuple[Floats, ...]]]
 """Programs by name, ready to be called with their inputs; `inputs` among them."""
 _NO_MODES: Final = np.empty(0)
+_REMEMBERED: Final = 4
 
 
 @dataclass(frozen=True)
@@ -33,10 +35,10 @@ class RowNumbers:
     jacobian: Floats
     weighted: Floats
 
-    @property
+    @cached_property
     def finite(self) -> bool:
         """Whether all of them are."""
-        return all(bool(np.isfinite(values).all()) for values in vars(self).values())
+        return all(bool(np.isfinite(getattr(self, each.name)).all()) for each in fields(self))
 
     @property
     def has_inertia(self) -> bool:
@@ -50,9 +52,19 @@ class CompiledRows:
 
     mechanism: Mechanism
     functions: Functions
+    _latest: tuple[tuple[bytes, RowNumbers], ...] = field(default=(), init=False)
 
     def at(self, t: float, q: Floats, u: Floats, parameters: Sequence[float]) -> RowNumbers:
         """Return the rows at a state; numbers that are not finite where they have no value."""
+        key = np.concatenate([(t,), q, u, parameters]).tobytes()
+        for known, found in self._latest:  # a state is looked at from several sides, one after the other
+            if known == key:
+                return found
+        found = self._at(t, q, u, parameters)
+        object.__setattr__(self, "_latest", ((key, found), *self._latest[: _REMEMBERED - 1]))
+        return found
+
+    def _at(self, t: float, q: Floats, u: Floats, parameters: Sequence[float]) -> RowNumbers:
         with np.errstate(all="ignore"):
             found = self.functions[CLOSING](*self._arguments(t, q, u, parameters))
         phi, phidot, gamma, exerted, power, aligned, length, shares, jacobian, weighted = found

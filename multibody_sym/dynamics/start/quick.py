@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from multibody_sym.dynamics.constraints.closing_programs import closes_by_programs
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
@@ -21,7 +22,7 @@ from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.traversal import leaves, postorder
 
 FINITE, POSITIVE = "finite", "positive"
@@ -35,10 +36,24 @@ _PIVOT: Final = 1e-9
 
 def is_plain(mechanism: Mechanism) -> bool:
     """Return whether a mechanism starts as it is declared, whatever its numbers are, or not at all."""
-    special = (mechanism.rows, mechanism.one_way, mechanism.relative, mechanism.cuts, mechanism.impact)
-    odd = (body.is_foot or body.is_double or varies(body) or any(body.given) for body in mechanism.bodies)
     measured = (entry.value is None for entry in mechanism.parameters)
-    return not any(special) and not any(odd) and not any(measured) and not massless_speeds(mechanism)
+    return not mechanism.rows and not mechanism.cuts and not any(measured) and _is_plain_but_for_rows(mechanism)
+
+
+def is_plain_but_for_loops(system: System, mechanism: Mechanism) -> bool:
+    """Return whether a mechanism is plain but for rows that Programs close, and that time has no part in."""
+    if not closes_by_programs(mechanism) or not _is_plain_but_for_rows(mechanism) or mechanism.inputs:
+        return False
+    measured = any(entry.measure is not None for entry in mechanism.parameters)
+    wheels = any(list(row.radii) for row in mechanism.rows)
+    written = [each.node for each in expressions(system) if each.path[0] == "constraints"]
+    return not measured and not wheels and symbol("t") not in leaves(written, "symbol")
+
+
+def _is_plain_but_for_rows(mechanism: Mechanism) -> bool:
+    special = (mechanism.one_way, mechanism.relative, mechanism.impact, mechanism.mode)
+    odd = (body.is_foot or body.is_double or varies(body) or any(body.given) for body in mechanism.bodies)
+    return not any(special) and not any(odd) and not massless_speeds(mechanism)
 
 
 def quick_look(system: System, mechanism: Mechanism) -> Program:

@@ -86,6 +86,16 @@ def start(
     return _closed(mechanism, declared, q, u, measure=True, project=project, compiled=compiled)
 
 
+def start_from(
+    compiled: CompiledRows, parameters: Sequence[float], q: Floats, u: Floats, *, project: bool
+) -> Start:
+    """Return what `start` does where parameters (np), q (nq) and u (nu) are those declared, and nothing is prescribed.
+
+    Raises as it does.
+    """
+    return _closed(compiled.mechanism, parameters, q, u, measure=True, project=project, compiled=compiled)
+
+
 def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
     """Return the state beside a start, with its parameters, in which these coordinates and speeds have these values.
 

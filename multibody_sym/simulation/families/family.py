@@ -13,9 +13,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
-from multibody_sym.dynamics.start.quick import is_plain, quick_look
-from multibody_sym.dynamics.start.start import Start
+from multibody_sym.dynamics.start.quick import is_plain, is_plain_but_for_loops, quick_look
+from multibody_sym.dynamics.start.start import Start, start_from
 from multibody_sym.dynamics.start.state import StartState
 from multibody_sym.errors import MultibodyError
 from multibody_sym.model.declaration.system import System
@@ -23,6 +24,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.integration import Integration
@@ -62,7 +64,7 @@ class Family:
     def members(self, parameters: Values, initial: Values) -> Iterator[Member | None]:
         """Yield the runs with these values, ready; None for those that have to be examined."""
         count = len(next(iter((*parameters.values(), *initial.values()))))
-        if not self._is_plain:
+        if not self._is_plain and not self._closes:
             yield from [None] * count
             return
         layout = self._layout
@@ -75,18 +77,42 @@ class Family:
 
     def _ready(self, numbers: Numbers, clear: Any) -> Iterator[Member | None]:
         """Yield runs, those integrated already that one call does."""
-        places, layout = np.flatnonzero(clear).tolist(), self._layout
         ready = {}
-        for k in places:
+        for k in np.flatnonzero(clear).tolist():
             own = Numbers(numbers.parameters[k], numbers.q0[k], numbers.u0[k])
-            begin = partial(_begun, self.system, own, layout.mechanism, self.parameters, self.initial)
-            one = Runnable(layout.mechanism, layout.formalism, layout.compiled, own, begin)
-            ready[k] = one, self._problem(one)
-        done: Sequence[Integration | None] = [None] * len(places)
-        if len(places) > 1 and self._settled:
-            done = integrate_each(self._first[0], *(x[places] for x in numbers))
-        found = {k: Member(*ready[k], each) for k, each in zip(places, done, strict=True)}
+            one = self._closed(own) if self._closes else self._declared(own)
+            if one is not None:
+                ready[k] = one
+        done: Sequence[Integration | None] = [None] * len(ready)
+        if len(ready) > 1 and self._settled:
+            together = zip(*(one.numbers for one, _ in ready.values()), strict=True)
+            done = integrate_each(self._first[0], *map(np.array, together))
+        found = {k: Member(*one, each) for (k, one), each in zip(ready.items(), done, strict=True)}
         yield from map(found.get, range(len(clear)))
+
+    def _declared(self, own: Numbers) -> tuple[Runnable, Problem]:
+        """Return a run that starts as it is declared."""
+        parameters, q, u = (tuple(x.tolist()) for x in own)
+        return self._one(own, own, Start(parameters, q, u, (), (), {}, 0))
+
+    def _closed(self, own: Numbers) -> tuple[Runnable, Problem] | None:
+        """Return a run whose loops are closed from what is declared; None of one that has to be examined."""
+        try:
+            begin = start_from(self._rows, own.parameters.tolist(), own.q0, own.u0, project=self._projects)
+        except (MultibodyError, *UNDEFINED):
+            return None
+        independent = self._mechanism.parameters.independent_rows(begin.parameters)
+        if begin.rank < independent:
+            return None
+        found = Numbers(*(np.array(x, dtype=float) for x in (begin.parameters, begin.q, begin.u)))
+        one = self._one(found, own, begin)
+        return one if one[1].independent == independent else None
+
+    def _one(self, numbers: Numbers, declared: Numbers, begin: Start) -> tuple[Runnable, Problem]:
+        layout = self._layout
+        begun = partial(_begun, self.system, declared, layout.mechanism, self.parameters, self.initial, begin)
+        one = Runnable(layout.mechanism, layout.formalism, layout.compiled, numbers, begun)
+        return one, self._problem(one)
 
     @cached_property
     def _changed(self) -> System:
@@ -104,13 +130,32 @@ class Family:
             return False
 
     @cached_property
+    def _closes(self) -> bool:
+        """Whether there are loops that Programs close, and that projection keeps closed."""
+        if self._is_plain or self.system.impact is not None:
+            return False
+        try:
+            loops = is_plain_but_for_loops(self._changed, self._mechanism)
+            return loops and not (self.system.simulation.constraints and self.system.simulation.constraints.baumgarte)
+        except MultibodyError:  # which is told of each run by itself
+            return False
+
+    @cached_property
+    def _rows(self) -> CompiledRows:
+        return CompiledRows(self._mechanism, self._layout.compiled.functions)
+
+    @property
+    def _projects(self) -> bool:
+        return self.system.simulation.project
+
+    @cached_property
     def _mechanism(self) -> Mechanism:
         return with_constants(mechanism(self._changed))
 
     @cached_property
     def _layout(self) -> Layout:
         resolved = self._mechanism
-        name, form = formalism_name(self.formalism, resolved), form_of(self.system.simulation, constrained=False)
+        name, form = formalism_name(self.formalism, resolved), form_of(self.system.simulation, constrained=self._closes)
         programs = compiled(resolved, name, form, native=self.native, backend=self.backend)
         looked = {"quick_look": quick_look(self._changed, resolved)}
         look = loading.load(looked, native=self.native, backend=self.backend)
@@ -133,13 +178,17 @@ class Family:
 
 
 def _begun(
-    system: System, own: Numbers, base: Mechanism, parameters: tuple[str, ...], initial: tuple[str, ...]
+    system: System,
+    own: Numbers,
+    base: Mechanism,
+    parameters: tuple[str, ...],
+    initial: tuple[str, ...],
+    begin: Start,
 ) -> tuple[System, StartState]:
-    """Return how a run of a family started: its system, and the state that was cleared."""
+    """Return how a run of a family, declared by its `own` numbers, started: its system, and the state at its start."""
     places = {each.name: x for each, x in zip(base.coordinates, own.q0.tolist(), strict=True)}
     places |= {each.name: x for each, x in zip(base.speeds, own.u0.tolist(), strict=True)}
     values = {name: own.parameters[base.parameters.places[name]].item() for name in parameters}
     changed = Changes(values, {name: places[name] for name in initial}).of(system)
     resolved = with_constants(mechanism(changed))
-    begin = Start(tuple(own.parameters.tolist()), tuple(own.q0.tolist()), tuple(own.u0.tolist()), (), (), {}, 0)
     return changed, StartState(resolved, begin, (Mode({}),))

@@ -70,8 +70,9 @@ class Layout:
 
     @cached_property
     def _constants(self) -> Floats:
+        chosen = [entry.value is None and entry.source is Source.CHOSEN for entry in self.mechanism.parameters]
         values = [entry.value for entry in self.mechanism.parameters]
-        return np.array([_constant(node) for node in values])
+        return np.array([0.0 if run else _constant(node) for run, node in zip(chosen, values, strict=True)])
 
     @cached_property
     def _following(self) -> list[tuple[int, Node]]:
