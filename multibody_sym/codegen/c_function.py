@@ -18,12 +18,16 @@ from multibody_sym.codegen.layout import (
 )
 from multibody_sym.codegen.profile import Span, elimination_cost
 from multibody_sym.program.infix import Language, Texts
-from multibody_sym.program.statements import Array, Callee, Output, Statement
+from multibody_sym.program.statements import Array, Callee, Output, Scan, Statement
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ZERO, Node
 
 _LONGEST: Final = 400
 """Operations after which a new C function begins: compilers take more than twice the time for twice the length."""
+_LONGEST_WITH_LOOPS: Final = 16 * _LONGEST
+"""The same where loops fill arrays, which pieces would hand on element by element."""
+_GATHERED: Final = 64
+"""Elements from which on an array of values that stand in others is filled by a loop."""
 _UNROLLED: Final = 64
 """Cost of an elimination up to which its loops are unrolled where it stands."""
 _WORDS: Final = """
@@ -104,13 +108,14 @@ class Printer:
         self.factors: dict[tuple[tuple[tuple[Node, ...], ...], int, Node], str] = {}
         self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
         self.pieces: list[_Piece] = []
+        self.longest = _LONGEST_WITH_LOOPS if any(isinstance(x, Scan) for x in program.statements) else _LONGEST
         self._cut()
 
     def text(self, write: Callable[[Printer, Statement], None]) -> str:
         """Return the definition of the function and of those that hold its pieces; `write` adds a statement."""
         program = self.function.program
         for statement in program.statements:
-            if self.piece.size >= _LONGEST:
+            if self.piece.size >= self.longest:
                 self._cut()
             write(self, statement)
         for name, output in zip(self.outputs, program.outputs, strict=True):
@@ -163,9 +168,36 @@ class Printer:
 
     def array(self, name: str, atoms: Sequence[Node]) -> str:
         """Return the declaration of a constant array; C has none of size zero."""
+        gathered = self._gathered(name, atoms)
+        if gathered:
+            return gathered
         self.piece.size += len(atoms)
         texts = [self.names[atom] for atom in atoms] or ["0.0"]
         return wrapped(f"        const double {name}[{len(texts)}] = {{", texts, "};", indent=" " * 12)
+
+    def _gathered(self, name: str, atoms: Sequence[Node]) -> str:
+        """Return loops that fill an array from those where its elements stand; empty for what is soon written out."""
+        sources: dict[str, list[tuple[int, int]]] = {}
+        for k, atom in enumerate(atoms):
+            if atom in self.places:
+                source, place = self.places[atom]
+                sources.setdefault(source, []).append((k, place))
+        others = [k for k, atom in enumerate(atoms) if atom not in self.places and atom is not ZERO]
+        if len(atoms) < _GATHERED or not sources or len(others) > len(atoms) // 4:
+            return ""
+        lines = [f"        double {name}[{len(atoms)}] = {{0.0}};"]
+        lines += [f"        {name}[{k}] = {self.names[atoms[k]]};" for k in others]
+        for source, pairs in sources.items():
+            self._use(source)
+            table = f"of_{name}_{source}"
+            flat = [str(x) for pair in pairs for x in pair]
+            lines.append(wrapped(f"        static const int {table}[] = {{", flat, "};", indent=" " * 12))
+            lines += [
+                f"        for (int k = 0; k < {len(pairs)}; k++)",
+                f"            {name}[{table}[2 * k]] = {source}[{table}[2 * k + 1]];",
+            ]
+        self.piece.size += len(others) + 2 * len(sources)
+        return "\n".join(lines)
 
     def pointer(self, name: str, atoms: Sequence[Node]) -> tuple[str, str]:
         """Return an expression for the address of `atoms`, and the declaration of array `name` where it needs one."""
@@ -207,7 +239,7 @@ class Printer:
             for k in range(start, end):
                 if (name, k) in self.written:
                     continue
-                if self.piece.size >= _LONGEST:
+                if self.piece.size >= self.longest:
                     self._cut()
                 self.piece.size += 1
                 place = f"{name}[{k}]" if output.shape else f"*{name}"

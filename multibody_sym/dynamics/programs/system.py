@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.constrained import Matrix, constrained, correction
@@ -19,6 +20,7 @@ from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
+from multibody_sym.program.rolling.rolled import rolled
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import maximum
@@ -30,6 +32,7 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     """Return all Programs of a mechanism by one formalism, with those that a method needs for its `form`.
 
     Those of `block_ldl` are scanned where that shortens them, but for their Jacobian, which has a scan for each column.
+    Long ones of closed loops are rolled up where much in them is alike.
     """
     like = worth_scanning(mechanism) if formalism is block_ldl and form == "explicit" else None
     if like is not None:
@@ -40,8 +43,10 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
         return motion_of(mechanism, slot_state(mechanism))
 
     sources = Sources(state_derivative(mechanism, dynamics), _energy(mechanism), motion)
-    constrained = dynamics if mechanism.rows else None
-    return _programs(mechanism, sources, _normalize(mechanism), constrained, form)
+    if not mechanism.rows:
+        return _programs(mechanism, sources, _normalize(mechanism), None, form)
+    made = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
+    return replace(made, **{name: rolled(program) for name, program in made.as_mapping().items()})
 
 
 def _programs(

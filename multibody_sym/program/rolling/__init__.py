@@ -1,0 +1,1 @@
+"""Long Programs of many like parts as loops: `rolled`."""

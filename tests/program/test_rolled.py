@@ -1,0 +1,110 @@
+"""Programs rolled up into loops over like values: the same numbers to the last bit, text that does not grow."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from random_programs import ARITHMETIC, SMOOTH, Maker
+
+from multibody_sym.codegen.c import c_source
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.programs import system as derivation
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.joints import Revolute
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import Program
+from multibody_sym.program.programs import Programs
+from multibody_sym.program.rolling.rolled import rolled, rolled_up
+from multibody_sym.program.statements import Array, Call, Scan
+from multibody_sym.program.trace import Trace
+from multibody_sym.runtime.loading import load
+from multibody_sym.scalars.functions import sin
+
+
+def windows(count: int) -> System:
+    """Return cranks in a row, whose tips are joined by couplers; rods have unlike masses."""
+    rods = [Body(shape={"rod": 1, "mass": 1.037 + 0.1013 * k}, points={"end": [1, 0, 0]}) for k in range(count + 1)]
+    bodies: dict[str, Any] = {"ground": Body(points={f"pivot{k}": [k, 0, 0] for k in range(count + 1)})}
+    joints: dict[str, Any] = {}
+    for k in range(count + 1):
+        bodies[f"crank{k}"] = rods[k]
+        joints[f"A{k}"] = Revolute(f"ground.pivot{k}", f"crank{k}", axis="z")
+    for k in range(count):
+        bodies[f"coupler{k}"] = rods[k]
+        joints[f"B{k}"] = Revolute(f"crank{k}.end", f"coupler{k}", axis="z")
+        joints[f"C{k}"] = Revolute(f"coupler{k}.end", f"crank{k + 1}.end", axis="z", cut=True)
+    return System("windows", gravity=[0, -9.81, 0], bodies=bodies, joints=joints)
+
+
+def unrolled(count: int, monkeypatch: pytest.MonkeyPatch) -> Programs:
+    with monkeypatch.context() as patched:
+        patched.setattr(derivation, "rolled", lambda program: program)
+        return programs(mechanism(windows(count)), composite_body)
+
+
+def arguments(program: Program, seed: int) -> list[np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return [rng.normal(size=array.shape) for array in program.inputs]
+
+
+def assert_same(first: Program, second: Program, given: list[np.ndarray]) -> None:
+    for found, wanted in zip(interpret(second, *given), interpret(first, *given), strict=True):
+        assert np.array_equal(found, wanted, equal_nan=True), first.name
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_programs(seed: int) -> None:
+    program = Maker(seed, (*SMOOTH, "min", "max", "abs", "where", "less")).program(depth=0, steps=80)
+    assert_same(program, rolled_up(program)[0], arguments(program, seed))
+
+
+def test_closed_loops_in_a_row_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = unrolled(9, monkeypatch).as_mapping()
+    for name, program in programs(mechanism(windows(9)), composite_body).as_mapping().items():
+        assert_same(plain[name], program, arguments(program, 1))
+        assert_same(plain[name], rolled_up(plain[name])[0], arguments(program, 2))
+
+
+def test_compiled_they_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = unrolled(9, monkeypatch).state_derivative
+    made = rolled_up(plain)[0]
+    given = arguments(plain, 3)
+    pair = [load({"state_derivative": each}, backend="c")["state_derivative"](*given) for each in (plain, made)]
+    for found, wanted in zip(*pair, strict=True):
+        assert np.array_equal(found, wanted)
+
+
+def test_the_number_of_loops_does_not_grow() -> None:
+    counts = []
+    for size in (12, 24):
+        derivative = programs(mechanism(windows(size)), composite_body).state_derivative
+        counts.append([len(s.loops) for s in derivative.statements if isinstance(s, Scan)])
+    assert counts[0] == counts[1]
+
+
+def test_text_is_a_fraction(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = unrolled(24, monkeypatch).as_mapping()
+    made = programs(mechanism(windows(24)), composite_body).as_mapping()
+    assert 2 * len(c_source(made)["model.c"]) < len(c_source(plain)["model.c"])
+
+
+def test_what_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    short = unrolled(2, monkeypatch).state_derivative
+    assert rolled(short) is short
+    trace = Trace("unlike", [Array("x", (2,))])
+    value = trace["x"][0]
+    for k in range(2000):
+        value = sin(value * (k + 2)) if k % 3 else value * trace["x"][1] + k
+    unlike = trace.finish({"y": ((), [value])})
+    assert rolled(unlike) is unlike
+
+
+def test_calls_are_left_alone() -> None:
+    drawn = (Maker(seed, ARITHMETIC).program() for seed in range(50))
+    called = next(program for program in drawn if any(isinstance(s, Call) for s in program.statements))
+    assert rolled(called) is called
