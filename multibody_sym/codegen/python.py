@@ -54,6 +54,8 @@ from multibody_sym.numerics.least_norm import solve_lists"""
 _OWN: Final = """\
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 {arrays}
 
 
