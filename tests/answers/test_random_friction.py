@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from random_friction import World, random_world, system_of, the_state
@@ -31,6 +33,14 @@ def _compared(seed: int) -> None:
 def test_the_state_is_the_one_that_all_others_contradict(start: int) -> None:
     for seed in range(start, start + 10):
         _compared(seed)
+
+
+def test_a_rope_does_not_push_a_gram_beside_a_heavy_block() -> None:
+    """The least block slides freely with g sin(angle); kept taut, its rope would push with 1.2e-7 N."""
+    world = random_world(2864)
+    (state,) = the_state(world)
+    assert state.accelerations[2][0] == pytest.approx(-world.gravity * math.sin(world.angles[2]), rel=1e-12)
+    _compared(2864)
 
 
 @pytest.mark.parametrize("seed", [3, 17])
