@@ -15,12 +15,12 @@ import numpy as np
 
 from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.exact_solve import conditions_left, exact_solve
-from multibody_sym.algebra.quotient_functions import exact, register_angles
+from multibody_sym.algebra.quotient_functions import exact, register_angles, sqrt
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import RestEnd
-from multibody_sym.analysis.rest.statics import Balance, Limit, Statics, statics
+from multibody_sym.analysis.rest.statics import Balance, Direction, Limit, Statics, statics
 from multibody_sym.analysis.rest.touching import out_of_touch
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -175,10 +175,36 @@ class ExactEnd:
             left = conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
             return left if not in_line or len(left) == 1 else []
         together = _together(self.end.limits)
-        if together is None or not together.is_unique(rows):
+        if together is None:
+            return self._turned(field, known, rows, len(equal)) if len(equal) == len(balance.right) else []
+        if not together.is_unique(rows):
             return []
         forces = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows])
         return [self._on_curve(field, known, forces, together)]
+
+    def _turned(
+        self, field: Field, known: dict[Node, Quotient], rows: Sequence[Sequence[Quotient]], count: int
+    ) -> list[Quotient]:
+        """Return what must vanish where all that slips turns about one place; `count` of the rows are balances."""
+        curves = [limit.curve for limit in self.end.limits if limit.curve is not None]
+        along = [limit.along for limit in self.end.limits if limit.curve is not None and limit.along is not None]
+        if len(along) < len(curves) or any(len(curve.pressing) > 1 for curve in curves):
+            return []
+        bare = {k for limit in self.end.limits if limit.idle for k in (limit.terms[0][0], *limit.idle)}
+        columns = list(zip(*(row[:-1] for row in rows[:count]), strict=True))
+        ways = _turning(columns, [curve.rubbing for curve in curves], bare, along)
+        if ways is None:
+            return []
+        slots = self._balance[0].state.slots
+        inside = [as_node(x) for x in evaluate([curve.coefficient for curve in curves], slots)]
+        whole = [list(row) for row in rows]
+        for curve, way, mu in zip(curves, ways, exact(field, inside, known), strict=True):
+            for place, x in zip(curve.rubbing, way, strict=True):
+                line = [field.constant(0)] * len(rows[0])
+                line[place], line[curve.pressing[0]] = field.constant(1), -(mu * x)
+                whole.append(line)
+        left = conditions_left([row[:-1] for row in whole], [row[-1] for row in whole])
+        return left if len(left) == 1 else []
 
     def _on_curve(self, field: Field, known: dict[Node, Quotient], forces: list[Quotient], one: _Resultant) -> Quotient:
         """Return t . t - coefficient^2 N . N."""
@@ -227,6 +253,45 @@ def _together(limits: Sequence[Limit]) -> _Resultant | None:
     return _Resultant(
         list(zip(*(x.rubbing for x in curves), strict=True)), [tuple(x.pressing[0] for x in curves)], first.coefficient
     )
+
+
+def _turning(
+    columns: Sequence[Sequence[Quotient]],
+    rubbing: Sequence[Sequence[int]],
+    bare: Collection[int],
+    along: Sequence[Direction],
+) -> list[list[Quotient]] | None:
+    """Return the directions of what slips, None where they are not those `along` which it does in numbers.
+
+    A motion y gives slip E_t^T y, E_t being the columns of friction in the balances. It is the one that leaves all else
+    at rest, `bare` multipliers apart, as a foot that something turns about; else the middle of what slips besides.
+    """
+    nothing = columns[0][0].field.constant(0)
+    slips = [k for places in rubbing for k in places]
+    held = [column for k, column in enumerate(columns) if k not in bare and k not in slips]
+    middle = [
+        [sum(parts, nothing) for parts in zip(*(columns[k] for k in places), strict=True)]
+        for places in zip(*rubbing, strict=True)
+    ]
+    still = next((rows for rows in (held, [*held, *middle]) if _leave_one_motion(rows, len(columns[0]))), None)
+    if still is None:
+        return None
+    first, sense = max(((k, x) for k, x in zip(slips, np.ravel(along), strict=True)), key=lambda each: abs(each[1]))
+    moves = exact_solve([*still, columns[first]], [*([nothing] * len(still)), nothing + (1 if sense > 0 else -1)])
+    ways = []
+    for places in rubbing:
+        speeds = [sum((a * y for a, y in zip(columns[k], moves, strict=True)), nothing) for k in places]
+        length = sqrt(sum((v * v for v in speeds), nothing))
+        if length.is_zero:
+            return None
+        ways.append([v / length for v in speeds])
+    found = np.array([[float(x.sample) for x in way] for way in ways])
+    return ways if np.abs(found - along).max() <= _ALIKE else None
+
+
+def _leave_one_motion(rows: Sequence[Sequence[Quotient]], count: int) -> bool:
+    """Return whether all of `count` speeds follow from one where the rows times them vanish."""
+    return rank(np.array([[float(x.sample) for x in row] for row in rows]).reshape(-1, count), _DEPENDENT) == count - 1
 
 
 def _beside_tangents(limits: Sequence[Limit]) -> list[int]:

@@ -11,6 +11,8 @@ from scipy.optimize import brentq
 import multibody_sym as mbs
 from multibody_sym.expressions.printer import text
 from multibody_sym.numerics.outline import outline
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
 
 SPACE = """\
 multibody_sym: 1
@@ -273,6 +275,75 @@ def test_a_box_pushed_beside_its_middle_turns_as_it_slips() -> None:
     centre = brentq(lambda at: moment(at) - x / 2 * force(at), -10.0, -0.01, xtol=1e-15, rtol=1e-15)
     assert high.value == pytest.approx(force(centre), rel=1e-12)
     assert (high.expression, high.gives_way) == (None, ("slips at c1, turning",))
+
+
+LEVEL = (
+    SPACE.replace("[g*sin(alpha), 0, -g*cos(alpha)]", "[0, 0, -g]")
+    .replace("  alpha: 25 deg\n", "  T: {value: 1 N*m, positive: true}\n")
+    .replace(", kinetic: nu", "")
+    .replace("force, on: box, at: hook, value: [F, 0, 0]", "torque, on: box, value: [0, 0, T]")
+)
+
+
+def test_a_box_turned_by_a_couple_turns_about_its_middle() -> None:
+    """All corners are as far from it, so that only the sum of their normal forces counts."""
+    ((_, high),) = mbs.range_of_rest(mbs.loads(LEVEL), "T").ends
+    assert high.value == pytest.approx(0.2 * 50 * math.hypot(0.2, 0.3) / 2, rel=1e-13)
+    assert high.expression is not None
+    assert text(high.expression) == "g*m*mu*sqrt(b^2 + c^2)/2"
+    assert high.gives_way == ("slips at c1, turning",)
+    ((low, _),) = mbs.range_of_rest(mbs.loads(LEVEL), "mu").ends
+    assert low.value == pytest.approx(1 / 50 / (math.hypot(0.2, 0.3) / 2), rel=1e-12)
+    assert low.expression is not None
+    assert text(low.expression) == "2*T/(g*m*sqrt(b^2 + c^2))"
+
+
+def test_a_couple_has_no_formula_where_a_parameter_would_move_the_middle() -> None:
+    """On a ramp that is level by its value alone, whatever turns it does so about another place."""
+    model = LEVEL.replace("[0, 0, -g]", "[g*sin(alpha), 0, -g*cos(alpha)]").replace("  T:", "  alpha: 0 deg\n  T:")
+    ((_, high),) = mbs.range_of_rest(mbs.loads(model), "T").ends
+    assert high.value == pytest.approx(0.2 * 50 * math.hypot(0.2, 0.3) / 2, rel=1e-12)
+    assert (high.expression, high.exact is not None) == (None, True)
+
+
+TRIPOD = """\
+multibody_sym: 1
+name: tripod
+gravity: [0, 0, -g]
+parameters:
+  g: 10 m/s^2
+  m: {value: 6 kg, positive: true}
+  a: {value: 0.3 m, positive: true}
+  b: {value: 0.4 m, positive: true}
+  x: {value: 0.03 m, positive: true}
+  y: {value: 0.05 m, positive: true}
+  mu: {value: 0.5, positive: true}
+  T: {value: 0.1 N*m, positive: true}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  stool: {mass: m, com: [x, y, 0.2], inertia: {Ixx: 1, Iyy: 1, Izz: 1},
+          points: {p1: [0, 0, 0], p2: [a, 0, 0], p3: [0, b, 0]}}
+joints: {J: {type: free, parent: ground, child: stool}}
+forces: {turn: {type: torque, on: stool, value: [0, 0, T]}}
+contacts: {c: {between: ["stool.p#", ground.floor], static: mu, repeat: 3}}
+"""
+
+
+def test_a_stool_that_stands_on_one_foot_above_all_turns_about_it() -> None:
+    """The other feet carry m g x/a and m g y/b, and rub at a and b from the first: T = mu m g (x + y)."""
+    ((_, high),) = mbs.range_of_rest(mbs.loads(TRIPOD), "T").ends
+    assert high.value == pytest.approx(0.5 * 60 * 0.08, rel=1e-13)
+    assert high.expression is not None
+    assert text(high.expression) == "g*m*mu*(x + y)"
+    skew = TRIPOD.replace("p3: [0, b, 0]", "p3: [-a, b, 0]").replace("[x, y, 0.2]", "[0, y, 0.2]")
+    ((_, high),) = mbs.range_of_rest(mbs.loads(skew.replace("  x: {value: 0.03 m, positive: true}\n", "")), "T").ends
+    # moments about the line of the first two feet: N3 = m g y/b; about y: N2 = N3
+    load = 60 * 0.05 / 0.4
+    assert high.value == pytest.approx(0.5 * load * (0.3 + 0.5), rel=1e-13)
+    assert high.expression is not None
+    values = {"g": 10.0, "m": 6.0, "a": 0.5, "b": 0.7, "y": 0.06, "mu": 0.3}
+    found = evaluate_float([high.expression], {symbol(name): x for name, x in values.items()})[0]
+    assert found == pytest.approx(0.3 * (60 * 0.06 / 0.7) * (0.5 + math.hypot(0.5, 0.7)), rel=1e-13)
 
 
 def test_a_box_pushed_high_enough_tips() -> None:
