@@ -35,12 +35,13 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.simulation.failures import FailedRunError
 
 
 def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     """Return the answers to all questions of a system, and remarks on them.
 
-    Raises ModelError for unknown names, RunError where a simulation that is needed fails.
+    A question whose simulation fails has no answer, and a remark tells why. Raises ModelError for unknown names.
     """
     solved = with_outputs_put_in(solved)
     _verify_time(solved)
@@ -57,11 +58,11 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
             question, closed = named
             _verify(solved, question)
             reasons.begin()
-            if question.so is not None:
-                found = motion.found(name, question, answers)
-            else:
-                asked = motion.of_modes if modes_named(question) else motion.answer
-                found = asked(name, question)
+            try:
+                found = motion.asked(name, question, answers)
+            except FailedRunError as failed:
+                found = Value(None)
+                remarks.append(f"{name}: it has no answer, since the simulation fails: {failed.message}")
             answers[name] = found if closed else replace(found, expression=None)
             reasons.end(name, needed=found.expression is None)
     reasons.told()
@@ -168,8 +169,14 @@ class _Motion:
         """The motion in numbers."""
         return Simulated(self.solved.system)
 
+    def asked(self, name: str, question: Ask, answers: Mapping[str, Value]) -> Value:
+        """Return the answer to a question of any kind; raises FailedRunError where a run that it needs fails."""
+        if question.so is not None:
+            return self.found(name, question, answers)
+        return self.of_modes(name, question) if modes_named(question) else self.answer(name, question)
+
     def answer(self, name: str, question: Ask) -> Value:
-        """Return the answer to a question."""
+        """Return the answer to a question of the motion, which names no modes."""
         if question.value is not None:
             return self._value(name, question, question.value)
         if question.max is not None or question.min is not None:
