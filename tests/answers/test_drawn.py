@@ -19,6 +19,7 @@ from multibody_sym.answers.cut_free.pulls import CutFree
 from multibody_sym.answers.cut_free.values import at_end, sliding_of, values_of
 from multibody_sym.cli.main import main
 from multibody_sym.drawing.picture import Arrow
+from multibody_sym.dynamics.derivation.letters import component_label
 from multibody_sym.scene.forms import unit
 from multibody_sym.scene.items import ArrowItem
 from multibody_sym.scene.scene import scene_of
@@ -174,6 +175,7 @@ def test_forces_are_drawn_where_they_are_asked_for() -> None:
 
 
 SEVERAL = ["four_bar", "slider_crank", "cart_pole", "textbook/t5_incline", "textbook/capstan", "textbook/spool"]
+SEVERAL += ["rolling_coin", "shaken_rotor", "chaplygin_sleigh"]  # zero just now; a ground that moves; a knife-edge
 
 
 @pytest.mark.parametrize("name", SEVERAL)
@@ -191,14 +193,32 @@ def test_letters_of_all_examples_are_those_of_the_steps(file: Path) -> None:
 
 
 def verify_letters(system: mbs.System) -> None:
+    """All letters are among those of the steps, but couples of joints that are no unknowns of theirs."""
     solution = mbs.solve(system, steps=True)
     scene = scene_of(system)
-    arrows = all_arrows(CutFree(system, scene, scene.motion(), values_of(solution), sliding_of(solution)))
+    cut = CutFree(system, scene, scene.motion(), values_of(solution), sliding_of(solution))
     assert solution.steps is not None
     spelt = {label.text for label in solution.steps.notation.spelling.values()}
-    for arrow in arrows:
-        if arrow.role in ("reaction", "couple"):
+    alone = {
+        component_label(*pull.key[1:]).text
+        for pull in cut.pulls()
+        if pull.key[0] == "joint" and pull.turns and "_".join(pull.key[1:]) in spelt
+    }
+    for arrow in all_arrows(cut):
+        if arrow.role == "reaction" or (arrow.role == "couple" and arrow.label not in alone):
             assert arrow.label in spelt, arrow
+
+
+def test_a_constraint_on_a_joint_pulls_along_it_with_its_multiplier() -> None:
+    """A knife-edge's force is across it, one arrow for both components; a prescribed slider's is its drive's."""
+    text = (EXAMPLES / "chaplygin_sleigh.yaml").read_text(encoding="utf-8")
+    turned = text.replace("initial: {u: [-1, 0, 0.1]}", "initial: {q: [0, 0, 0.4], u: [-cos(0.4), -sin(0.4), 0.1]}")
+    (edge,) = reaction_arrows(cut_free(mbs.loads(turned)))
+    assert edge.label == "lambda_edge"
+    assert np.abs(unit(edge.vector)) == pytest.approx([math.sin(0.4), math.cos(0.4), 0.0], abs=1e-6)
+    hopper = cut_free(mbs.load(EXAMPLES / "variable_mass/hopper.yaml"))
+    pulls = [pull for pull in hopper.pulls() if pull.key == ("row", "drive")]
+    assert [abs(pull.value) for pull in pulls] == pytest.approx([10.0, 10.0])
 
 
 def test_redundant_rows_and_places_are_marked() -> None:

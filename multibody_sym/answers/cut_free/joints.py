@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from multibody_sym.model.mechanism.loads import JointForce, JointSpring
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.vectors import S
 from multibody_sym.scene.scene import Scene
 from multibody_sym.scene.stage import Stage
 
@@ -21,10 +22,14 @@ _ALONG: Final = 1.0 - 1e-9
 
 @dataclass(frozen=True)
 class JointForces:
-    """The components of joints' forces of a mechanism, whose `stage` has the numbers of what is declared."""
+    """The components of joints' forces of a mechanism, whose `stage` has the numbers of what is declared.
+
+    `rows` are the constraints that act on freedoms of joints alone, with the generalised force of each.
+    """
 
     mechanism: Mechanism
     stage: Stage
+    rows: Mapping[str, Sequence[S]]
 
     def keys(self, name: str) -> Iterator[tuple[str, Key]]:
         """Yield each component fx .. mz of a joint with what it is: its reaction, or what acts along a freedom."""
@@ -48,7 +53,7 @@ class JointForces:
         return found
 
     def _acting(self, name: str) -> Iterator[Key]:
-        """Yield what acts along the freedoms of a joint: loads, friction, stops."""
+        """Yield what acts along the freedoms of a joint: loads, friction, stops, constraints on its coordinates."""
         for load in self.mechanism.loads:
             if isinstance(load, (JointForce, JointSpring)) and load.joint == name:
                 yield "drive", load.name
@@ -56,6 +61,10 @@ class JointForces:
             if element.joint == name:
                 rows = [row for part in element.frictions for row in part.rows] or list(element.normals)
                 yield from (("row", row.name) for row in rows)
+        speeds = [k for body in self.mechanism.bodies if body.joint_name == name for k in body.u]
+        for row, forces in self.rows.items():
+            if any(float(forces[k]) for k in speeds):
+                yield "row", row
 
 
 def shown_components(scene: Scene) -> Callable[[bool, Floats], bool]:

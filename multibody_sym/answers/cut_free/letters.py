@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
@@ -27,7 +28,7 @@ from multibody_sym.model.declaration.parameters import in_letters, letters_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.loads import PointPull, PointSpring
 from multibody_sym.model.mechanism.mass import mass_of
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scene.arrows import letter_of
@@ -36,9 +37,11 @@ from multibody_sym.scene.arrows import letter_of
 def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -> Mapping[Key, str]:
     """Return the letter of each of the forces that act, as `solve --steps` has it: T, N1, F, A_x, M_A.
 
-    Weights are m*g where that is short, declared forces have the letter of their value, else their name.
+    What is zero just now acts too, so that the numbers of letters do not change with time. Weights are m*g where that
+    is short, declared forces have the letter of their value, else their name; multipliers without a letter lambda_name.
     """
-    lettered = [each for each in _lettered(mechanism) if each.symbol in acting]
+    guides = {key for key in map(_guide, mechanism.bodies) if key and key[1] not in system.joints}  # a moving ground's
+    lettered = [each for each in _lettered(mechanism) if each.symbol in guides.union(acting)]
     joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
     found = {key: label.text for key, label in spelt(mechanism, lettered, joints).items()}
     book = letters_of(system.parameters)
@@ -58,9 +61,9 @@ def _lettered(mechanism: Mechanism) -> Iterator[Lettered]:
         elif not row.rubs:
             yield _tension(row)
     for body in mechanism.bodies:
-        across = guide_normal(body)
-        if across is not None:
-            yield Lettered(("joint", body.joint_name, COMPONENTS[across]), NORMAL, body.joint_name)
+        guide = _guide(body)
+        if guide:
+            yield Lettered(guide, NORMAL, body.joint_name)
     for load in mechanism.loads:
         if isinstance(load, (PointSpring, PointPull)) and load.line is not None:
             yield Lettered(("load", load.name), SPRING, load.name)
@@ -70,6 +73,12 @@ def _lettered(mechanism: Mechanism) -> Iterator[Lettered]:
             yield Lettered(("tension", asked), TENSION, row.told[0], own)
     for element in mechanism.one_way:
         yield from _of_element(mechanism, element)
+
+
+def _guide(body: TreeBody) -> Key:
+    """Return what the normal force of a joint that slides in the plane is, nothing for other joints."""
+    across = guide_normal(body)
+    return () if across is None else ("joint", body.joint_name, COMPONENTS[across])
 
 
 def _of_element(mechanism: Mechanism, element: OneWay) -> Iterator[Lettered]:
@@ -98,7 +107,7 @@ def _own(system: System, key: Key) -> str:
         return f"{FRICTION}_{name}"
     if kind in ("load", "drive"):
         return letter_of(name, getattr(system.forces.get(name), "value", ()))
-    return name
+    return f"lambda_{re.sub(r'[^A-Za-z0-9_]+', '_', name)}" if kind == "row" else name
 
 
 def _weight(system: System, body: str) -> str:

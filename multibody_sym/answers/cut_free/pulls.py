@@ -14,7 +14,7 @@ from multibody_sym.kinematics.contacts import touch
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import row_motion
-from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.loads import JointForce, JointSpring, Load
@@ -24,7 +24,7 @@ from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.vectors import Vec
+from multibody_sym.scalars.vectors import S, Vec
 from multibody_sym.scene.forms import vector
 from multibody_sym.scene.items import Anchor, Placed, PlacedStrand
 from multibody_sym.scene.scene import Scene
@@ -95,23 +95,51 @@ class CutFree:
     # --- joints ----------------------------------------------------------------------------------------------------
 
     def _joints(self) -> Iterator[Pull]:
-        forces = JointForces(self.scene.mechanism, self.stage)
-        seen = shown_components(self.scene)
         for name, joint in self.system.joints.items():
             if name not in self.values:
                 continue
             parent, child = self.stage.place(joint.parent), self.stage.place(joint.child)
             axes = self.placed.poses[parent.body][:, :3] @ parent.rotation
             where = self.placed.world(child.body, np.array([child.point]))[0]
-            for component, key in forces.keys(name):
-                value = self._value(name, component)
-                axis = axes[:, "xyz".index(component[1])]
-                if not np.isfinite(value) or not seen(component[0] == "m", axis):
-                    continue
+            for key, turns, way, value in self._transmitted(name, axes):
                 for body, sign in ((child.body, 1.0), (parent.body, -1.0)):
-                    at = self._within(body, where)
-                    pull = self._couple if component[0] == "m" else self._force
-                    yield from pull(key, ("joints", name), body, sign * axis, at, value)
+                    pull = self._couple if turns else self._force
+                    yield from pull(key, ("joints", name), body, sign * way, self._within(body, where), value)
+
+    def _transmitted(self, name: str, axes: Floats) -> Iterator[tuple[Key, bool, Floats, float]]:
+        """Yield what a joint transmits: what it is, whether a couple, its way and value; a constraint's all at once."""
+        seen = shown_components(self.scene)
+        held: dict[tuple[str, bool], Floats] = {}
+        for component, key in JointForces(self.scene.mechanism, self.stage, self._in_joints).keys(name):
+            value, turns = self._value(name, component), component[0] == "m"
+            axis = axes[:, "xyz".index(component[1])]
+            if not np.isfinite(value) or not seen(turns, axis):
+                continue
+            if key[0] == "row" and key[1] in self._in_joints:
+                held[key[1], turns] = held.get((key[1], turns), _NONE) + value * axis
+            else:
+                yield key, turns, axis, value
+        for (row, turns), total in held.items():
+            value = self._multiplier(row)
+            if value:
+                yield ("row", row), turns, total / value, value
+
+    @cached_property
+    def _in_joints(self) -> Mapping[str, Sequence[S]]:
+        """What constraints exert on each speed for a multiplier of 1, where they act on joints' freedoms alone."""
+        found = {}
+        one_way = {row.name for element in self.scene.mechanism.one_way for row in element.rows}
+        for row in self.scene.mechanism.rows:
+            if row.name not in one_way and np.isfinite(self._multiplier(row.name)):
+                moved = row_motion(row, self.motion, self._bias)
+                if not moved.all_told and all(wrench is NO_WRENCH for wrench in moved.of_body):
+                    found[row.name] = moved.forces
+        return found
+
+    def _multiplier(self, row: str) -> float:
+        """Return the one value that is told of a constraint, nan where there is none."""
+        told = list(self.values.get(row, {}).values())
+        return float(told[0]) if len(told) == 1 else float("nan")
 
     # --- ropes -----------------------------------------------------------------------------------------------------
 
