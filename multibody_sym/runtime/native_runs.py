@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from functools import partial
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from multibody_sym.runtime.native_method import address
 from multibody_sym.runtime.native_problem import NativeProblem
 from multibody_sym.runtime.problem import Problem
 
+_STATE: Final = np.dtype(StateStruct)
+
 
 def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) -> list[Integration | None]:
     """Return what `integrate` does of the problem with other numbers: parameters (n, np), q0 (n, nq), u0 (n, nu).
@@ -25,7 +28,7 @@ def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) ->
     count = len(parameters)
     if loop_for(like) is not native_loop or like.begun or like.jump or like.course or any(like.terminal):
         return [None] * count
-    native, x0 = NativeProblem(like), np.hstack([q0, u0])
+    native, x0 = NativeProblem(like.again()), np.hstack([q0, u0])  # a copy: threads write their own
     width = x0.shape[1]
     samples, ends = np.empty((count, like.samples, width)), np.empty((count, width))
     states, work = (StateStruct * count)(), np.empty(native.work)
@@ -43,15 +46,18 @@ def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) ->
         address(samples),
         address(ends),
     )
-    times = like.times()
-    return [_integration(like, times, samples[k], ends[k], states[k]) for k in range(count)]
+    return _integrations(like, samples, ends, states)
 
 
-def _integration(
-    like: Problem, times: Floats, samples: Floats, end: Floats, state: StateStruct
-) -> Integration | None:
-    if state.status != Status.DONE or state.event >= 0 or state.passed or state.sample != len(times):
-        return None
-    nq = len(like.q0)
-    taken = partial(statistics_of, like, state)
-    return Integration(times, samples[:, :nq], samples[:, nq:], state.t, end[:nq], end[nq:], taken, None)
+def _integrations(like: Problem, samples: Floats, ends: Floats, states: Any) -> list[Integration | None]:
+    """Return what came of each run; what all have in common is looked at once, since this is done for every run."""
+    found = np.frombuffer(states, dtype=_STATE)
+    done = (found["status"] == Status.DONE) & (found["event"] < 0) & (found["passed"] == 0)
+    done &= found["sample"] == like.samples
+    nq, times = len(like.q0), like.times()
+    halves = samples[:, :, :nq], samples[:, :, nq:], ends[:, :nq], ends[:, nq:]
+    runs = enumerate(zip(done.tolist(), found["t"].tolist(), *halves, strict=True))
+    return [
+        Integration(times, q, u, t, last_q, last_u, partial(statistics_of, like, states[k]), None) if fine else None
+        for k, (fine, t, q, u, last_q, last_u) in runs
+    ]

@@ -70,12 +70,12 @@ class Samples:
     @cached_property
     def coordinates(self) -> Mapping[str, Floats]:
         """Each coordinate (m,) by name."""
-        return dict(zip((c.name for c in self.ready.mechanism.coordinates), self.q.T, strict=True))
+        return dict(zip([c.name for c in self.ready.mechanism.coordinates], self.q.T, strict=True))
 
     @cached_property
     def speeds(self) -> Mapping[str, Floats]:
         """Each speed (m,) by name."""
-        return dict(zip((s.name for s in self.ready.mechanism.speeds), self.u.T, strict=True))
+        return dict(zip([s.name for s in self.ready.mechanism.speeds], self.u.T, strict=True))
 
     @cached_property
     def inputs(self) -> Mapping[str, Floats]:

@@ -137,7 +137,8 @@ def _values(given: Any, read: Any) -> Iterator[float]:
         plain = item.item() if type(item).__module__ == "numpy" and hasattr(item, "item") else item
         if isinstance(plain, float) and not math.isfinite(plain):
             raise InputError(f"{shown(plain)} is not finite")
-        yield read(plain)
+        # a float is the number that its digits are read as, -0.0 too: thousands of them make no expression each
+        yield plain + 0.0 if type(plain) is float else read(plain)
 
 
 def _range(name: str, kind: str, ends: Sequence[Any], rest: Sequence[Any], read: Any) -> Axis:

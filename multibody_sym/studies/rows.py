@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,7 @@ TEXTS = (EVENTS, FAILURE)
 """The columns of text: what happened on the way, and why there is no result."""
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """What was found of one run: numbers by name, its events, and the reason why it failed, if it did."""
 
     numbers: Mapping[str, float]

@@ -175,7 +175,7 @@ def told(events: list[dict[str, Any]]) -> str:
 
 def _numbers(found: Any) -> dict[str, float]:
     """Return what `reduce` gave as floats by name. Raises ArgumentError."""
-    if not isinstance(found, Mapping):
+    if type(found) is not dict and not isinstance(found, Mapping):
         raise ArgumentError(f"reduce is to return a map from names to numbers, got {shown(found)}")
     numbers: dict[str, float] = {}
     for name, value in found.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -192,6 +193,32 @@ def test_a_full_disk_is_told_and_what_was_kept_is_used(
     assert kept > 5
     study = mbs.sweep(system, vary, output=out, workers=1)
     assert study.computed == 40 - kept
+    assert study["theta end"].tobytes() == mbs.sweep(system, vary)["theta end"].tobytes()
+
+
+def test_a_file_that_may_not_grow_is_told_and_the_study_goes_on(tmp_path: Path, system: mbs.System) -> None:
+    resource = pytest.importorskip("resource")
+    out, told, vary = tmp_path / "o.csv", tmp_path / "told", {"l": (0.5, 1.0, 200)}
+    child = os.fork()
+    if not child:
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (3000, resource.RLIM_INFINITY))
+            workers._SECONDS = 0.002  # more parts than in life
+            mbs.sweep(system, vary, output=out, workers=1)
+        except OutputError as error:
+            told.write_text(str(error))
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    journal = journal_of(Path(f"{out}{ENDING}"))
+    kept, end = len(journal), journal.parts[-1].place + journal.parts[-1].size
+    journal.close()
+    assert re.search(rf"File too large.*{kept} runs are kept.*same call goes on", told.read_text(), re.DOTALL)
+    assert 0 < kept < 200
+    assert not out.exists()
+    assert end == Path(f"{out}{ENDING}").stat().st_size <= 3000
+    study = mbs.sweep(system, vary, output=out, workers=1)
+    assert study.computed == 200 - kept
     assert study["theta end"].tobytes() == mbs.sweep(system, vary)["theta end"].tobytes()
 
 

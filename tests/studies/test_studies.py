@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.errors import ArgumentError, InputError, OutputError
+from multibody_sym.runtime import native_method
 from multibody_sym.studies.axes import axes_of
 from multibody_sym.studies.plan import plan_of
 
@@ -48,6 +50,30 @@ def test_each_row_is_what_simulate_finds_for_its_values(system: mbs.System) -> N
         told = "" if stop is None else f"stop low at {stop['t']!r}"
         assert study["events"][k] == told
     assert any(study["events"] != "")
+
+
+def test_floats_make_no_expressions_and_are_the_numbers_that_their_digits_are_read_as(
+    system: mbs.System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = [0.1, 1 / 3, -0.0, 5e-324, 1.7976931348623157e308, -2.5e-7]
+    (read,) = axes_of(system, {"theta": [Fraction(repr(x)) for x in given]})
+    monkeypatch.setattr("multibody_sym.studies.axes.scalar", None)
+    (axis,) = axes_of(system, {"theta": np.array(given)})
+    assert np.array(axis.values).tobytes() == np.array(read.values).tobytes()
+
+
+def test_the_structures_of_a_family_are_made_once(system: mbs.System, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Any] = []
+
+    def method_struct(method: Any) -> Any:
+        made.append(method)
+        return native_method.method_struct(method)
+
+    monkeypatch.setattr("multibody_sym.runtime.native_problem.method_struct", method_struct)
+    asked = mbs.loads(PENDULUM.partition("stop:")[0] + "simulation: {t_end: 0.01, samples: 2}")
+    runs = [make(None) for make in mbs.prepare(asked).runs({"l": np.linspace(0.5, 1, 100).tolist()}, {})]
+    assert len({run["theta"][-1] for run in runs}) == 100
+    assert len(made) == 1
 
 
 def test_a_function_of_a_run_makes_the_columns(system: mbs.System) -> None:

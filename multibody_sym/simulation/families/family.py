@@ -49,6 +49,15 @@ class Member(NamedTuple):
     done: Integration | None = None
 
 
+class _Varied(NamedTuple):
+    """What the runs of a family are made of."""
+
+    system: System
+    base: Mechanism
+    parameters: tuple[str, ...]
+    initial: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Family:
     """The `system` with other values of these `parameters`, and of these coordinates and speeds at the start."""
@@ -80,7 +89,7 @@ class Family:
         ready = {}
         for k in np.flatnonzero(clear).tolist():
             own = Numbers(numbers.parameters[k], numbers.q0[k], numbers.u0[k])
-            one = self._closed(own) if self._closes else self._declared(own)
+            one = self._closed(own) if self._closes else self._one(own, own)
             if one is not None:
                 ready[k] = one
         done: Sequence[Integration | None] = [None] * len(ready)
@@ -89,11 +98,6 @@ class Family:
             done = integrate_each(self._first[0], *map(np.array, together))
         found = {k: Member(*one, each) for (k, one), each in zip(ready.items(), done, strict=True)}
         yield from map(found.get, range(len(clear)))
-
-    def _declared(self, own: Numbers) -> tuple[Runnable, Problem]:
-        """Return a run that starts as it is declared."""
-        parameters, q, u = (tuple(x.tolist()) for x in own)
-        return self._one(own, own, Start(parameters, q, u, (), (), {}, 0))
 
     def _closed(self, own: Numbers) -> tuple[Runnable, Problem] | None:
         """Return a run whose loops are closed from what is declared; None of one that has to be examined."""
@@ -108,11 +112,16 @@ class Family:
         one = self._one(found, own, begin)
         return one if one[1].independent == independent else None
 
-    def _one(self, numbers: Numbers, declared: Numbers, begin: Start) -> tuple[Runnable, Problem]:
+    def _one(self, numbers: Numbers, declared: Numbers, begin: Start | None = None) -> tuple[Runnable, Problem]:
+        """Return a run that starts with these numbers: as it is declared, or as it was begun."""
         layout = self._layout
-        begun = partial(_begun, self.system, declared, layout.mechanism, self.parameters, self.initial, begin)
+        begun = partial(_begun, self._varied, declared, begin)
         one = Runnable(layout.mechanism, layout.formalism, layout.compiled, numbers, begun)
         return one, self._problem(one)
+
+    @cached_property
+    def _varied(self) -> _Varied:
+        return _Varied(self.system, self._mechanism, self.parameters, self.initial)
 
     @cached_property
     def _changed(self) -> System:
@@ -177,18 +186,15 @@ class Family:
         return self._first[0].with_numbers(ready.parameters, ready.q0, ready.u0)
 
 
-def _begun(
-    system: System,
-    own: Numbers,
-    base: Mechanism,
-    parameters: tuple[str, ...],
-    initial: tuple[str, ...],
-    begin: Start,
-) -> tuple[System, StartState]:
+def _begun(varied: _Varied, own: Numbers, begin: Start | None) -> tuple[System, StartState]:
     """Return how a run of a family, declared by its `own` numbers, started: its system, and the state at its start."""
+    system, base, parameters, initial = varied
     places = {each.name: x for each, x in zip(base.coordinates, own.q0.tolist(), strict=True)}
     places |= {each.name: x for each, x in zip(base.speeds, own.u0.tolist(), strict=True)}
     values = {name: own.parameters[base.parameters.places[name]].item() for name in parameters}
     changed = Changes(values, {name: places[name] for name in initial}).of(system)
     resolved = with_constants(mechanism(changed))
+    if begin is None:
+        vector, q, u = (tuple(x.tolist()) for x in own)
+        begin = Start(vector, q, u, (), (), {}, 0)
     return changed, StartState(resolved, begin, (Mode({}),))
