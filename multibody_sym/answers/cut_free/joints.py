@@ -61,10 +61,9 @@ class JointForces:
             if element.joint == name:
                 rows = [row for part in element.frictions for row in part.rows] or list(element.normals)
                 yield from (("row", row.name) for row in rows)
-        speeds = [k for body in self.mechanism.bodies if body.joint_name == name for k in body.u]
-        for row, forces in self.rows.items():
-            if any(float(forces[k]) for k in speeds):
-                yield "row", row
+        if self.rows:
+            speeds = [k for body in self.mechanism.bodies if body.joint_name == name for k in body.u]
+            yield from (("row", row) for row, forces in self.rows.items() if any(float(forces[k]) for k in speeds))
 
 
 def shown_components(scene: Scene) -> Callable[[bool, Floats], bool]:
