@@ -17,7 +17,7 @@ from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.answers.worked.actions import Action
 from multibody_sym.answers.worked.bodies import Force, FreeBody
 from multibody_sym.answers.worked.directions import short
-from multibody_sym.answers.worked.elimination import Found, arranged
+from multibody_sym.answers.worked.elimination import Elimination, Found, arranged
 from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.answers.worked.exactly import Equality, Linear, shown
 from multibody_sym.answers.worked.given import given_lines
@@ -293,9 +293,23 @@ class _Work:
             )
             yield Sentence((f"{count} {kind}equations for {len(self.unknowns)} unknowns, solved in numbers:",))
             yield Sentence((self.reason,))
+            yield from self._by_each_other()
             return
         for found in self.elimination.steps:
             yield from self._found(found)
+
+    def _by_each_other(self) -> Iterator[Line]:
+        """Yield accelerations by those that are left, as relations between them alone give them in formulas."""
+        accelerations = self.symbols.accelerations
+        alone = Elimination(self.exactly, accelerations, only=accelerations)
+        self.exactly.renew()
+        try:
+            alone.run([e for e in self.equations.relations if set(e.form.terms) <= set(accelerations)])
+            told = [(step.unknown, shown(self.exactly, alone.results[step.unknown])) for step in alone.steps]
+        except NoClosedFormError:
+            return
+        if not self.exactly.numbers:
+            yield from (Formula(sides, before=("from relations alone",)) for sides in told)
 
     def _found(self, found: Found) -> Iterator[Line]:
         value = self._safely(found.value)
