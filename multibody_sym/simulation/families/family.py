@@ -37,8 +37,13 @@ from multibody_sym.simulation.recall import compiled, formalism_name
 from multibody_sym.simulation.runnable import Numbers, Runnable
 from multibody_sym.simulation.settings import form_of
 
-_TOGETHER: Final = 32
-"""Runs that are integrated by one call: so many that what it costs is nothing, so few that they end soon."""
+_LEAST: Final = 32
+_MOST: Final = 256
+_NUMBERS: Final = 1024
+"""Runs that are integrated by one call: so many that what it costs is nothing, so few that they end soon.
+
+Those of small systems, which do, are as many as have so many numbers in their states.
+"""
 
 
 class Member(NamedTuple):
@@ -80,8 +85,9 @@ class Family:
         numbers = layout.numbers(parameters, initial, count)
         with np.errstate(all="ignore"):
             clear = layout.cleared(numbers)
-        for begin in range(0, count, _TOGETHER):
-            here = slice(begin, begin + _TOGETHER)
+        together = max(_LEAST, min(_MOST, _NUMBERS // max(1, numbers.q0.shape[1] + numbers.u0.shape[1])))
+        for begin in range(0, count, together):
+            here = slice(begin, begin + together)
             yield from self._ready(Numbers(*(x[here] for x in numbers)), clear[here])
 
     def _ready(self, numbers: Numbers, clear: Any) -> Iterator[Member | None]:
