@@ -12,9 +12,10 @@ FEW = ["pendulum", "cart_pole", "gyroscope", "lift"]
 
 def assert_theorems_hold(name: str, backend: str | None) -> None:
     system = from_file(name)
-    kept = system.simulation.constraints
-    method = None if kept is not None and kept.index_2 else "dormand_prince_8"
-    run = mbs.simulate(system, samples=3, rtol=1e-11, atol=1e-12, method=method, backend=backend)
+    kept, method = system.simulation.constraints, "dormand_prince_8"
+    # So near the rounding of a stiff rod's force radau_5 has no longer steps than explicit methods.
+    instead = "projection" if kept is not None and kept.index_2 else None
+    run = mbs.simulate(system, samples=3, rtol=1e-11, atol=1e-12, method=method, constraints=instead, backend=backend)
     assert {theorem: miss for theorem, miss in run.verified().items() if not miss.relative <= 1e-9} == {}
 
 

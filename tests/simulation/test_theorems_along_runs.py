@@ -147,3 +147,22 @@ def test_bounces_part_what_is_run_once_more(tmp_path: Path) -> None:
     assert sum(event["kind"] == "impact" for event in run.events) >= 2
     np.testing.assert_allclose(run["W"], 3 * G * (1 - run["h"]), atol=1e-7)
     assert max(miss.relative for miss in run.verified().values()) < 1e-7
+
+
+def test_what_dies_out_at_once_in_a_long_run_is_not_missed(tmp_path: Path) -> None:
+    """One of two masses is braked within 10 us of 10 s: u = exp(-1e5 t), of which even places over all see nothing."""
+    text = """
+multibody_sym: 1
+name: dies_out
+gravity: [0, 0, 0]
+bodies: {slow: {mass: 1 kg}, quick: {mass: 1 kg}}
+joints:
+  a: {type: prismatic, parent: ground, child: slow, axis: x, q: x, initial: {u: 10}}
+  b: {type: prismatic, parent: ground, child: quick, axis: y, q: y, initial: {u: 1}}
+forces:
+  push: {type: force, on: slow, value: [10, 0, 0]}
+  brake: {type: drag, on: quick, linear: 1e5}
+simulation: {t_end: 10 s, method: radau_5, rtol: 1e-11, atol: 1e-12, samples: 2}
+"""
+    misses = mbs.simulate(loaded(text, tmp_path)).verified()
+    assert max(miss.relative for miss in misses.values()) < 1e-9

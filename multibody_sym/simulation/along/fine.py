@@ -65,6 +65,14 @@ class Stretch:
         problem = replace(self.problem, t0=self.problem.start, t_end=until, samples=samples, begun=None)
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=0))
 
+    def halves(self) -> tuple[Stretch, Stretch]:
+        """Return the first half, and the rest from the state that it reaches."""
+        middle = self.problem.start + self.duration / 2
+        reached = self._run(middle, 2)
+        begin = replace(self.problem, t0=middle, q0=reached.q_final, u0=reached.u_final, begun=None)
+        first = replace(self, until=middle, steps=max(1, reached.statistics.steps))
+        return first, replace(self, problem=begin, steps=max(1, self.steps - reached.statistics.steps))
+
     def smooth_parts(self) -> list[Stretch]:
         """Return the parts between kinks, at which forces bend or jump; they end and begin just beside them."""
         problem = self.problem
