@@ -8,28 +8,37 @@ run fails. It is stricter than they are, so that rounding does not let it clear 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Final
 
 from multibody_sym.dynamics.constraints.closing_programs import closes_by_programs
-from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
+from multibody_sym.dynamics.formalisms.block_ldl import eliminated, tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.inertia.articulated import articulated
+from multibody_sym.dynamics.inertia.rigid import about_origin
+from multibody_sym.dynamics.programs.like_bodies import Kind, LikeBodies
+from multibody_sym.dynamics.programs.scanned import packed, unpacked, worth_scanning
 from multibody_sym.kinematics.masses.rates import varies
-from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.motion import body_mass, body_motion, motion_of, moving_parent
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.program.passes import Pass, Result, Values, scan_tree
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.traversal import leaves, postorder
+from multibody_sym.scalars.vectors import ZERO_VECTOR, dot
 
 FINITE, POSITIVE = "finite", "positive"
 _DEFINED: Final = frozenset({"neg", "add", "mul", "abs", "sign", "min", "max", "sin", "cos", "atan", "tanh"})
 """Operations of finite numbers that have a value; of all others each is looked at."""
 _ROUNDING: Final = 1e-7
 """Relative: so far a moment of inertia may miss what a body can have; the examination allows ten times more."""
+_ARTICULATED: Final = 21
+"""Numbers of an inertia that free joints are left out of."""
 _PIVOT: Final = 1e-9
 """Beside its diagonal element, the least pivot of a mass matrix that is cleared."""
 
@@ -63,7 +72,9 @@ def quick_look(system: System, mechanism: Mechanism) -> Program:
     """
     trace = Trace("quick_look", arrays(mechanism))
     finite = list(dict.fromkeys(_looked_at(system, mechanism))) or [ZERO]
-    positive = [*_bodies(mechanism), *_pivots(mechanism)] or [as_node(1)]
+    like = worth_scanning(mechanism)
+    pivots = _pivots(mechanism) if like is None else _scanned_pivots(mechanism, like, trace)
+    positive = [*_bodies(mechanism), *pivots] or [as_node(1)]
     outputs = {FINITE: ((len(finite),), finite), POSITIVE: ((len(positive),), positive)}
     return trace.finish(outputs)
 
@@ -127,3 +138,27 @@ def _pivots(mechanism: Mechanism) -> Iterator[Node]:
     pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
     for pivot, diagonal in zip(pivots, mass_diagonal(motion), strict=True):
         yield as_node(pivot) - _PIVOT * diagonal
+
+
+def _scanned_pivots(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Sequence[Node]:
+    """Return what `_pivots` does, found by one pass inward: a long tree written out compiles for seconds."""
+    carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
+    result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
+    given = [tuple(trace[array.name]) for array in trace.inputs]
+    return scan_tree(trace, given, like.bodies, [carried], [result], partial(_pivoted, like.kinds))["pivots"]
+
+
+def _pivoted(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+    """Return the inertias that a body hands on, with free joints and with rigid ones, and its pivots."""
+    kind = kinds[number]
+    body, state = kind.body, kind.state
+    moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
+    own = articulated(about_origin(body_mass(body, state)))
+    rigid = own.plus(unpacked(read["carried"][_ARTICULATED:]))
+    freedoms, left = eliminated(body.u, moved, own.plus(unpacked(read["carried"][:_ARTICULATED])))
+    found = []
+    for freedom, linear, angular in zip(freedoms, moved.linear, moved.angular, strict=True):
+        force, moment = rigid.wrench(linear, angular)
+        found.append(as_node(freedom.pivot) - _PIVOT * (dot(linear, force) + dot(angular, moment)))
+    handed = (*packed(left.moved(moved.R_PB, moved.p_PB)), *packed(rigid.moved(moved.R_PB, moved.p_PB)))
+    return {"carried": handed, "pivots": found}
