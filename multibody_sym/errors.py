@@ -6,8 +6,7 @@ And what makes their messages: wrong values shown in a line, places named on the
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, Final
 
@@ -149,15 +148,21 @@ class OutputError(MultibodyError):
     number = "O100"
 
 
-@contextmanager
-def at(*steps: object) -> Iterator[None]:
+class at:  # noqa: N801  # read as a word: with at("bodies", name); a class, since large models enter it for each value
     """Name the place in the model to which errors raised inside belong."""
-    try:
-        yield
-    except InputError as error:
-        for step in reversed(steps):
-            error.under(str(step))
-        raise
+
+    __slots__ = ("_steps",)
+
+    def __init__(self, *steps: object) -> None:
+        self._steps = steps
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: object, traceback: object) -> None:
+        if isinstance(error, InputError):
+            for step in reversed(self._steps):
+                error.under(str(step))
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:

@@ -23,6 +23,7 @@ _TOKEN: Final = re.compile(
       | (?P<blank>[ \t\r\n]+)""",
     re.VERBOSE,
 )
+_PLAIN: Final = re.compile(r"-?[0-9]{1,30}(?:\.[0-9]{1,30})?")
 _ADVICE: Final = {
     "=": "comparisons are < <= > >=, and an equation is written as the difference of its sides",
     ":": "a quotient is written with /",
@@ -125,6 +126,17 @@ def exact_number(text: str, token: Token) -> Fraction:
     if too_small:
         raise failure(text, token.column, "the number is too small for a floating-point number", "E104")
     return value
+
+
+def plain_number(text: str) -> Fraction | None:
+    """Return the value of a text that is a decimal of few digits and nothing else, what large models hold most.
+
+    None for all else, such as what may be wrong.
+    """
+    if not _PLAIN.fullmatch(text):
+        return None
+    whole, _, decimals = text.partition(".")
+    return Fraction(int(whole + decimals), 10 ** len(decimals))
 
 
 def close_match(name: str, known: list[str], cutoff: float = 0.7) -> str | None:

@@ -12,6 +12,11 @@ def postorder(roots: Iterable[E]) -> Iterator[E]:
     seen: set[E] = set()
     stack: list[tuple[E, bool]] = []
     for root in roots:
+        if not root.args:
+            if root not in seen:
+                seen.add(root)
+                yield root
+            continue
         stack.append((root, False))
         while stack:
             node, ready = stack.pop()

@@ -106,6 +106,9 @@ def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit")
     return digest("mechanism", formalism, form, "\n".join(written.lines))
 
 
+_WORDS: Final = frozenset({str, int, bool, type(None)})
+
+
 class _Written:
     """Parts of a mechanism as lines that tell it from every other; a Node is written once, then by its number."""
 
@@ -116,10 +119,14 @@ class _Written:
 
     def add(self, part: Any) -> None:
         """Write a part, with the sizes of what it holds, so that nothing moves from one part to the next unseen."""
-        if isinstance(part, Node):
-            self.lines.append(f"node {self._number(part)}")
-        elif is_dataclass(part):
-            self.lines.append(type(part).__name__)
+        kind = type(part)
+        if kind is Node:
+            number = self._numbers.get(part)
+            self.lines.append(f"node {self._number(part) if number is None else number}")
+        elif kind in _WORDS:
+            self.lines.append(repr(part))
+        elif kind in self._fields or is_dataclass(part):
+            self.lines.append(kind.__name__)
             for name in self._fields_of(part):
                 self.add(getattr(part, name))
         elif isinstance(part, Mapping):

@@ -19,7 +19,7 @@ from multibody_sym.dynamics.start.undefined import ARITHMETIC
 from multibody_sym.errors import MultibodyError
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.parameters import ALPHA, BETA
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA, Source
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled
@@ -97,9 +97,9 @@ class Runnable:
 
     @property
     def parameter_values(self) -> dict[Node, float]:
-        """The value of each parameter's symbol."""
+        """The value of each parameter's symbol; numbers that the model writes have none."""
         entries = zip(self.mechanism.parameters, self.parameters.tolist(), strict=True)
-        return {symbol(entry.name): value for entry, value in entries}
+        return {symbol(entry.name): value for entry, value in entries if entry.source is not Source.LITERAL}
 
 
 @on_numbers

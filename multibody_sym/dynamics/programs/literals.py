@@ -99,7 +99,7 @@ class _Constants:
         if type(part) is tuple:
             items = tuple([self.of(f"{name} {k}", x) for k, x in enumerate(part, 1)])
             return items if any(new is not old for new, old in zip(items, part, strict=True)) else part
-        if is_dataclass(part) and not isinstance(part, type):
+        if type(part) in self._fields or (is_dataclass(part) and not isinstance(part, type)):
             self.kind.append(type(part))
             return self._record(name, part)
         self.kind.append(part)

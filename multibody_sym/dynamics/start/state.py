@@ -168,7 +168,7 @@ def with_numbers_as_data(state: StartState) -> StartState:
     declared = with_constants(state.declared)
     if declared is state.declared:
         return state
-    values = [evaluate_float([node], {})[0] for node in declared.parameters.constants]
+    values = evaluate_float(declared.parameters.constants, {})
     return replace(state, declared=declared, begin=replace(state.begin, parameters=(*state.begin.parameters, *values)))
 
 

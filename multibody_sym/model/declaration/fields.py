@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import ItemsView, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import cache
 from types import MappingProxyType
@@ -99,6 +99,9 @@ class Names(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._content)
+
+    def items(self) -> ItemsView[str, Any]:
+        return self._content.items()
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Names) and list(self.items()) == list(other.items())

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
+from functools import cache, cached_property
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import ModelError, at
@@ -124,10 +125,19 @@ class System(Element):
         parts = [f"{n} {several if n > 1 else one}" for n, one, several in counted if n]
         return f"<System {self.name}: {', '.join(parts) or 'nothing in it'}>"
 
+    @cached_property
+    def _written(self) -> list[Written]:
+        """Its expressions: what looks at a large system asks for them a dozen times."""
+        return _gathered(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a pickle and a copy keep: what follows from the fields is found again."""
+        return {name: value for name, value in vars(self).items() if name != "_written"}
+
     def _collect_declarations(self) -> None:
         """Move declarations that symbols carry into `parameters`, leaving plain symbols behind."""
         found: dict[str, Parameter] = dict(self.parameters)
-        pending = [written.node for written in expressions(self)]
+        pending = [written.node for written in _gathered(self)]
         while pending:
             carried = leaves(pending, "declared")
             pending = []
@@ -152,38 +162,64 @@ def _plain(node: Node) -> Node:
     return evaluate([node], leaf)[0] if leaves([node], "declared") else node
 
 
-def expressions(part: Any, path: tuple[str, ...] = (), unit: str | None = None) -> Iterator[Written]:
-    """Yield every expression inside a system, element, map or tuple, with its path and the unit its field asks for."""
+def expressions(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
+    """Return every expression inside a system, element, map or tuple, with its path and the unit its field asks for."""
+    return list(part._written) if isinstance(part, System) and not path else _gathered(part, path)
+
+
+def _gathered(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
+    found: list[Written] = []
+    _gather(part, path, None, found)
+    return found
+
+
+def _gather(part: Any, path: tuple[str, ...], unit: str | None, found: list[Written]) -> None:
     if isinstance(part, Node):
-        yield Written(path, part, unit)
-    elif isinstance(part, Mapping):
-        for name, x in part.items():
-            yield from expressions(x, (*path, name), unit)
+        found.append(Written(path, part, unit))
     elif isinstance(part, Element):
         for steps, value, field_unit in part.written():
-            if not isinstance(value, _PLAIN):
-                yield from expressions(value, (*path, *steps), field_unit)
+            if isinstance(value, Node):  # most are, in large models
+                found.append(Written((*path, *steps), value, field_unit))
+            elif not isinstance(value, _PLAIN):
+                _gather(value, (*path, *steps), field_unit, found)
     elif isinstance(part, tuple):
         for i, x in enumerate(part):
-            yield from expressions(x, (*path, str(i)), unit)
+            _gather(x, (*path, str(i)), unit, found)
+    elif isinstance(part, Mapping):
+        for name, x in part.items():
+            _gather(x, (*path, name), unit, found)
 
 
 def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
-    """Return a system, record, map or tuple with every expression but constants replaced by `change` of it."""
+    """Return a system, record, map or tuple with every expression but constants replaced by `change` of it.
+
+    What nothing changes in is returned as it is.
+    """
     if isinstance(part, Node):
         return change(part) if part.shadow is None else part
+    if isinstance(part, _PLAIN):
+        return part
     if isinstance(part, Names):
-        return Names({name: with_expressions(x, change) for name, x in part.items()})
+        content = {name: with_expressions(x, change) for name, x in part.items()}
+        return part if all(x is part[name] for name, x in content.items()) else Names(content)
+    if type(part) is tuple:
+        changed_items = tuple([with_expressions(x, change) for x in part])
+        return part if all(a is b for a, b in zip(changed_items, part, strict=True)) else changed_items
     if is_dataclass(part) and not isinstance(part, type):
-        new = {f.name: with_expressions(getattr(part, f.name), change) for f in fields(part)}
-        changed = {name: x for name, x in new.items() if x is not getattr(part, name)}
+        changed = {}
+        for name in _fields_of(type(part)):
+            old = getattr(part, name)
+            if (new := with_expressions(old, change)) is not old:
+                changed[name] = new
         if not changed:
             return part
         return part.with_fields(changed) if isinstance(part, Element) else replace(part, **changed)
-    if type(part) is tuple:
-        changed_items = tuple(with_expressions(x, change) for x in part)
-        return part if all(a is b for a, b in zip(changed_items, part, strict=True)) else changed_items
     return part
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(kind))
 
 
 def parameters(

@@ -8,11 +8,12 @@ from typing import Any, Protocol
 from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.tokens import plain_number
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import node_of
 from multibody_sym.scalars.kinks import is_condition
-from multibody_sym.scalars.node import ONE, ZERO, Node, negate
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate, number
 
 Point = tuple[Node, Node, Node]
 AXES = ("x", "y", "z")
@@ -38,6 +39,8 @@ def scalar(value: Any, unit: str | None) -> Node:
             return node_of(value)
         except ArgumentError:
             raise ModelError(f"expected a number or an expression, got {described(value)}", number="M103") from None
+    if (plain := plain_number(value)) is not None:
+        return number(plain)
     node, dimension = parse_scalar(value)
     if dimension is not None and unit is not None and dimension != dimension_of_unit(unit):
         raise ModelError(

@@ -196,7 +196,7 @@ def _kinks(resolved: System, slots: Mapping[Node, Node]) -> tuple[Node, ...]:
 def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
     """Return what is declared of forces, constraints and motions, curves at the coordinates of their joints."""
     parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
-    nodes = [written.node for part in parts for written in expressions(part)]
+    nodes = [written.node for part in parts for written in expressions(part) if written.node.shadow is None]
     found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
     for name, joint in resolved.joints.items():
         for free in joint.free_steps:
@@ -210,7 +210,7 @@ def _doubled(system: System, tree: SpanningTree) -> list[str]:
 
     Such a joint carries a massless double of its child, which rows hold to the child itself.
     """
-    used = used_joints(system)
+    used = used_joints(system) if tree.cut else set()
     return [name for name in tree.cut if name in used or not has_rows(system.joints[name])]
 
 

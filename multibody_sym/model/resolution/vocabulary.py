@@ -92,10 +92,15 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
         with at("forces", name):
             for key, unit in units.items():
                 system.forces[name].verify_unit(key, unit)
+    known_in: dict[str, dict[str, str]] = {}
     for path, node, field_unit in _declared(system):
+        if node.shadow is not None:  # a number names nothing and fits everywhere
+            continue
         try:
             allowed = _may_name(system, path)
-            known = {**_later_names(system, path), **names}
+            question = path[1] if path[0] == "ask" else ""
+            known = known_in.get(question) or {**_later_names(system, path), **names}
+            known_in[question] = known
             own = path[1] if path[0] in ("parameters", "inputs", "outputs", "ask") else None
             _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
             if path[0] == "constraints" or _is_driven(path):
@@ -127,6 +132,8 @@ def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
 def verify_curves(system: System, names: Mapping[str, str]) -> None:
     """Raise ModelError where the parameter of a curve has the name of something else than a coordinate."""
     for path, node, _ in _declared(system):
+        if node.shadow is not None:
+            continue
         for leaf in leaves([node], "quantity"):
             name = leaf.data[1][0] if leaf.data[0] == PARAMETER else ""
             if name in RESERVED or names.get(name, "a coordinate") != "a coordinate":
