@@ -15,6 +15,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.answers.cut_free.arrows import all_arrows, reaction_arrows
+from multibody_sym.answers.cut_free.letters import force_names
 from multibody_sym.answers.cut_free.pulls import CutFree
 from multibody_sym.answers.cut_free.values import at_end, sliding_of, values_of
 from multibody_sym.cli.main import main
@@ -193,7 +194,7 @@ def test_letters_of_all_examples_are_those_of_the_steps(file: Path) -> None:
 
 
 def verify_letters(system: mbs.System) -> None:
-    """All letters are among those of the steps, but couples of joints that are no unknowns of theirs."""
+    """All letters are those of the steps, but sums of friction and couples of joints that are no unknowns there."""
     solution = mbs.solve(system, steps=True)
     scene = scene_of(system)
     cut = CutFree(system, scene, scene.motion(), values_of(solution), sliding_of(solution))
@@ -204,9 +205,20 @@ def verify_letters(system: mbs.System) -> None:
         for pull in cut.pulls()
         if pull.key[0] == "joint" and pull.turns and "_".join(pull.key[1:]) in spelt
     }
+    alone |= {f"F_{pull.key[1]}" for pull in cut.pulls() if pull.key[0] == "friction"}  # all corners together
     for arrow in all_arrows(cut):
-        if arrow.role == "reaction" or (arrow.role == "couple" and arrow.label not in alone):
+        if arrow.role in ("reaction", "couple") and arrow.label not in alone:
             assert arrow.label in spelt, arrow
+
+
+def test_a_ball_on_rails_has_the_numbers_of_the_steps() -> None:
+    """Each of two rails has two parts of friction, of which one is zero; the open ends of the rails have no letters."""
+    cut = cut_free(mbs.load(EXAMPLES / "textbook/ball_on_rails.yaml"))
+    letters = force_names(cut.system, cut.scene.mechanism, list(cut.lasting()))
+    sides = {f"{x}.side.{part}" for x in "AB" for part in ("normal", "friction1", "friction2")}
+    assert {key[1]: letter for key, letter in letters.items()} == dict(
+        zip(sorted(sides), ("F1", "F2", "N1", "F3", "F4", "N2"), strict=True)
+    )
 
 
 def test_a_constraint_on_a_joint_pulls_along_it_with_its_multiplier() -> None:

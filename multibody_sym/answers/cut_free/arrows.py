@@ -47,8 +47,7 @@ def _arrows(cut: CutFree, pulls: Sequence[Pull], drawn: Callable[[Pull], Floats]
     forces, couples = (max((p.size for p in pulls if p.turns == turns), default=0.0) for turns in (False, True))
     largest = {False: forces, True: max(couples, forces * cut.scene.size)}
     kept = [pull for pull in pulls if pull.size > _NEGLIGIBLE * largest[pull.turns]]
-    lasting = [pull for pull in pulls if pull.key[0] != "joint"]
-    names = force_names(cut.system, cut.scene.mechanism, _acting([*kept, *lasting]))
+    names = force_names(cut.system, cut.scene.mechanism, [*_acting(kept), *cut.lasting()])
     return [
         ArrowItem(_role(pull), pull.path[1], names[pull.key], pull.path, pull.at, vector(drawn(pull)))
         for pull in kept

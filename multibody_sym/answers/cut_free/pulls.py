@@ -74,6 +74,14 @@ class CutFree:
                 yield from self._rope(placed, placed.strand.rope)
         yield from self._rows()
 
+    def lasting(self) -> Iterator[Key]:
+        """Yield the rows that act now, though their force may be zero or unknown; open contacts have zeros alone."""
+        yield from (("row", row.name) for row in self.scene.mechanism.rows)
+        for element in self.scene.mechanism.one_way:
+            acts = any(value != 0.0 for value in self.values.get(element.name, {}).values())
+            if acts and element.name not in self.sliding:
+                yield from (("row", row.name) for row in element.rows)
+
     def _value(self, element: str, component: str) -> float:
         return float(self.values.get(element, {}).get(component, np.nan))
 
