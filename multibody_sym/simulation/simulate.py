@@ -133,6 +133,7 @@ class Prepared:
         initial: Mapping[str, Any] | None = None,
         inputs: Mapping[str, Any] | None = None,
         t_end: Any = None,
+        samples: Any = None,
         on_progress: Callable[[Samples, float], None] | None = None,
     ) -> Trajectory:
         """Return the motion, with other values where they are given; arguments, result and errors as for `simulate`.
@@ -140,15 +141,30 @@ class Prepared:
         It has the bits of the run that `simulate` makes of the same values, whatever was run before.
         """
         on_progress = callback("on_progress", on_progress)
-        if inputs is None and t_end is None and (found := self._in_numbers(parameters, initial)) is not None:
+        if t_end is not None or samples is not None:
+            other = self._until(t_end, samples)
+            return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
+        if inputs is None and (found := self._in_numbers(parameters, initial)) is not None:
             (run,) = self.runs(*found)
             return run(on_progress)
-        if any(values is not None for values in (parameters, initial, inputs, t_end)):
-            changed = with_settings(Changes(parameters, initial, inputs).of(self.system), {"t_end": t_end})
+        if any(values is not None for values in (parameters, initial, inputs)):
+            changed = Changes(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
         modes = None if self._one_way is None else self._one_way.again()
         problem = self._problem.again() if modes is None else modes.begin()
         return _run(self._ready, problem, modes, on_progress, self._start[1])
+
+    def _until(self, t_end: Any, samples: Any) -> Prepared:
+        """Return the same, prepared for another end or number of samples; once for each that is asked for as it is."""
+        key = repr((t_end, samples))
+        if key not in self._others:
+            changed = with_settings(self.system, {"t_end": t_end, "samples": samples})
+            self._others[key] = replace(self, system=changed)
+        return self._others[key]
+
+    @cached_property
+    def _others(self) -> dict[str, Prepared]:
+        return {}
 
     def runs(
         self, parameters: Columns, initial: Columns

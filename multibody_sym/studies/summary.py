@@ -21,8 +21,12 @@ def study_summary(study: Study) -> str:
     for name in study.results[:_MOST]:
         values = study[name]
         found = values[np.isfinite(values)]
+        missing = len(values) - len(found) - len(failures)
+        without = f" ({missing} runs have no value)" if missing > 0 else ""
         if len(found):
-            lines.append(f"  {name}: {found.min():.6g} to {found.max():.6g}")
+            lines.append(f"  {name}: {found.min():.6g} to {found.max():.6g}{without}")
+        elif missing > 0:
+            lines.append(f"  {name}: no value in {missing} runs")
     if len(study.results) > _MOST:
         lines.append(f"  and {len(study.results) - _MOST} columns more")
     if failures:

@@ -60,9 +60,8 @@ class Task:
     def about(self) -> dict[str, Any]:
         """What a table says it is of."""
         model = digest(dumps(self.system))
-        words = [f"--vary '{axis}'" for axis in self.plan.axes] + self.plan.words
-        command = " ".join(["multibody-sym sweep", self.system.name, *words])
-        return {"system": self.system.name, "model": model, "command": command, "version": _version()}
+        varied = [*map(str, self.plan.axes), *self.plan.words]
+        return {"system": self.system.name, "model": model, "varied": varied, "version": _version()}
 
     @property
     def units(self) -> dict[str, str]:

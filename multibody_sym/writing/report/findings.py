@@ -13,6 +13,7 @@ from multibody_sym.checking.check import CheckReport, check
 from multibody_sym.drawing.figure import Figure
 from multibody_sym.errors import MultibodyError
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.parameters import DimensionField
 from multibody_sym.model.declaration.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
@@ -102,7 +103,7 @@ def parameters_told(system: System) -> tuple[ParameterTold, ...]:
     return tuple(
         ParameterTold(
             name, parameter.label or name, text(parameter.value), found.get(name),
-            "" if parameter.dimension is None else str(parameter.dimension),
+            "" if parameter.dimension is None else DimensionField().tree(parameter.dimension),
         )
         for name, parameter in system.parameters.items()
     )  # fmt: skip
