@@ -136,6 +136,18 @@ class Impacts(Element):
         Choice(SEQUENCES), None, says="whether all happen at once or one after the other", such="one_by_one"
     )
 
+    def verify(self) -> None:
+        jumping: dict[str, str] = {}
+        for name, impact in self.strikes.items():
+            if impact.motion is not None and impact.motion in jumping:
+                raise ModelError(
+                    f"the motion of {impact.motion} jumps in {jumping[impact.motion]} already, and two jumps of one "
+                    "motion contradict each other: say by how much it jumps in all",
+                    number="M110",
+                ).under("motion").under(name)
+            if impact.motion is not None:
+                jumping[impact.motion] = name
+
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         for name, impact in self.strikes.items():
             yield self.path(name)[1:], impact, None

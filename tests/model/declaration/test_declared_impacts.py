@@ -60,6 +60,15 @@ def test_what_is_read_is_written_back(section: str) -> None:
     assert system.impact is not None
 
 
+def test_two_jumps_of_one_motion_contradict_each_other() -> None:
+    """The second one alone used to count."""
+    driven = HEAD.replace("axis: x, initial: {u: 1}", "axis: x, motion: 2*t")
+    both = "{hit: {motion: A, speed: 1}, back: {motion: A, speed: 2}}"
+    with pytest.raises(mbs.ModelError, match=r"the motion of A jumps in hit already") as caught:
+        mbs.loads(f"{driven}impact: {both}\n")
+    assert (caught.value.where.line, caught.value.where.column) == (10, 53)
+
+
 def test_errors_point_into_the_file() -> None:
     with pytest.raises(mbs.ModelError) as caught:
         mbs.loads(f"{HEAD}impact: {{between: [a, b], normal: -x, restitution: 1.5}}\n")
