@@ -129,7 +129,7 @@ def rows_of_windows(sizes: list[int]) -> None:
         begin = children()
         ready = runnable(windows(count))
         compiler = children() - begin
-        each = microseconds(ready, ("state_derivative", "project_position", "project_velocity"))
+        each = microseconds(ready, ("state_derivative", "put_back"))
         found.append((source_size(ready), compiler, each))
         size, compiler, each = found[-1]
         print(f"{count} windows: {size / 1000:.0f} kB of C, {compiler:.2f} s of compiler, {each:.2f} us", flush=True)
