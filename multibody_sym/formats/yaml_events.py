@@ -1,9 +1,9 @@
 """The events of a YAML text: of libyaml's parser where it is there and the text is plain, else of PyYAML's in Python.
 
 libyaml needs a twentieth of the time, but takes a slightly different language (`a:<tab>b` is one text in Python) and
-puts its errors elsewhere. So it reads plain texts only: lines of ASCII with names, numbers, expressions, lists and
-maps, of which both say the same (tests/formats/test_yaml_events.py). What it refuses is read again, to be refused in
-Python's words.
+puts its errors elsewhere. So it reads plain texts only: lines of ASCII with names, numbers, expressions, lists, maps
+and folded texts, of which both say the same (tests/formats/test_yaml_events.py). What it refuses is read again, to be
+refused in Python's words.
 """
 
 from __future__ import annotations
@@ -36,6 +36,9 @@ _COMMENT: Final = r"(?: +#[ -~]*)?"
 _OF_BLOCK: Final = re.compile(rf"(?:- +)?(?:[A-Za-z][A-Za-z0-9_.]*:(?: +|$))?(?:(?:{_VALUE}){_COMMENT}|#[ -~]*|)")
 _OF_FLOW: Final = re.compile(rf"(?:{_IN_FLOW})+{_COMMENT}|#[ -~]*|")
 """Lines without the blanks at their ends: outside of brackets, and begun inside of some."""
+_FOLDED: Final = re.compile(r"[A-Za-z_]+: >-")
+_IN_FOLDED: Final = re.compile(r"  [!-~][ -~]*|")
+"""The begin of a text of several lines at the top, such as a description, and its lines."""
 _NO_BRACKETS: Final = re.compile(rf"{_QUOTED}| #.*|^#.*")
 
 
@@ -69,9 +72,14 @@ def is_plain(text: str) -> bool:
     """Return whether both parsers say the same of a text that libyaml takes."""
     if not text.isascii() or "\r" in text:
         return False
-    depth = 0
+    depth, folded = 0, False
     for line in text.split("\n"):
-        written = line.strip(" ")
+        if folded and _IN_FOLDED.fullmatch(line):
+            continue
+        if folded and line.startswith(" "):
+            return False
+        folded = not depth and _FOLDED.fullmatch(line) is not None
+        written = "" if folded else line.strip(" ")
         if len(line) > _LONGEST_LINE or not (_OF_FLOW if depth else _OF_BLOCK).fullmatch(written):
             return False
         depth += _opened(written)
