@@ -196,6 +196,22 @@ def test_a_value_is_found_for_which_a_frequency_is_another() -> None:
     assert (found["km"].unit, found["mt"].unit) == ("N/m", "kg")
 
 
+@pytest.mark.parametrize("between", ["", ", between: [9, 34]"])
+def test_a_value_is_found_beside_those_for_which_nothing_oscillates(between: str) -> None:
+    question = f'w: frequency(1), k: {{find: kappa, so: "w == 1"{between}}}'
+    rod = f"""{HEAD}
+parameters: {{g: {{value: 9.81, positive: true}}, m: {{value: 2, positive: true}}, l: {{value: 1, positive: true}},
+  kappa: {{value: 30, positive: true}}}}
+bodies: {{rod: {{shape: {{rod: l, mass: m}}}}}}
+joints: {{h: {{type: revolute, parent: ground, child: rod, q: phi, initial: {{q: pi/2}}}}}}
+forces: {{spring: {{type: torque, joint: h, value: -kappa*(phi - pi/2)}}}}
+ask: {{{question}}}
+"""
+    found = mbs.solve(mbs.loads(rod)).answers["k"]
+    assert found.value == pytest.approx(2 * (3 * 9.81 + 2) / 6, rel=1e-12)  # m l^2/3 w^2 = kappa - m g l/2
+    assert found.expression is not None
+
+
 def test_the_value_that_the_model_has_need_not_oscillate() -> None:
     """An upright bob on a spring of k = 2 falls over; w^2 = k/(m l^2) - g/l is 9 at k = m l^2 (9 + g/l)."""
     model = """

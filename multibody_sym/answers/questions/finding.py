@@ -16,6 +16,8 @@ _FIRST: Final = 0.05
 _GROWTH: Final = 1.6
 _WIDENED: Final = 14
 _PARTS: Final = 24
+_HALVINGS: Final = 8
+"""How closely the place is looked for from which on a function has no value: a zero may lie before it."""
 _MOST: Final = 4
 _ACCURACY: Final = 4 * float(np.finfo(float).eps)
 _FINE: Final = 1e-13
@@ -42,7 +44,8 @@ def zeros(
     """
     if bounds is not None:
         edges = [float(x) for x in np.linspace(*bounds, _PARTS + 1)]
-        brackets: Iterator[tuple[Point, Point]] = pairwise([(x, function(x)) for x in edges])
+        scanned = pairwise([(x, function(x)) for x in edges])
+        brackets: Iterator[tuple[Point, Point]] = (_with_values(function, a, b) for a, b in scanned)
     else:
         brackets = _outwards(function, sample)
     fine = _ACCURACY if cheap else _FINE
@@ -92,9 +95,28 @@ def _outwards(function: Callable[[float], float], sample: float) -> Iterator[tup
         for side, last in tuple(ends.items()):
             x = last[0] + side * step
             ends[side] = (x, function(x))
-            if _changes(last, ends[side]):
-                yield last, ends[side]
+            bracket = _with_values(function, last, ends[side])
+            if _changes(*bracket):
+                yield bracket
         step *= _GROWTH
+
+
+def _with_values(function: Callable[[float], float], a: Point, b: Point) -> tuple[Point, Point]:
+    """Return two points; for one without a value, the last on the way there that has one, or another sign."""
+    if isfinite(a[1]) == isfinite(b[1]):
+        return a, b
+    known, without = (a, b[0]) if isfinite(a[1]) else (b, a[0])
+    begin = last = known
+    for _ in range(_HALVINGS):
+        x = (last[0] + without) / 2
+        value = function(x)
+        if not isfinite(value):
+            without = x
+            continue
+        last = (x, value)
+        if _changes(begin, last):
+            break
+    return (begin, last) if known is a else (last, begin)
 
 
 def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -> Zero | None:
