@@ -344,7 +344,7 @@ def least_change(
     if weighted and (here := rows.numbers(q)) is not None:
         assert rows.compiled is not None
         least = solver(here.weighted[list(rows.active)], wanted)
-        return rows.compiled.unweighted(rows.t, q, change, rows.parameters, least)
+        return rows.compiled.change(rows.t, q, change, rows.parameters, least)
     if weighted:
         weights = _weights(rows.motion(q, change))
         found = correction(weights, jacobian.tolist(), lambda A: solver(np.array(A, dtype=float), wanted).tolist())

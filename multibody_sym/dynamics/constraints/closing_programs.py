@@ -6,12 +6,14 @@ same rows over Nodes. Only elements of H and H G^-1 are told that are not zero e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
+from multibody_sym.dynamics.formalisms.constrained import correction
+from multibody_sym.dynamics.formalisms.equations import MassFactors
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.motion import Motion
@@ -60,7 +62,7 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
     found = (
         _closing(mechanism, motion, rows, jacobian, weighted, shares),
         _places(mechanism, acting, jacobian, weighted),
-        _change(mechanism, factors.unweighted),
+        _change(mechanism, factors),
     )
     return {program.name: program for program in found}
 
@@ -138,8 +140,9 @@ def _places(mechanism: Mechanism, acting: Sequence[int], jacobian: Elements, wei
     )
 
 
-def _change(mechanism: Mechanism, unweighted: Callable[[Sequence[Node]], Sequence[Node]]) -> Program:
+def _change(mechanism: Mechanism, factors: MassFactors) -> Program:
+    """Return the Program of the change of the speeds from what the rows, in the mass matrix's norm, leave least."""
     count = len(mechanism.speeds)
     trace = Trace(CHANGE, (*arrays(mechanism), Array("x", (count,))))
-    found = unweighted(list(trace["x"]))
+    found = correction(factors, [], lambda _weighted: list(trace["x"]))
     return trace.finish({"change": ((count,), found)})

@@ -82,7 +82,7 @@ class CompiledRows:
             np.where(moves, self._dense(weighted, self._places[1]), 0.0),
         )
 
-    def unweighted(self, t: float, q: Floats, u: Floats, parameters: Sequence[float], x: Floats) -> Floats:
+    def change(self, t: float, q: Floats, u: Floats, parameters: Sequence[float], x: Floats) -> Floats:
         """Return G^-1 x (nu) at a state."""
         (change,) = self.functions[CHANGE](*self._arguments(t, q, u, parameters), x)
         return change

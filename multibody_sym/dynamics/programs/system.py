@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.constrained import Matrix, constrained, correction
@@ -23,9 +24,12 @@ from multibody_sym.program.programs import Form, Programs
 from multibody_sym.program.rolling.rolled import rolled
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import maximum
-from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.functions import absolute, maximum, where
+from multibody_sym.scalars.node import ZERO, Node, as_node, less, real
 from multibody_sym.scalars.rotations import unit_quaternion
+
+_ROUNDING: Final = 1e-11
+"""The part of the coefficients of held speeds that rounding may leave of others: of places thousands of metres away."""
 
 
 def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
@@ -178,11 +182,23 @@ def _correction(
     """Return the least change of the speeds with H change = wanted; of those that are not held, if some are."""
     jacobian, solve = _nodes([row.jacobian for row in rows]), _solver(trace, mechanism)
     if mechanism.held:
-        free = [_unheld(mechanism, row) for row in jacobian]
+        free = [_felt(_unheld(mechanism, row), row) for row in jacobian]
         left = [k for k, row in enumerate(free) if set(row) != {ZERO}]
         found = solve([free[k] for k in left], [wanted[k] for k in left], len(dynamics.speeds))
         return _unheld(mechanism, list(found.solution))
     return correction(dynamics.factors, jacobian, lambda matrix: solve(matrix, wanted, len(dynamics.speeds)).solution)
+
+
+def _felt(free: Sequence[Node], row: Sequence[Node]) -> list[Node]:
+    """Return the coefficients of the speeds that move, zero where they are rounding beside those that are held.
+
+    A contact's row on what its joint holds would else be put right by a turn of many radians.
+    """
+    held = [absolute(whole) for moving, whole in zip(free, row, strict=True) if moving is ZERO and whole is not ZERO]
+    if not held:
+        return list(free)
+    least = sum(held[1:], held[0]) * real(_ROUNDING)
+    return [x if x is ZERO else as_node(where(less(absolute(x), least), ZERO, x)) for x in free]
 
 
 def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:

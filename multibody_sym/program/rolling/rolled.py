@@ -39,14 +39,14 @@ _LAST: Final = (1 << 30, 0)
 def rolled(program: Program) -> Program:
     """Return a Program that computes the same by loops over like values; itself where that is not much shorter."""
     size = sum(len(s.nodes) for s in program.statements if isinstance(s, Assign))
-    if size < _LONG or any(isinstance(s, (Call, Scan)) for s in program.statements):
+    if size < _LONG or any(isinstance(s, Scan) for s in program.statements):
         return program
     made, left = rolled_up(program)
     return made if _SHORTER * left <= size else program
 
 
 def rolled_up(program: Program) -> tuple[Program, int]:
-    """Return a Program of assignments and solves by loops, however long it is, and the operations in their text."""
+    """Return a Program of assignments, solves and calls by loops, however long, and the operations in its text."""
     rolling = _Rolling(program)
     return rolling.program(), rolling.size
 
@@ -84,13 +84,21 @@ class _Rolling:
         for statement in self.given.statements:
             if isinstance(statement, Solve):
                 self._solve(statement)
+            elif isinstance(statement, Call):
+                self._call(statement)
         self._compute([value for output in self.given.outputs for value in output.values])
         return self.trace.finish(
             {output.name: (output.shape, [self._atom(x) for x in output.values]) for output in self.given.outputs}
         )
 
+    def _call(self, statement: Call) -> None:
+        self._compute(_asked(statement))
+        arguments = [[self._atom(x) for x in values] for values in statement.arguments]
+        for old, new in zip(statement.targets, self.trace.call(statement.program, arguments), strict=True):
+            self._given(old, new)
+
     def _solve(self, statement: Solve) -> None:
-        self._compute([*(x for row in statement.matrix for x in row), *statement.right, statement.most])
+        self._compute(_asked(statement))
         matrix = [[self._atom(x) for x in row] for row in statement.matrix]
         right = [self._atom(x) for x in statement.right]
         done = self.trace.solve(matrix, right, len(statement.solution), self._atom(statement.most))
@@ -99,9 +107,13 @@ class _Rolling:
             (statement.multipliers, done.multipliers),
             (statement.report, done.report),
         ):
-            self.atoms.update(zip(old, new, strict=True))
-            if new:
-                self._readable(new, old)
+            self._given(old, new)
+
+    def _given(self, old: Sequence[Node], new: Sequence[Node]) -> None:
+        """Take what a statement gives for what it gave in the Program that is rolled up."""
+        self.atoms.update(zip(old, new, strict=True))
+        if new:
+            self._readable(new, old)
 
     def _readable(self, atoms: Sequence[Node], old: Sequence[Node] | None = None) -> None:
         """Let scans read an array."""
@@ -233,12 +245,19 @@ class _Stage:
         return Loop(len(self.classes[group[0]].members), (Kernel(program, reads, tuple(writes)),))
 
 
+def _asked(statement: Call | Solve) -> list[Node]:
+    """Return the values that a statement needs."""
+    if isinstance(statement, Call):
+        return [x for values in statement.arguments for x in values]
+    return [*(x for row in statement.matrix for x in row), *statement.right, statement.most]
+
+
 def _uses(program: Program) -> dict[Node, int]:
     """Return how often each value is read; one that is asked for counts twice, a sign is no value."""
     asked = [x for output in program.outputs for x in output.values]
     for statement in program.statements:
-        if isinstance(statement, Solve):
-            asked += [*(x for row in statement.matrix for x in row), *statement.right, statement.most]
+        if isinstance(statement, (Call, Solve)):
+            asked += _asked(statement)
     uses = dict.fromkeys(asked, 2)
     for node in postorder(dict.fromkeys(asked)):
         if node.shadow is None:

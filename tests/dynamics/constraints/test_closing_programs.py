@@ -52,7 +52,7 @@ def test_rows_by_programs_are_those_walked_through(name: str) -> None:
         assert found.weighted[here] @ found.weighted[here].T == pytest.approx(expected, rel=1e-9, abs=1e-9)
         x = rng.normal(size=len(u))
         assert compiled.compiled is not None
-        back = compiled.compiled.unweighted(0.0, q, u, compiled.parameters, x)
+        back = compiled.compiled.change(0.0, q, u, compiled.parameters, x)
         assert found.weighted[here] @ x == pytest.approx(found.jacobian[here] @ back, abs=1e-9)
         if walked.holonomic().active:
             missed = [rows.holonomic().missed(q) for rows in (walked, compiled)]

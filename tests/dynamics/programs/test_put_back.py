@@ -59,3 +59,12 @@ def test_a_loop_is_factorised_once_for_both() -> None:
     assert found.put_back is not None
     text = c_source({"put_back": found.put_back})["model.c"]
     assert (text.count(" mbs_factorise"), text.count(" mbs_substitute")) == (1, 2)
+
+
+def test_a_row_that_held_speeds_alone_change_is_put_right_by_no_others() -> None:
+    """A cylinder rolls far: s = g sin(alpha) t^2/3 = R phi, though its contact's row has rounding for s and phi."""
+    example = Path(__file__).parents[3] / "examples" / "textbook" / "cylinder_down_an_incline.yaml"
+    run = mbs.simulate(mbs.load(example), t_end=10, rtol=1e-11, atol=1e-12)
+    fallen = 10 * np.sin(np.pi / 6) * run.t**2 / 3
+    assert np.abs(np.abs(run["s"]) - fallen).max() < 1e-9 * fallen[-1]
+    assert np.abs(run["s"] + 0.1 * run["phi"]).max() < 1e-11 * fallen[-1]
