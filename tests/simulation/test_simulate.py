@@ -172,7 +172,7 @@ def test_a_motion_that_grows_without_bound_names_coordinate_and_time() -> None:
 def test_a_load_drawn_through_its_pulley_ends_the_run(backend) -> None:
     """Block on an incline, s = -2 + 2 t^2 until it meets the pulley at t = 1, where the rope's length has a kink."""
     system = mbs.load(EXAMPLES / "textbook" / "incline_pulley.yaml")
-    with pytest.raises(FailedRunError, match=r"at t = 1 s, on account of u_") as caught:
+    with pytest.raises(FailedRunError, match=r"constraint string cannot be satisfied at t = 1 s") as caught:
         mbs.simulate(system, t_end=10, backend=backend)
     run = caught.value.trajectory
     assert np.allclose(run["s"], -2 + 2 * run.t**2, rtol=0, atol=1e-9)
