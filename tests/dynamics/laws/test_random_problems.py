@@ -136,7 +136,7 @@ def test_modes_that_no_open_force_can_save_are_not_solved_one_by_one(monkeypatch
     assert len(solved) < 60
 
 
-@pytest.mark.parametrize("block", [0, 1, *(pytest.param(k, marks=pytest.mark.long) for k in range(2, 5))])
+@pytest.mark.parametrize("block", range(5))
 def test_states_of_random_systems_are_those_of_brute_force(block: int) -> None:
     verdicts = compare(range(100 * block, 100 * block + 95), most=3, two_state=3)
     verdicts += compare(range(100 * block + 95, 100 * block + 100), most=5, two_state=3)
