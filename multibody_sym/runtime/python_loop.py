@@ -296,8 +296,7 @@ class _Run:
             going = [a > goal and a < 0.5 * p for a, goal, p in zip(after, goals, previous, strict=True)]
             if not any(going):
                 break
-            of_q, of_u = self.call("put_back", t, x)
-            tried, previous = x + np.concatenate([of_q if going[0] else np.zeros_like(of_q), of_u]), after
+            tried, previous = x + np.concatenate(self.call("put_back", t, x)), after
             after = self._missed(t, tried)
             closer = going[0] and after[0] < previous[0]
             if not closer and not (after[0] <= noise and (going[0] or after[1] < previous[1])):

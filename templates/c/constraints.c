@@ -79,8 +79,8 @@ static void look(mbs_run *r, double t, const double *x, double *found)
 }
 
 /* Correct both levels together until each holds to its goal or gets no better: with one factorisation a round, and none
-   to see that they hold. Coordinates that hold stay where they are; speeds are corrected for where they would go, which
-   is nothing to them where phi is round-off. `after` has the largest |row| of both before and after. */
+   to see that they hold. Speeds are corrected for where the coordinates go, and so never without them; that they go is
+   nothing to phi where it is round-off. `after` has the largest |row| of both before and after. */
 static void correct(mbs_run *r, double t, double *x, const double *sizes, const double *goal, double *after)
 {
     const mbs_system *s = r->system;
@@ -93,7 +93,7 @@ static void correct(mbs_run *r, double t, double *x, const double *sizes, const 
             break;
         mbs_copy(r->n, x, r->kept);
         mbs_call(r, s->put_back, t, x, out);
-        for (int i = going[0] ? 0 : s->nq; i < r->n; ++i)
+        for (int i = 0; i < r->n; ++i)
             x[i] += r->correction[i];
         previous[0] = after[0];
         previous[1] = after[1];

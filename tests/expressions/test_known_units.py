@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from multibody_sym.expressions.known_units import ANGLE, Kind, Known, known
@@ -139,12 +139,14 @@ def rounding(node: Node, values: Mapping[str, float]) -> float:
 VALUES = dict(zip(sorted(LEAVES), (0.7, 1.3, 2.1, 0.4, 1.9, 3.2, 0.9, 1.7, 2.6, 0.3, 1.1, 4.3, 0.6), strict=True))
 
 
+@settings(deadline=None)
 @given(made_of(DECLARED))
 def test_what_is_made_of_parameters_with_units_has_a_unit_and_scales_so(made: Made) -> None:
     assume(made.text.count("3*(") < 3)  # 27 is no small number any more, and may have a unit
     assert scales_as_told(made.text)
 
 
+@settings(deadline=None)  # the first one imports
 @given(made_of(LEAVES))
 def test_a_told_unit_is_how_the_value_scales_with_the_units_of_what_it_is_made_of(made: Made) -> None:
     scales_as_told(made.text)

@@ -177,7 +177,7 @@ def test_ctrl_c_keeps_the_results(tmp_path: Path) -> None:
 def test_a_full_disk_is_told_and_what_was_kept_is_used(
     tmp_path: Path, system: mbs.System, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, vary = tmp_path / "o.csv", {"l": (0.5, 1.0, 40)}
+    out, vary = tmp_path / "o.csv", {"l": (0.5, 1.0, 1200)}
     full, write = [True], Journal.add
 
     def add(journal: Journal, found: Rows) -> None:
@@ -192,7 +192,7 @@ def test_a_full_disk_is_told_and_what_was_kept_is_used(
     kept = len(journal_of(Path(f"{out}{ENDING}")))
     assert kept > 5
     study = mbs.sweep(system, vary, output=out, workers=1)
-    assert study.computed == 40 - kept
+    assert study.computed == 1200 - kept
     assert study["theta end"].tobytes() == mbs.sweep(system, vary)["theta end"].tobytes()
 
 
