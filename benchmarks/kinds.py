@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from windows import windows
 
 import multibody_sym as mbs
 from multibody_sym.codegen.c import c_source
@@ -56,21 +57,6 @@ def chain(count: int, seed: int, *, named: bool) -> mbs.System:
         joints[f"joint{k}"] = mbs.Revolute(f"body{k - 1}.end" if k else "ground", f"body{k}", axis="xyz"[k % 3])
     settings = {"t_end": 0.001, "samples": 2}
     return mbs.System("chain", [0, 0, -9.81], parameters if named else {}, bodies, joints, simulation=settings)
-
-
-def windows(count: int) -> mbs.System:
-    """Return cranks in a row, whose tips are joined by couplers."""
-    rod = mbs.Body(shape={"rod": 1, "mass": 1}, points={"end": [1, 0, 0]})
-    bodies = {"ground": mbs.Body(points={f"pivot{i}": [i, 0, 0] for i in range(count + 1)})}
-    joints: dict[str, Any] = {}
-    for i in range(count + 1):
-        bodies[f"crank{i}"] = rod
-        joints[f"A{i}"] = mbs.Revolute(f"ground.pivot{i}", f"crank{i}", axis="z", initial={"q": "90 deg", "u": -1})
-    for i in range(count):
-        bodies[f"coupler{i}"] = rod
-        joints[f"B{i}"] = mbs.Revolute(f"crank{i}.end", f"coupler{i}", axis="z", initial={"q": "-90 deg", "u": 1})
-        joints[f"C{i}"] = mbs.Revolute(f"coupler{i}.end", f"crank{i + 1}.end", axis="z", cut=True)
-    return mbs.System("windows", gravity=[0, -9.81, 0], bodies=bodies, joints=joints)
 
 
 def children() -> float:

@@ -14,9 +14,9 @@ import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from windows import windows
 
 import multibody_sym as mbs
 from multibody_sym.simulation.problem import problem_of, settings_of
@@ -24,21 +24,6 @@ from multibody_sym.simulation.runnable import runnable
 
 MODEL = Path(__file__).parents[1] / "examples" / "four_bar.yaml"
 ROUNDS = 5
-
-
-def windows(count: int) -> mbs.System:
-    """Return windows in a row, rods of 1 m and 1 kg, cranks upright and the couplers at 1 m/s."""
-    rod = mbs.Body(shape={"rod": 1, "mass": 1}, points={"end": [1, 0, 0]})
-    bodies = {"ground": mbs.Body(points={f"pivot{i}": [i, 0, 0] for i in range(count + 1)})}
-    bodies |= {f"{body}{i}": rod for body in ("crank", "coupler") for i in range(count + (body == "crank"))}
-    joints: dict[str, Any] = {
-        f"A{i}": mbs.Revolute(f"ground.pivot{i}", f"crank{i}", axis="z", initial={"q": "90 deg", "u": -1})
-        for i in range(count + 1)
-    }
-    for i in range(count):
-        joints[f"B{i}"] = mbs.Revolute(f"crank{i}.end", f"coupler{i}", axis="z", initial={"q": "-90 deg", "u": 1})
-        joints[f"C{i}"] = mbs.Revolute(f"coupler{i}.end", f"crank{i + 1}.end", axis="z", cut=True)
-    return mbs.System("windows", gravity=[0, -9.81, 0], bodies=bodies, joints=joints, simulation={"t_end": 10})
 
 
 def least(work: Callable[[], object]) -> float:

@@ -30,8 +30,8 @@ import exudyn as exu
 import mujoco
 import numpy as np
 from exudyn import itemInterface
+from windows import GRAVITY, windows
 
-import multibody_sym as mbs
 from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
@@ -39,7 +39,6 @@ from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import runnable
 
 END = 10.0
-GRAVITY = 9.81
 METHOD = "dormand_prince_8"
 TOLERANCES = [10 ** (-k / 2) for k in range(4, 19)]
 ROUNDS = {2: 5, 40: 2}
@@ -61,24 +60,9 @@ class Run:
 # --- ours ---------------------------------------------------------------------------------------------------------
 
 
-def windows(count: int) -> mbs.System:
-    """Return the system: each crank carries the coupler to its right, whose other end is pinned to the next crank."""
-    rod = mbs.Body(shape={"rod": 1, "mass": 1}, points={"end": [1, 0, 0]})
-    bodies = {"ground": mbs.Body(points={f"pivot{i}": [i, 0, 0] for i in range(count + 1)})}
-    joints: dict[str, Any] = {}
-    for i in range(count + 1):
-        bodies[f"crank{i}"] = rod
-        joints[f"A{i}"] = mbs.Revolute(f"ground.pivot{i}", f"crank{i}", axis="z", initial={"q": "90 deg", "u": -1})
-    for i in range(count):
-        bodies[f"coupler{i}"] = rod
-        joints[f"B{i}"] = mbs.Revolute(f"crank{i}.end", f"coupler{i}", axis="z", initial={"q": "-90 deg", "u": 1})
-        joints[f"C{i}"] = mbs.Revolute(f"coupler{i}.end", f"crank{i + 1}.end", axis="z", cut=True)
-    return mbs.System("windows", gravity=[0, -GRAVITY, 0], bodies=bodies, joints=joints, simulation={"t_end": END})
-
-
 def our_problem(count: int) -> Problem:
     """Return the compiled problem."""
-    ready = runnable(windows(count))
+    ready = runnable(windows(count, END))
     return replace(problem_of(ready, settings_of(ready)), method=METHODS[METHOD])
 
 

@@ -79,10 +79,6 @@ class Table:
         names = {name: SI.named(name, self.units.get(name, "")) for name in self.columns}
         return replace(self, columns={names[name]: values for name, values in self.columns.items()}, units={})
 
-    def rows(self) -> npt.NDArray[np.float64]:
-        """Return the numbers, one row a sample: (samples, columns)."""
-        return np.column_stack(list(self.columns.values())) if self.columns else np.empty((0, 0))
-
     def blocks(self) -> Iterator[npt.NDArray[np.float64]]:
         """Yield the numbers, some rows (samples, columns) at a time: little memory, however many there are."""
         for first in range(0, len(self), _ROWS):

@@ -155,9 +155,10 @@ class Prepared:
         return _run(self._ready, problem, modes, on_progress, self._start[1])
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
-        """Return the same, prepared for another end or number of samples; once for each that is asked for as it is."""
+        """Return the same, prepared for another end or number of samples; the one that was asked for last is kept."""
         key = repr((t_end, samples))
         if key not in self._others:
+            self._others.clear()
             changed = with_settings(self.system, {"t_end": t_end, "samples": samples})
             self._others[key] = replace(self, system=changed)
         return self._others[key]

@@ -160,7 +160,7 @@ def test_a_pipe_is_written_through_and_stays(tmp_path: Path) -> None:
 def grown(path: Path, before: Callable[[], None] = lambda: None) -> str:
     with growing_csv(path, ["t", "x"]) as append:
         before()
-        append(table_of(1.0).rows())
+        append(next(table_of(1.0).blocks()))
     return append.place
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from singular_mechanisms import MECHANISMS
+from windows import GRAVITY as G
+from windows import windows
 
 import multibody_sym as mbs
 from multibody_sym.model.resolution.changes import with_settings
@@ -17,28 +19,13 @@ from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import runnable
 
-G, END = 9.81, 10.0
+END = 10.0
 EXAMPLE = Path(__file__).parents[2] / "examples" / "spatial_four_bar.yaml"
 WAYS = [
     ("dormand_prince_8", {"projection": True}),
     ("radau_5", {"projection": True}),
     ("radau_5", {"index_2": True}),
 ]
-
-
-def windows(count: int) -> mbs.System:
-    """Return windows in a row, rods of 1 m and 1 kg, cranks upright and the couplers at 1 m/s."""
-    rod = mbs.Body(shape={"rod": 1, "mass": 1}, points={"end": [1, 0, 0]})
-    bodies = {"ground": mbs.Body(points={f"pivot{i}": [i, 0, 0] for i in range(count + 1)})}
-    bodies |= {f"{body}{i}": rod for body in ("crank", "coupler") for i in range(count + (body == "crank"))}
-    joints = {
-        f"A{i}": mbs.Revolute(f"ground.pivot{i}", f"crank{i}", axis="z", initial={"q": "90 deg", "u": -1})
-        for i in range(count + 1)
-    }
-    for i in range(count):
-        joints[f"B{i}"] = mbs.Revolute(f"crank{i}.end", f"coupler{i}", axis="z", initial={"q": "-90 deg", "u": 1})
-        joints[f"C{i}"] = mbs.Revolute(f"coupler{i}.end", f"crank{i + 1}.end", axis="z", cut=True)
-    return mbs.System("windows", gravity=[0, -G, 0], bodies=bodies, joints=joints, simulation={"t_end": END})
 
 
 def by_hand(count: int, t: np.ndarray) -> np.ndarray:

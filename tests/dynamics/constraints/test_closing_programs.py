@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from windows import windows
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.constraints import closing, row_values
@@ -67,21 +68,6 @@ def test_starts_by_programs_are_those_walked_through(name: str) -> None:
     assert found.u == pytest.approx(walked.u, abs=1e-11)
     assert (found.held, found.assembled, found.rank) == (walked.held, walked.assembled, walked.rank)
     assert found.parameters == pytest.approx(walked.parameters, abs=1e-12)
-
-
-def windows(count: int) -> mbs.System:
-    """Return windows of a four-bar in a row, rods of 1 m and 1 kg, cranks upright and the couplers at 1 m/s."""
-    rod = mbs.Body(shape={"rod": 1, "mass": 1}, points={"end": [1, 0, 0]})
-    bodies = {"ground": mbs.Body(points={f"pivot{i}": [i, 0, 0] for i in range(count + 1)})}
-    bodies |= {f"{body}{i}": rod for body in ("crank", "coupler") for i in range(count + (body == "crank"))}
-    joints = {
-        f"A{i}": mbs.Revolute(f"ground.pivot{i}", f"crank{i}", axis="z", initial={"q": "90 deg", "u": -1})
-        for i in range(count + 1)
-    }
-    for i in range(count):
-        joints[f"B{i}"] = mbs.Revolute(f"crank{i}.end", f"coupler{i}", axis="z", initial={"q": "-90 deg", "u": 1})
-        joints[f"C{i}"] = mbs.Revolute(f"coupler{i}.end", f"crank{i + 1}.end", axis="z", cut=True)
-    return mbs.System("windows", gravity=[0, -9.81, 0], bodies=bodies, joints=joints, simulation={"t_end": 1})
 
 
 def test_a_start_of_many_loops_walks_through_no_kinematics(monkeypatch: pytest.MonkeyPatch) -> None:
