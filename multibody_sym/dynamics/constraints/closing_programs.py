@@ -25,6 +25,7 @@ from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import AngleRow, Row
 from multibody_sym.program.program import Program
+from multibody_sym.program.rolling.rolled import rolled
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, maximum, sqrt
@@ -64,7 +65,7 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
         _places(mechanism, acting, jacobian, weighted),
         _change(mechanism, factors),
     )
-    return {program.name: program for program in found}
+    return {program.name: rolled(program) for program in found}
 
 
 def closes_by_programs(mechanism: Mechanism) -> bool:
