@@ -157,7 +157,9 @@ class Script(ABC):
         They are the terms of a sum; a term wider than `room` is itself taken apart at its widest sum in parentheses.
         """
         if not getattr(e, "is_Add", False):
-            return [self.shown(e)] if isinstance(e, sympy.MatrixBase) else self._split(sympy.sympify(e), room, SUM)
+            if isinstance(e, sympy.MatrixBase):
+                return [self.shown(e)]
+            return self._split(e if isinstance(e, sympy.Basic) else sympy.Number(e), room, SUM)
         found: list[str] = []
         for k, term in enumerate(self.terms(e)):
             negative = is_negative(term)
