@@ -66,10 +66,9 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.numerics.arrays import UNDEFINED
 
 Random = np.random.Generator
-UNDEFINED = (ValueError, ZeroDivisionError, OverflowError)
-"""What a state raises at which a rope or an expression has no value."""
 
 
 @dataclass(frozen=True)

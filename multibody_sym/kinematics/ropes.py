@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import NoReturn
 
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import Motion
@@ -21,7 +23,10 @@ from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale,
 
 
 class NoDirectionError(ModelError, ZeroDivisionError):
-    """A rope leads from a place to the same place: for what tries other positions, arithmetic that fails there."""
+    """No straight piece of rope leads from one place to the next: they are one place, or a wheel reaches over both.
+
+    For what tries other positions it is arithmetic that fails there.
+    """
 
 
 @dataclass(frozen=True)
@@ -132,7 +137,7 @@ def _tangent(
 
     With m = axis x n the left normal of the direction n: the tangent touches at c - r m, so d = l n + (r2 - r1) m and
     l^2 = d^2 - (r2 - r1)^2; where the second wheel turns the rope the other way, its radius counts negative. Raises
-    NoDirectionError where points are at one place.
+    NoDirectionError where points are at one place, or one is inside the wheel of the other.
     """
     square = dot(d, d)
     if first is None and second is None:
@@ -142,10 +147,22 @@ def _tangent(
             raise NoDirectionError(f"{names} are at one place, and a rope between them has no direction: start apart")
         return Segment(ends, length, scale(1 / length, d))
     step, axis = _step(first, second)
-    length = sqrt(square - step * step)
+    rest = square - step * step
+    if isinstance(rest, float) and rest <= 0.0:
+        _refuse(ends, math.sqrt(square), abs(step))
+    length = sqrt(rest)
     across = subtract(scale(length, d), scale(step, cross(axis, d)))
     rims = [scale(s * wheel.radius, wheel.axis) for s, wheel in ((-1, first), (1, second)) if wheel is not None]
     return Segment(ends, length, scale(1 / square, across), grips, rims=tuple(rims), plane=first or second)
+
+
+def _refuse(ends: tuple[Marker, Marker], apart: float, least: float) -> NoReturn:
+    first, second = (end.name for end in ends)
+    raise NoDirectionError(
+        f"{first} is {apart:g} m from {second}, where no straight piece of rope leads from one to the other: their "
+        f"wheels ask for more than {least:g} m; start elsewhere (initial: {{q: ..}}), or give smaller radii",
+        number="M119",
+    )
 
 
 def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:

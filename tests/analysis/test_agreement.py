@@ -72,6 +72,12 @@ def test_thousands_of_cases_agree(rows: bool) -> None:
     assert found[0][1] <= LARGEST[rows], found
 
 
+def test_a_rope_that_ends_inside_its_wheel_makes_no_case() -> None:
+    """Of seed 10277 the first system hangs a body at the centre of a wheel and ties it there: another one is drawn."""
+    case = random_case(10277, rows=True)
+    assert worst_ratio(case, NUMERIC) <= LARGEST[True]
+
+
 @pytest.mark.parametrize("rows", [False, True])
 def test_measure_sees_a_part_in_a_million(rows: bool) -> None:
     """What the bounds exclude: each of M, Q, c, H and gamma wrong by 1e-6 is far outside them."""

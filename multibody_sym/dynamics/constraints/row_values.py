@@ -8,6 +8,7 @@ from itertools import pairwise
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.ropes import NoDirectionError
 from multibody_sym.kinematics.rows import row_motion
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.rows import Row
@@ -40,6 +41,8 @@ def verify_values(motion: Motion) -> None:
                 found = row_motion(row, motion, bias)
                 values = (found.phi or 0.0, found.phidot, found.gamma, *found.jacobian)
                 valued = all(math.isfinite(x) for x in values)
+            except NoDirectionError:
+                raise
             except UNDEFINED:
                 valued = False
             if not valued:

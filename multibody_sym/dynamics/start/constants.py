@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.ropes import segments, sides, tangent_direction, wrap_angle
+from multibody_sym.kinematics.ropes import NoDirectionError, segments, sides, tangent_direction, wrap_angle
 from multibody_sym.kinematics.surface_angles import tangent_angle, tangent_components
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import IDENTITY
@@ -87,8 +87,10 @@ def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
 
 @contextmanager
 def valued() -> Iterator[None]:
-    """Raise ModelError where an expression inside has no finite value."""
+    """Raise ModelError where an expression inside has no finite value, or a rope leads nowhere."""
     try:
         yield
+    except NoDirectionError:
+        raise
     except UNDEFINED as error:
         raise ModelError(f"an expression has no finite value at the start ({error})", number="M115") from None
