@@ -3,7 +3,9 @@
     python struck_chain.py --rod 3 --side inside --turn pi/11
     python struck_chain.py --all
 
-The first prints what the impact does to each rod and hinge, and the row of that chain; the second the row of each.
+The first prints what the impact does to each rod and hinge, and the row of that chain; the second the row of each. Both
+end with the largest misses of all their rows: from before the first impact to well after the second, how far momentum,
+angular momentum and energy are from what they were, beside the sum of the sizes of their terms.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ LONGEST, SAMPLES = 60.0, 6001
 """For how long a chain is followed until it meets itself, in s, and at how many times it is looked at."""
 TOGETHER = 1e-9
 """How exactly ends meet that meet each other, by symmetry, in m."""
+KEPT = "momentum", "angular momentum", "energy"
 HEAD = (
     "| rod | side | turn | impulse N*s | apparent mass kg | meets itself at s | with | impulse N*s | "
     "momentum | angular momentum | energy |\n|---|---|---|---|---|---|---|---|---|---|---|"
@@ -63,6 +66,10 @@ def chain(struck: int, side: str, turn: str) -> mbs.System:
     )  # fmt: skip
 
 
+Terms = Any
+"""Terms of a sum by bodies, components and times: (k, d, n)."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """Times (n,), hinges and ends (12, 2, n), rods' directions (11, 2, n), angular velocities (11, n), centres' speeds.
@@ -92,14 +99,20 @@ class Motion:
         """The first samples."""
         return Motion(*(x[..., :count] for x in vars(self).values()))
 
-    def kept(self) -> tuple[Any, Any, Any]:
-        """Momentum (2, n), angular momentum about the origin (n) and energy (n); all masses are 1 kg."""
+    def before(self, side: str) -> Motion:
+        """The first sample as it was before the impact: all rods rest, and the particle comes with 1 m/s."""
+        first = self.until(1)
+        place = first.particle[0]
+        flying = np.stack([place, -SIDES[side] * place / np.hypot(*place)])
+        return replace(first, turning=0 * first.turning, speeds=0 * first.speeds, particle=flying)
+
+    def kept(self) -> tuple[Terms, Terms, Terms]:
+        """Terms (.., n) of momentum, of angular momentum about the origin and of energy; all masses are 1 kg."""
         centres = (self.corners[1:] + self.corners[:-1]) / 2
         places, speeds = np.concatenate([centres, self.particle[:1]]), np.concatenate([self.speeds, self.particle[1:]])
-        momentum = speeds.sum(axis=0)
-        moment = cross(places, speeds).sum(axis=0) + self.turning.sum(axis=0) / 12
-        energy = (speeds**2).sum(axis=(0, 1)) / 2 + (self.turning**2).sum(axis=0) / 24
-        return momentum, moment, energy
+        moments = np.concatenate([cross(places, speeds), self.turning / 12])
+        energies = np.concatenate([(speeds**2).sum(axis=1) / 2, self.turning**2 / 24])
+        return speeds, moments[:, None], energies[:, None]
 
 
 def cross(a: Any, b: Any) -> Any:
@@ -169,14 +182,26 @@ def end_met(motion: Motion, sample: int, corner: int, k: int) -> str | None:
     return None
 
 
+def largest_change(terms: Terms) -> tuple[float, float]:
+    """Return the largest change of a sum from its first value, and beside the sum of the sizes of its terms then."""
+    total, sizes = terms.sum(axis=0), np.linalg.norm(terms[..., 1:], axis=1).sum(axis=0)
+    changes = np.linalg.norm(total[:, 1:] - total[:, :1], axis=0)
+    return float(changes.max()), float((changes / sizes).max())
+
+
 @dataclass(frozen=True)
 class Row:
-    """What becomes of one chain: impulse (N s), apparent mass (kg), and the largest change of what should stay."""
+    """What becomes of one chain: impulse (N s), apparent mass (kg), and the largest change of what should stay.
+
+    `kept` are those of momentum (kg m/s), angular momentum (kg m^2/s) and energy (J), `missed` the same beside the
+    sums of the sizes of their terms.
+    """
 
     impulse: float
     apparent_mass: float
     meeting: Meeting
     kept: Sequence[float]
+    missed: Sequence[float]
 
     @staticmethod
     def of(struck: int, side: str, turn: str) -> Row:
@@ -184,10 +209,10 @@ class Row:
         system = chain(struck, side, turn)
         impact = mbs.solve(system).impact
         motions, meeting = met(system)
-        courses = (np.concatenate(x, axis=-1) for x in zip(*(m.kept() for m in motions), strict=True))
-        kept = [float(np.ptp(x, axis=-1).max()) for x in courses]
+        courses = zip(*(m.kept() for m in (motions[0].before(side), *motions)), strict=True)
+        kept, missed = zip(*(largest_change(np.concatenate(x, axis=-1)) for x in courses), strict=True)
         mass = impact.apparent_mass["impact"].value
-        return Row(impact.impulses["impact"]["normal"].value, mass, meeting, kept)
+        return Row(impact.impulses["impact"]["normal"].value, mass, meeting, kept, missed)
 
     def __str__(self) -> str:
         at, kept = self.meeting, " | ".join(f"{x:.0e}" for x in self.kept)
@@ -222,8 +247,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         cases = [(given.rod, given.side, given.turn)]
         print(of_rods(*cases[0]) + "\n")
     print(HEAD)
+    missed = []
     for case in cases:
-        print(f"| {' | '.join(map(str, case))} | {Row.of(*case)}", flush=True)
+        row = Row.of(*case)
+        missed.append(row.missed)
+        print(f"| {' | '.join(map(str, case))} | {row}", flush=True)
+    largest = (f"{name} {x:.1e}" for name, x in zip(KEPT, np.max(missed, axis=0), strict=True))
+    print(f"\nlargest relative miss of {len(cases)} motions: {', '.join(largest)}")
 
 
 if __name__ == "__main__":

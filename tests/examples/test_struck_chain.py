@@ -64,6 +64,7 @@ def test_a_chain_keeps_momenta_and_energy_through_its_first_self_contact(case: t
     assert found.impulse == pytest.approx(p, rel=1e-12)
     assert found.apparent_mass == pytest.approx(p / 2, rel=1e-12)
     assert max(found.kept) < 1e-10
+    assert max(found.missed) < 1e-10
     assert found.meeting.impulse > 1e-3
     mirrored = rows.get((12 - case[0], *case[1:]))
     if mirrored is not None:
@@ -78,8 +79,32 @@ def test_ends_meet_end_on_end_where_the_middle_is_struck(rows: Any) -> None:
 
 
 def test_the_command_prints_one_chain(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(STRUCK.Row, "of", lambda *case: f"row of {case}")
+    row = STRUCK.Row(1.25, 0.625, STRUCK.Meeting(2.5, "rod1.tip", "rod3", 0.5), (1e-12, 2e-12, 3e-13), (0, 0, 0))
+    monkeypatch.setattr(STRUCK.Row, "of", lambda *case: row)
     STRUCK.main(["--rod", "4"])
     told = capsys.readouterr().out
     assert "| 4 | 0.013373818 | centre 40.052671, 31.049524 | 0.463649928, -0.323680557 |" in told
-    assert "| 4 | outside | pi/10 | row of (4, 'outside', 'pi/10')" in told
+    assert f"| 4 | outside | pi/10 | {row}" in told
+
+
+def test_of_all_chains_the_largest_misses_are_told_last(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    meeting = STRUCK.Meeting(2.5, "rod1.tip", "rod3", 0.5)
+    misses = {(3, "inside", "pi/11"): (4e-12, 0.0, 1e-13), (9, "outside", "pi/10"): (1e-12, 5e-11, 2e-13)}
+    monkeypatch.setattr(
+        STRUCK.Row, "of", lambda *case: STRUCK.Row(1.0, 0.5, meeting, (0, 0, 0), misses.get(case, (0, 0, 0)))
+    )
+    STRUCK.main(["--all"])
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2 + 44 + 2
+    told = "largest relative miss of 44 motions: momentum 4.0e-12, angular momentum 5.0e-11, energy 2.0e-13"
+    assert lines[-1] == told
+
+
+def test_misses_are_measured_by_the_sum_of_the_sizes_of_terms() -> None:
+    """Two terms (3, 4) and (-3, -4) of 5 and 5, of which one grows by a thousandth in both components."""
+    terms = np.array([[[3.0, 3.003], [4.0, 4.004]], [[-3.0, -3.0], [-4.0, -4.0]]])
+    change, beside = STRUCK.largest_change(terms)
+    assert change == pytest.approx(0.005, rel=1e-9)
+    assert beside == pytest.approx(0.005 / 10.005, rel=1e-9)
