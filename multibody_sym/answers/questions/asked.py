@@ -258,7 +258,6 @@ class _Motion:
                 raise ModelError(f"{what}{suggestion(coordinate, names)}", number="M106")
         unit = self._unit_of(symbol(coordinate))
         found, reason = self.formulas.get(symbol(coordinate)), ""
-        alone = found is not None
         if found is None:
             try:
                 found = coupled_formula(self.solved, self.simulated, coordinate)
@@ -271,7 +270,7 @@ class _Motion:
         self.remarks.extend(f"{name}: {condition}" for condition in found.conditions())
         if mechanism.one_way:
             self.remarks.append(f"{name}: {held_until(self.simulated)}")
-        formula = shortest_course(found.formula, self.solved.symbolic.letters, TIME) if alone else found.formula
+        formula = shortest_course(found.formula, self.solved.symbolic.letters, TIME)
         return Value(None, formula, unit=unit)
 
     # --- paths, times and speeds ----------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
 
@@ -104,6 +104,7 @@ class Shown:
     run: Trajectory
     last: int
     there: Anywhere | None
+    _differ: dict[Quotient, bool] = field(default_factory=dict)
 
     @classmethod
     def of(cls, solved: Solved, motion: Simulated) -> Shown:
@@ -166,6 +167,17 @@ class Shown:
             [evaluate_float([node], {**known, **{x: float(y[k]) for x, y in series.items()}})[0] for k in looked]
         )
 
+    def _matters(self, positive: Quotient) -> bool:
+        """Return whether the equations are others where a sign fails: that of the length of a damper has no say."""
+        if positive not in self._differ:
+            node, looked = book_form(positive), np.unique(np.linspace(0, self.last, _SIGNS).astype(int))
+            place = int(looked[int(np.argmin(self._values(node, looked)))])
+            other = anywhere(self.solved, *self._state(place))
+            pairs = zip(self.there.forms.udot, other.forms.udot, strict=True) if self.there and other else None
+            kept = other is None or any(book_form(x) is node for x in other.forms.field.positive)
+            self._differ[positive] = kept or any(book_form(a) is not book_form(b) for a, b in pairs or ())
+        return self._differ[positive]
+
     def confirmed(self, formulas: Mapping[Node, InTime]) -> dict[Node, InTime]:
         """Return formulas of time without those that are not what the run shows."""
         found = {}
@@ -183,7 +195,7 @@ class Shown:
         mechanism = self.solved.mechanism
         names = zip(mechanism.coordinates, mechanism.speeds, strict=True)
         own = next({symbol(q.name), symbol(u.name)} for q, u in names if node.data in (q.name, u.name))
-        ends = [(time, comparison(x)) for x, time in self._signs.items() if own & x.symbols]
+        ends = [(time, comparison(x)) for x, time in self._signs.items() if own & x.symbols and self._matters(x)]
         return min(ends, default=(None, ""), key=lambda each: each[0] or 0.0)
 
 

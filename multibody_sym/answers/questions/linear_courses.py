@@ -50,6 +50,18 @@ class Linear:
         middle = self.granted.written(-constant / a)
         return add(add(middle, particular), self._free(subtract(q1, middle), u1))
 
+    def fading(self, q0: Quotient, u0: Quotient) -> Node:
+        """Return x(t) of x'' = b x' + `rest`, with the constants that stay of it in one."""
+        rest, particular = self._driven()
+        if not self.there.constant(rest):
+            raise NoClosedFormError("the force is no known function of time")
+        particular = add(particular, multiply(self.granted.written(-rest / self.b), TIME))
+        start, pace = self.there.forms.of([at_start(particular), at_start(derivative(particular, TIME))])
+        faded = (u0 - pace) / self.b
+        decay = BUILD["exp"](multiply(self.granted.written(self.b), TIME))
+        stays = add(self.granted.written(q0 - start - faded), particular)
+        return add(stays, multiply(self.granted.written(faded), decay))
+
     # --- without force --------------------------------------------------------------------------------------------
 
     def _free(self, q: Node, u: Node) -> Node:
