@@ -11,6 +11,7 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.closing_programs import closes_by_programs
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
+from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start
@@ -156,12 +157,14 @@ def _started(system: System, programs: _Programs) -> tuple[StartState, Made | No
     found = partial(state_at, declared, project=system.simulation.project)
     if not closes_by_programs(declared):
         return found(), None
-    made = programs.recalled(declared)
+    data = with_constants(declared)
+    made = programs.recalled(data)
     if made is None and len(declared.speeds) <= _FEW:
         found()
     with suppress(MultibodyError, *ARITHMETIC):
-        made = made or programs.made(declared)
-        return found(compiled=CompiledRows(declared, made[1].functions)), made
+        made = made or programs.made(data)
+        compiled = CompiledRows(data, made[1].functions)
+        return state_at(data, project=system.simulation.project, compiled=compiled), made
     return found(), made
 
 

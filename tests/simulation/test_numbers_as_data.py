@@ -9,11 +9,15 @@ from random import Random
 
 import numpy as np
 import pytest
+from windows import windows
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs import system as derivation
 from multibody_sym.dynamics.programs.literals import MANY_BODIES
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolution.resolve import mechanism
 
@@ -53,6 +57,26 @@ def test_other_numbers_derive_and_compile_nothing(monkeypatch: pytest.MonkeyPatc
         wanted = accelerations(chain(seed), q, u, 1.5)
         found = mbs.compile(mbs.state_derivative(chain(seed)))(0.0, np.concatenate([q, u]))
         assert np.abs(found[MANY_BODIES:] - wanted).max() <= 1e-9 * np.abs(wanted).max()
+
+
+def test_other_numbers_of_closed_loops_derive_and_compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lengths, masses and places of a row of four-bars: the second closes from its own numbers by the first's code."""
+    loops = MANY_BODIES // 2
+    first = mbs.simulate(windows(loops, 0.02, seed=1), backend="python", samples=3)
+
+    def derive(*_arguments: object, **_options: object) -> None:
+        raise AssertionError("derived again")
+
+    monkeypatch.setattr(derivation, "programs", derive)
+    second = mbs.simulate(windows(loops, 0.02, seed=2), backend="python", samples=3)
+    for found, seed in ((first, 1), (second, 2)):
+        literal = mechanism(windows(loops, seed=seed))
+        begin = parameter_values(literal, {})
+        for k in range(3):
+            state = state_of(literal, float, found.t[k], found.q[k].tolist(), found.u[k].tolist(), begin)
+            rows = row_motions(motion_of(literal, state))
+            assert max(max(abs(row.phi), abs(row.phidot)) for row in rows) < 1e-12
+    assert np.abs(first.u[-1] - second.u[-1]).max() > 1e-3
 
 
 def test_parameters_by_name_and_as_a_vector_of_those_with_names() -> None:

@@ -3,8 +3,9 @@
 A number written in a model folds into the code, which suits few bodies: it is short, and its compiler sees the number.
 With many bodies the code of each body would be written out, and every changed number would be compiled anew. Where
 bodies are many and of few kinds but for their numbers, these are handed over as data, behind what the model names:
-masses, centres, inertias, frames, axes, springs, dampers and forces of joints, gravity. Zero, one and minus one stay in
-the text, since they tell kinds apart and save operations.
+masses, centres, inertias, frames, axes, springs, dampers and forces of joints, gravity; points, lengths and factors of
+what closes loops between them. Zero, one and minus one stay in the text, since they tell kinds apart and save
+operations.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from typing import Any, Final
 
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.model.mechanism.loads import JointForce, JointSpring, Load
-from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.parameters import ARRAY
+from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, ExpressionRow, PositionRow, VelocityRow
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import Node, slot
 from multibody_sym.scalars.traversal import postorder
@@ -28,21 +31,24 @@ Robots have fewer.
 """
 _BODIES_OF_A_KIND: Final = 8
 """Mean number of bodies of a kind from which on numbers are data."""
+_ROWS: Final = (PositionRow, AngleRow, DistanceRow, ExpressionRow, VelocityRow)
+"""Rows whose numbers become data."""
 _IN_TEXT: Final = (0.0, 1.0, -1.0)
 _FACTORS: Final = frozenset({"add", "mul", "div"})
 """Operations whose constant operands are data; others, powers above all, have other rules for each constant."""
 
 
 def with_constants(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with literal numbers as constants where its bodies are many, of few kinds, and in no loops.
+    """Return the mechanism with literal numbers as constants where its bodies are many and of few kinds.
 
-    The constants follow all other parameters, with their values.
+    The constants follow all other parameters, with their values. Numbers of closed loops become constants with those of
+    the bodies that they join.
     """
-    special = (mechanism.rows, mechanism.one_way, mechanism.relative, mechanism.cuts, mechanism.impact)
+    special = (mechanism.one_way, mechanism.relative, mechanism.impact, mechanism.parameters.constants)
     if len(mechanism.bodies) < MANY_BODIES or any(special) or massless_speeds(mechanism):
         return mechanism
     loads = _loads_of_bodies(mechanism)
-    if loads is None:
+    if loads is None or not all(isinstance(row, _ROWS) for row in mechanism.rows):
         return mechanism
     found, kinds = _Constants(len(mechanism.parameters)), set[Any]()
     gravity = found.of("gravity", mechanism.gravity)
@@ -50,18 +56,20 @@ def with_constants(mechanism: Mechanism) -> Mechanism:
     pulling: dict[int, Load] = {}
     for body, own in zip(mechanism.bodies, loads, strict=True):
         found.kind = [len(body.q)]
-        bodies.append(found.of(body.name, body))
+        bodies.append(found.body(len(bodies), body))
         for place in own:
             pulling[place] = found.of(f"{body.name} load {place}", mechanism.loads[place])
         kinds.add(tuple(found.kind))
-    if len(bodies) < _BODIES_OF_A_KIND * len(kinds) or not found.values:
+    if len(bodies) < _BODIES_OF_A_KIND * len(kinds):
+        return mechanism
+    closed = found.closing(mechanism)
+    if not found.values:
         return mechanism
     return replace(
-        mechanism,
+        closed,
         gravity=gravity,
         bodies=tuple(bodies),
         loads=tuple(pulling[place] for place in range(len(mechanism.loads))),
-        markers={name: found.of(name, marker) for name, marker in mechanism.markers.items()},
         parameters=mechanism.parameters.with_constants(found.values),
     )
 
@@ -81,6 +89,7 @@ class _Constants:
     """Replaces literal numbers by slots behind the first `count` parameters, one after the other as they are met.
 
     `values` are theirs by name; `kind` gathers what tells the kind of a body, its numbers and own places left aside.
+    A point that carries a joint has one set of numbers, whatever else is there, so that nothing is computed twice.
     """
 
     def __init__(self, count: int) -> None:
@@ -88,6 +97,23 @@ class _Constants:
         self.kind: list[Any] = []
         self._first = count
         self._fields: dict[type, tuple[str, ...]] = {}
+        self._poses: dict[tuple[int, Pose], Pose] = {}
+
+    def body(self, index: int, body: TreeBody) -> TreeBody:
+        """Return a body of a mechanism, number `index`, with constants in place of its numbers."""
+        made: TreeBody = self.of(body.name, body)
+        self._poses[body.parent, body.frame_on_parent] = made.frame_on_parent
+        self._poses[index, body.frame_on_body] = made.frame_on_body
+        return made
+
+    def closing(self, mechanism: Mechanism) -> Mechanism:
+        """Return a mechanism whose bodies were met, with constants in place of the numbers in rows and named points."""
+        return replace(
+            mechanism,
+            rows=tuple(self.of(row.name, row) for row in mechanism.rows),
+            cuts=tuple(self.of(cut.name, cut) for cut in mechanism.cuts),
+            markers={name: self.of(name, marker) for name, marker in mechanism.markers.items()},
+        )
 
     def of(self, name: str, part: Any) -> Any:
         """Return a part of a mechanism with constants in place of its numbers, named by the way to each from `name`."""
@@ -99,11 +125,20 @@ class _Constants:
         if type(part) is tuple:
             items = tuple([self.of(f"{name} {k}", x) for k, x in enumerate(part, 1)])
             return items if any(new is not old for new, old in zip(items, part, strict=True)) else part
+        if isinstance(part, Marker):
+            return self._marker(name, part)
         if type(part) in self._fields or (is_dataclass(part) and not isinstance(part, type)):
             self.kind.append(type(part))
             return self._record(name, part)
         self.kind.append(part)
         return part
+
+    def _marker(self, name: str, marker: Marker) -> Marker:
+        place = marker.body, marker.pose
+        if place not in self._poses:
+            self._poses[place] = self.of(f"{name} pose", marker.pose)
+        found = self._poses[place]
+        return marker if found is marker.pose else replace(marker, pose=found)
 
     def _record(self, name: str, part: Any) -> Any:
         kind = type(part)

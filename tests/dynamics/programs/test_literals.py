@@ -7,25 +7,28 @@ from random import Random
 
 import numpy as np
 import pytest
+from windows import windows
 
 from multibody_sym.codegen.c import c_source
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.literals import MANY_BODIES, with_constants
 from multibody_sym.dynamics.programs.scanned import worth_scanning
-from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.programs.system import programs, state_derivative
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance
+from multibody_sym.model.declaration.constraints import Distance, Rope
 from multibody_sym.model.declaration.forces import Force, SpringDamper, Torque
 from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.steps import Translate
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.rolling.rolled import rolled
 
 INERTIA = {"Ixx": 0.010, "Iyy": 0.012, "Izz": 0.009, "Ixy": 0.001}
 
@@ -84,6 +87,56 @@ def test_other_numbers_have_the_same_source() -> None:
     assert len(texts[0]["model.c"]) <= 200_000
 
 
+LOOPS = 24
+"""Four-bars in a row that have more bodies than stay in the text."""
+
+
+def text_of(resolved) -> str:
+    """Return the C of what moves a mechanism of loops."""
+    derived = state_derivative(resolved, composite_body(resolved, slot_state(resolved)))
+    return c_source({"state_derivative": rolled(derived)})["model.c"]
+
+
+def test_closed_loops_move_as_with_the_numbers_themselves() -> None:
+    literal = mechanism(windows(LOOPS, seed=3))
+    resolved = with_constants(literal)
+    q, u = state(resolved, 3)
+    constants = parameter_values(resolved, {})
+    derived = state_derivative(resolved, block_ldl(resolved, slot_state(resolved)))
+    found = interpret(derived, 0.0, q, u, constants, [], [])[1:3]
+    floats = state_of(literal, float, 0.0, q.tolist(), u.tolist(), parameter_values(literal, {}))
+    wanted = forward_dynamics(composite_body(literal, floats))
+    for pair in zip(found, (wanted.udot, wanted.multipliers), strict=True):
+        assert np.abs(pair[0] - pair[1]).max() <= 1e-9 * np.abs(pair[1]).max()
+
+
+def test_loops_with_other_numbers_have_the_same_source() -> None:
+    """But for the places at which they are read, unlike numbers take no more text than alike ones."""
+    alike, *texts = (text_of(with_constants(mechanism(windows(LOOPS, seed=seed)))) for seed in (None, 1, 2))
+    assert texts[0] == texts[1]
+    assert len(texts[0]) <= 1.1 * len(alike)
+
+
+def test_constraints_are_data_with_the_bodies_that_they_join() -> None:
+    rod = Distance(between=["b0.end", "b9.end"], value=1.25)
+    tied = with_constants(mechanism(replace(tree(1), constraints={"rod": rod})))
+    (row,) = tied.rows
+    assert tied.parameters[row.value.data[1]].value.shadow == 1.25
+    assert row.ends[1] == tied.markers["b9.end"]
+    assert row.ends[1].pose.position[0].op == "slot"
+
+
+def test_a_point_that_carries_a_joint_has_one_set_of_numbers() -> None:
+    """What follows from where a crank ends is computed once, for the coupler that it carries and for the loop."""
+    resolved = with_constants(mechanism(windows(LOOPS, seed=1)))
+    for cut in resolved.cuts:
+        for marker in cut.frames:
+            carried = [b.frame_on_parent for b in resolved.bodies if b.parent == marker.body]
+            assert marker.pose in carried or not carried
+            assert marker.pose.position[0].op == "slot"
+    assert resolved.rows[0].frames == resolved.cuts[0].frames
+
+
 def test_zeros_and_ones_stay_in_the_text() -> None:
     resolved = with_constants(mechanism(tree(1)))
     assert resolved.bodies[3].mass.com[1].shadow == 0.0
@@ -98,8 +151,8 @@ def test_what_keeps_its_numbers() -> None:
     assert with_constants(few) is few
     push = mechanism(replace(tree(1), forces={"push": Force(on="b9", value=[1, 0, 0])}))
     assert with_constants(push) is push
-    tied = mechanism(replace(tree(1), constraints={"rod": Distance(between=["b0.end", "b9.end"], value=1)}))
-    assert with_constants(tied) is tied
+    roped = mechanism(replace(tree(1), constraints={"rope": Rope(path=["b0.end", "b9.end"], length=3.5)}))
+    assert with_constants(roped) is roped
     bodies = {f"b{k}": Body(mass="m", com=["l", 0, 0], points={"end": ["l", 0, 0]}) for k in range(MANY_BODIES)}
     joints = {f"j{k}": Revolute(f"b{k - 1}.end" if k else "ground", f"b{k}", axis="z") for k in range(MANY_BODIES)}
     named = mechanism(System("named", [0, "-g", 0], {"m": 1, "l": 1, "g": 9.81}, bodies, joints))
