@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from functools import cached_property
+from operator import add, mul, neg, truediv
 from typing import Any
 
 import numpy as np
 from mechanisms import Case
+from mpmath import mp, mpf
 
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ONE, Node, as_node, slot
+from multibody_sym.scalars.node import ONE, Node, as_node, slot, symbol
+from multibody_sym.scalars.traversal import postorder
 
 State = tuple[float, list[float], list[float]]
 
@@ -48,3 +52,19 @@ class Exact:
 def flat(matrix: Any) -> list[Any]:
     """Return a nested tuple's elements in one list."""
     return [x for part in matrix for x in flat(part)] if isinstance(matrix, (tuple, list)) else [matrix]
+
+
+def exactly(nodes: Sequence[Node], given: Mapping[str, str], t: Fraction) -> list[Any]:
+    """Return values of expressions in names with decimal values, and t, with 50 digits."""
+    numbers = {**{x: Fraction(y) for x, y in given.items()}, "t": t}
+    work = {"pow": mp.power, "div": truediv, "mul": mul, "add": add, "neg": neg}
+    with mp.workdps(50):
+        values: dict[Node, Any] = {symbol(x): mpf(y.numerator) / y.denominator for x, y in numbers.items()}
+        for node in postorder(nodes):
+            if node not in values:
+                values[node] = (
+                    mpf(Fraction(node.data).numerator) / Fraction(node.data).denominator
+                    if node.op == "number"
+                    else (work.get(node.op) or getattr(mp, node.op))(*(values[x] for x in node.args))
+                )
+    return [values[node] for node in nodes]

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from operator import add, mul, neg, truediv
-from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
+from exact import exactly
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
@@ -17,7 +15,6 @@ from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.scalars.traversal import postorder
 
 T = symbol("t")
 VALUES = {"m": "2", "M": "3", "k": "8", "h": "3", "c": "1/2", "b": "1/5", "F": "4", "w": "7/10", "a": "1/10",
@@ -92,22 +89,6 @@ def solved(request: pytest.FixtureRequest) -> tuple[str, dict[str, Node]]:
     return request.param, formulas
 
 
-def exactly(nodes: list[Node], t: Fraction) -> list[Any]:
-    """Return values with 50 digits."""
-    given = {**{x: Fraction(y) for x, y in VALUES.items()}, "t": t}
-    work = {"pow": mp.power, "div": truediv, "mul": mul, "add": add, "neg": neg}
-    with mp.workdps(50):
-        values: dict[Node, Any] = {symbol(x): mpf(y.numerator) / y.denominator for x, y in given.items()}
-        for node in postorder(nodes):
-            if node not in values:
-                values[node] = (
-                    mpf(Fraction(node.data).numerator) / Fraction(node.data).denominator
-                    if node.op == "number"
-                    else (work.get(node.op) or getattr(mp, node.op))(*(values[x] for x in node.args))
-                )
-    return [values[node] for node in nodes]
-
-
 def test_they_satisfy_the_equations_written_by_hand(solved: tuple[str, dict[str, Node]]) -> None:
     name, formulas = solved
     size, _, equations, places, speeds = SYSTEMS[name]
@@ -117,9 +98,9 @@ def test_they_satisfy_the_equations_written_by_hand(solved: tuple[str, dict[str,
         (right,) = evaluate([parse(equation)], {symbol(x): y for x, y in put.items()} | PARAMETERS)
         missed = [derivative(put[f"u{k}"], T) - right, put["u1"] - formulas["v1"]]
         for t in (Fraction(1, 3), Fraction(17, 10)):
-            assert max(abs(x) for x in exactly(missed, t)) < 1e-40
+            assert max(abs(x) for x in exactly(missed, VALUES, t)) < 1e-40
         start = [put[f"x{k}"] - parse(places[k - 1]), put[f"u{k}"] - parse(speeds[k - 1])]
-        assert max(abs(x) for x in exactly(start, Fraction(0))) < 1e-40
+        assert max(abs(x) for x in exactly(start, VALUES, Fraction(0))) < 1e-40
 
 
 def test_they_are_what_integration_shows(solved: tuple[str, dict[str, Node]]) -> None:

@@ -264,7 +264,11 @@ class _Motion:
             except NoClosedFormError as why:
                 reason = f" ({why})"
         if found is None:
+            rates = zip(mechanism.coordinates, mechanism.speeds, strict=False)
+            speed = next((u.name for q, u in rates if q.name == coordinate), "")
             what = f"no solution of the equation of {coordinate} is known{reason}"
+            if speed and symbol(speed) in self.formulas:
+                what = f"no integral of {speed} is known, which has a formula of its own"
             self.remarks.append(f"{name}: {what}; simulate tells numbers")
             return Value(None, unit=unit)
         self.remarks.extend(f"{name}: {condition}" for condition in found.conditions())

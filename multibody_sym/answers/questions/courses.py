@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
@@ -24,6 +25,7 @@ from multibody_sym.answers.questions.anywhere import TIME, Anywhere, Granted, an
 from multibody_sym.answers.questions.linear_courses import Linear
 from multibody_sym.answers.questions.separable_courses import BySpeed
 from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.answers.questions.timed_courses import WithTime
 from multibody_sym.errors import ExpressionError
 from multibody_sym.model.declaration.states import VERBS
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
@@ -81,8 +83,7 @@ def formulas_of_time(there: Anywhere) -> Mapping[Node, InTime]:
             continue
         finally:
             there.forms.field.positive = signs
-        if course is not None:
-            found[q], found[u] = (InTime(formula, granted) for formula in course)
+        found |= course
     return found
 
 
@@ -260,16 +261,35 @@ def _fits(formula: Node, sample: Mapping[Node, float], t: Floats, shown: Floats)
 
 def _course(
     there: Anywhere, granted: Granted, k: int, own: tuple[Node, Node], start: tuple[Node, Node]
-) -> tuple[Node, Node] | None:
-    """Return a coordinate and its speed, `own`, from their `start` on as formulas of time; None without them."""
+) -> dict[Node, InTime]:
+    """Return a coordinate and its speed, `own`, from a `start` on as formulas of time, as far as they are known."""
     acceleration, (q, u) = there.forms.udot[k], own
     if acceleration.symbols & (there.variables - {q, u, TIME}):
-        return None
+        return {}
     by_q, by_u = rate(acceleration, q), rate(acceleration, u)
+    course: tuple[Node, Node] | None = None
     if there.constant(by_u) and there.constant(by_q):
         rest = acceleration - by_q * there.letter(q) - by_u * there.letter(u)
-        course = Linear(there, granted, by_q, by_u, rest).course(*start)
-        return None if course is None else (course, derivative(course, TIME))
-    if by_q.is_zero and TIME not in acceleration.symbols:
-        return BySpeed(there, granted, u, *start).course(acceleration)
-    return None
+        with suppress(NoClosedFormError):
+            way = Linear(there, granted, by_q, by_u, rest).course(*start)
+            course = None if way is None else (way, derivative(way, TIME))
+    elif by_q.is_zero and TIME not in acceleration.symbols:
+        course = BySpeed(there, granted, u, *start).course(acceleration)
+    if course is not None:
+        return {node: InTime(formula, granted) for node, formula in zip(own, course, strict=True)}
+    return _course_with_time(there, granted, own, start, acceleration) if by_q.is_zero else {}
+
+
+def _course_with_time(
+    there: Anywhere, granted: Granted, own: tuple[Node, Node], start: tuple[Node, Node], acceleration: Quotient
+) -> dict[Node, InTime]:
+    """Return a speed as a formula of time, and its coordinate where the integral is known."""
+    q, u = own
+    speed = WithTime(there, granted, u, *start).speed(acceleration)
+    if speed is None:
+        return {}
+    found = {u: InTime(speed, granted)}
+    more = replace(granted, equal=[*granted.equal], unequal=[*granted.unequal])
+    with suppress(NoClosedFormError):
+        found[q] = InTime(WithTime(there, more, u, *start).way(speed), more)
+    return found
