@@ -246,10 +246,12 @@ class Watch:
 
     def _first_crossing(self, step: Step, low: float, high: float, along: Path | None = None) -> float:
         """Return where the first of the functions crosses that have crossed at `high`, on the way `along` the step."""
+        crossed = self._crossed(self._at(step, high, along))
         for index in range(len(self.sides)):
-            if self._crossed(self._at(step, high, along))[index]:
+            if crossed[index]:
                 left = self.left / step.h if index == self.origin else 0.0
                 high = self._located(step, index, left if low < left < high else low, high, along)
+                crossed = self._crossed(self._at(step, high, along))
         return high
 
     def _located(self, step: Step, index: int, low: float, high: float, along: Path | None = None) -> float:

@@ -128,8 +128,13 @@ class NativeFunction:
         inputs = np.concatenate([values.ravel() for values in self.signature.arranged(arrays)])
         outputs = np.empty(self._starts[1][-1])
         self.structure.call(self._pointers(0, inputs), self._pointers(1, outputs))
-        starts, shapes = self._starts[1], (shape for _, shape in self.signature.outputs)
-        return tuple(outputs[a:b].reshape(shape) for (a, b), shape in zip(pairwise(starts), shapes, strict=True))
+        return tuple([outputs[a:b] if flat else outputs[a:b].reshape(shape) for a, b, shape, flat in self._pieces])
+
+    @cached_property
+    def _pieces(self) -> list[tuple[int, int, tuple[int, ...], bool]]:
+        """Where each output begins and ends, its shape, and whether it is a row of numbers, as it stands there."""
+        shapes = (shape for _, shape in self.signature.outputs)
+        return [(a, b, shape, len(shape) == 1) for (a, b), shape in zip(pairwise(self._starts[1]), shapes, strict=True)]
 
     @cached_property
     def _starts(self) -> tuple[list[int], list[int]]:
@@ -139,8 +144,13 @@ class NativeFunction:
 
     def _pointers(self, side: int, values: Floats) -> ctypes.Array[ctypes.c_void_p]:
         # one address and sums: asking numpy for the address of each array takes longer than a small program
-        begin, starts = values.ctypes.data, self._starts[side][:-1]
-        return (ctypes.c_void_p * len(starts))(*[begin + values.itemsize * start for start in starts])
+        begin, (kind, places) = values.ctypes.data, self._places[side]
+        return kind(*[begin + place for place in places])
+
+    @cached_property
+    def _places(self) -> list[tuple[type[ctypes.Array[ctypes.c_void_p]], list[int]]]:
+        """Arrays of as many addresses as there are inputs, and outputs, and where these begin in bytes."""
+        return [(ctypes.c_void_p * (len(starts) - 1), [8 * start for start in starts[:-1]]) for starts in self._starts]
 
     def map(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
         """Return the outputs (samples, *shape) for inputs that are stacked by sample or the same for all."""

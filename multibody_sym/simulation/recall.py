@@ -125,6 +125,10 @@ class _Written:
             self.lines.append(f"node {self._number(part) if number is None else number}")
         elif kind in _WORDS:
             self.lines.append(repr(part))
+        elif kind is tuple:  # most parts are of these kinds; to ask what others are takes longer than to write them
+            self.lines.append(f"tuple {len(part)}")
+            for x in part:
+                self.add(x)
         elif kind in self._fields or is_dataclass(part):
             self.lines.append(kind.__name__)
             for name in self._fields_of(part):

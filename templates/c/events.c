@@ -111,11 +111,13 @@ static double located(mbs_run *r, mbs_path along, int i, double low, double high
 /* The part of the step at which the first of the functions crosses that have crossed at `high`. */
 static double first_crossing(mbs_run *r, mbs_path along, double low, double high)
 {
+    evaluate_at(r, along, high);
     for (int i = 0; i < r->system->ng; ++i) {
+        if (!crossed(r, i))
+            continue;
         double left = i == r->state->origin ? r->left / r->state->h : 0.0;
+        high = located(r, along, i, left > low && left < high ? left : low, high);
         evaluate_at(r, along, high);
-        if (crossed(r, i))
-            high = located(r, along, i, left > low && left < high ? left : low, high);
     }
     return high;
 }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from multibody_sym.integrators.flow import Flow, Status, StepError
+from multibody_sym.integrators.flow import Events, Flow, Status, StepError
 from multibody_sym.integrators.loop import sample_times, solution, step_count, steps
 from multibody_sym.integrators.methods import methods
 from multibody_sym.integrators.methods.collocation import IMPLICIT
@@ -53,6 +53,24 @@ def test_the_measured_order_of_order_eight_between_errors_of_1e_6_and_1e_12_is_a
 def pumped(t, x):
     """q = exp(sin t) as a motion: q'' = q' cos t - q sin t."""
     return np.array([x[1], x[1] * math.cos(t) - x[0] * math.sin(t)])
+
+
+def test_functions_beside_the_one_that_crosses_cost_no_further_looks():
+    """A crossing is looked for in all functions at once, however many there are."""
+
+    def looks(others):
+        seen = []
+
+        def values(t, x):
+            seen.append(t)
+            return np.array([x[0] - 0.5, *[-1.0] * others])
+
+        events = Events(values, (True,) * (1 + others))
+        flow = Flow(METHODS["dormand_prince"], pendulum, 0.0, 5.0, np.array([0.0, 1.0]), events=events)
+        assert list(steps(flow))[-1].event == 0
+        return len(seen)
+
+    assert looks(60) == looks(1)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -10,7 +10,8 @@ with dependent rows as well.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from random import Random
 from typing import Final
 
@@ -42,11 +43,12 @@ def massless_speeds(mechanism: Mechanism) -> list[int]:
     carriers: set[int] = set()
     found: list[int] = []
     shared: list[int] = []
+    drawn = cache(lambda: _generic_state(mechanism))
     for index in range(len(mechanism.bodies) - 1, -1, -1):
         body = mechanism.bodies[index]
         massless = {body.mass.mass, *body.mass.inertia} == {ZERO}
         if index not in carriers:
-            found += body.u if massless else _without_inertia(mechanism, body)
+            found += body.u if massless else _without_inertia(body, drawn)
         elif massless:
             shared += body.u
         if index in carriers or not massless:
@@ -83,15 +85,15 @@ def _generic_mass_matrix(mechanism: Mechanism) -> Floats:
     return found
 
 
-def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
+def _without_inertia(body: TreeBody, drawn: Callable[[], State]) -> list[int]:
     """Return the speeds of a body's joint that give the body no momentum which those before them do not give.
 
-    Judged where nothing vanishes by chance: at drawn coordinates and parameters; none where that has no value.
+    Judged where nothing vanishes by chance: at `drawn` coordinates and parameters; none where that has no value.
     """
-    if ZERO not in (body.mass.mass, *body.mass.inertia[:3]):
+    if ZERO not in (body.mass.mass, *body.mass.inertia[:3]) or (_slides(body) and body.mass.mass is not ZERO):
         return []
     try:
-        momenta = _momenta(body, _generic_state(mechanism))
+        momenta = _momenta(body, drawn())
     except UNDEFINED:
         return []
     found, basis = [], np.zeros((6, 0))
@@ -103,6 +105,11 @@ def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
         else:
             basis = np.column_stack([basis, rest / length])
     return found
+
+
+def _slides(body: TreeBody) -> bool:
+    """Return whether its joint only moves it along one axis."""
+    return len(body.u) == 1 and all(free.step.slides and not free.step.turns for free in body.free_steps)
 
 
 def _momenta(body: TreeBody, state: State) -> list[Floats]:

@@ -124,8 +124,7 @@ def state_at(
     base = declared.relative or declared
     if not base.one_way:
         return StartState(declared, start(base, overrides, project=project, compiled=compiled), (Mode({}),))
-    begin = _touching(base, start(base, overrides, project=project), overrides, project)
-    rows = rows_at(base, begin)
+    begin, rows = _touching(base, start(base, overrides, project=project), overrides, project)
     verify_contact_values(rows.motion)
     verify_outside(rows.motion, rows.scale.length * TOUCHING)
     standing = {element.name: rows.standing(element) for element in base.one_way if element.unilateral}
@@ -206,22 +205,26 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
 # --- closing what is nearly closed ---------------------------------------------------------------------------------
 
 
-def _touching(base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool) -> Start:
-    """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them.
+def _touching(
+    base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool
+) -> tuple[Start, OneWayRows]:
+    """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them; its rows.
 
     Those that bounce and close strike instead: what moves towards another thing does not make that move with it.
     """
-    near, found = closed_at(base, begin, overrides, project=project)
-    rows = rows_at(base, found)
+    rows = rows_at(base, begin)
+    near, found = _nearly_closed(rows, begin, overrides, project)
+    rows = rows if found is begin else rows_at(base, found)
     near = [element for element in near if not _strikes(rows, element)]
     moving = [element for element in near if rows.standing(element) in ("closing", "leaving")]
     free = [speed for speed in base.speeds if not speed.given]
     if not moving or not free:
-        return found
+        return found, rows
     with suppress(NoSolutionError):
         slowed = start(_fixed(_closing(base, near), found, begin, speeds=True), overrides, project=project)
-        return replace(found, u=slowed.u, assembled=slowed.assembled, held=slowed.held)
-    return found
+        found = replace(found, u=slowed.u, assembled=slowed.assembled, held=slowed.held)
+        return found, rows_at(base, found)
+    return found, rows
 
 
 def _strikes(rows: OneWayRows, element: OneWay) -> bool:
@@ -233,9 +236,14 @@ def closed_at(
     base: Mechanism, begin: Start, overrides: Mapping[str, float] | None = None, *, project: bool = False
 ) -> tuple[list[OneWay], Start]:
     """Return the contacts and ropes that a start nearly closes, and the start with them closed, its speeds kept."""
-    rows = rows_at(base, begin)
+    return _nearly_closed(rows_at(base, begin), begin, overrides, project)
+
+
+def _nearly_closed(
+    rows: OneWayRows, begin: Start, overrides: Mapping[str, float] | None, project: bool
+) -> tuple[list[OneWay], Start]:
+    base, found = rows.mechanism, begin
     near = [element for element in base.one_way if _is_near(rows, element)]
-    found = begin
     if any(abs(rows.gap(element)) > _CLOSED * rows.scale.length for element in near):
         with suppress(NoSolutionError):
             closed = start(_closing(base, near), overrides, project=project)

@@ -137,9 +137,12 @@ class System(Element):
     def _collect_declarations(self) -> None:
         """Move declarations that symbols carry into `parameters`, leaving plain symbols behind."""
         found: dict[str, Parameter] = dict(self.parameters)
-        pending = [written.node for written in _gathered(self)]
+        written = _gathered(self)
+        pending = [each.node for each in written]
+        declares = False
         while pending:
             carried = leaves(pending, "declared")
+            declares = declares or bool(carried)
             pending = []
             for leaf in carried:
                 name, parameter = leaf.data
@@ -148,6 +151,9 @@ class System(Element):
                         raise ModelError(f"{name} is declared twice, with different values", number="M108")
                 pending.append(parameter.value)
         object.__setattr__(self, "parameters", Names(found))
+        if not declares:  # a system from a file, or made from another one
+            vars(self)["_written"] = written
+            return
         for f in fields(self):
             object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _plain))
 

@@ -22,6 +22,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 
 _BESIDE: Final = 1.37
+_NONE: Final = np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +61,21 @@ class Laws:
         return tuple(element for element in self.mechanism.one_way if element.unilateral)
 
     @cached_property
-    def unilateral_places(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """The places of the normals of these, and whether their gaps are angles."""
+    def unilateral_places(self) -> tuple[NDArray[np.intp], NDArray[np.bool_] | None]:
+        """The places of the normals of these, and whether their gaps are angles; None where no gap is one."""
         places = np.array([self.places[x.normals[0].name] for x in self.unilateral], dtype=np.intp)
-        return places, np.array([x.name in self.turning for x in self.unilateral], dtype=bool)
+        turns = np.array([x.name in self.turning for x in self.unilateral], dtype=bool)
+        return places, turns if turns.any() else None
+
+    @cached_property
+    def two_sided_rub(self) -> bool:
+        """Whether there is friction in what does not only press: it may act at any time."""
+        always = (part.name for x in self.mechanism.one_way if not x.unilateral for part in x.frictions)
+        return any(name in self.parts for name in always)
+
+    @cached_property
+    def _outputs(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self.compiled["laws"].signature.outputs)
 
     @cached_property
     def parts(self) -> dict[str, int]:
@@ -73,10 +85,9 @@ class Laws:
     def at(self, t: float, q: Floats, u: Floats, scale: Scale) -> Facts:
         """Return the numbers at an instant."""
         known = t, q, u, self.parameters
-        inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else np.zeros(0)
-        function = self.compiled["laws"]
-        names = [name for name, _ in function.signature.outputs]
-        return Facts(self, t, q, u, scale, dict(zip(names, function(*known, inputs, np.zeros(0)), strict=True)))
+        inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else _NONE
+        found = self.compiled["laws"](*known, inputs, _NONE)
+        return Facts(self, t, q, u, scale, dict(zip(self._outputs, found, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +118,8 @@ class Facts:
         """The unilateral elements whose gaps are no larger than what counts as closed."""
         places, turns = self.laws.unilateral_places
         gaps: Floats = self.known["phi"][places]
-        return [
-            self.laws.unilateral[k] for k in np.flatnonzero(gaps <= TOUCHING * np.where(turns, 1.0, self.scale.length))
-        ]
+        sizes = self.scale.length if turns is None else np.where(turns, 1.0, self.scale.length)
+        return [self.laws.unilateral[k] for k in (gaps <= TOUCHING * sizes).nonzero()[0].tolist()]
 
     def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
         """Return the gap up to which an element counts as closed."""

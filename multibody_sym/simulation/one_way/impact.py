@@ -150,18 +150,19 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
     What is `hidden` takes no part; what does not close strikes nothing, however deep rounding has let it in.
     """
     laws, place, e = facts.laws, facts.place(element.normals[0]), restitution(facts, element)
-    pressed = (part.name for x in laws.mechanism.one_way if x is element or not x.unilateral for part in x.frictions)
-    if laws.mechanism.rows or not e > 0.0 or any(name in laws.parts for name in pressed):
+    rubs = laws.two_sided_rub or any(part.name in laws.parts for part in element.frictions)
+    if laws.mechanism.rows or not e > 0.0 or rubs:
         return None
     row, speed = facts.known["matrix"][place], facts.rate(element)
     if not speed < 0.0:
         return None
     impulse = -(1.0 + e) * speed / float(row @ row)
     jump = facts.speeds(impulse * row)
-    after = facts.known["phidot"] + facts.known["jacobian"] @ jump
-    others = (x for x in facts.near if x is not element and x.name not in hidden)
-    if any(_strikes(facts, x, after) for x in others):
-        return None
+    others = [x for x in facts.near if x is not element and x.name not in hidden]
+    if others:
+        after = facts.known["phidot"] + facts.known["jacobian"] @ jump
+        if any(_strikes(facts, x, after) for x in others):
+            return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
     return Blow(jump, {element.name: impulse}, lost, facts.q, facts.u, {element.normals[0].name: impulse})
 

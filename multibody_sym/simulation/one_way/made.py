@@ -28,7 +28,8 @@ def one_way_run(
     """Return the run of a system of which some holds one way only."""
     known = ready.mechanism.parameters.places
     declared, bars = thin_bars.with_one_side(with_tips(ready.state.declared))
-    make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
+    begun = ready.mechanism, ready.compiled
+    make = partial(_made, begun, ready.system.simulation, ready.formalism, native, backend)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
     laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
@@ -43,9 +44,18 @@ def one_way_run(
     return OneWayRun(laws, make, template, settings.baumgarte.chosen(own), bars=bars)
 
 
-def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:
-    """Return a mechanism in a mode, compiled; no closure, so that a run can be pickled."""
+def _made(
+    begun: tuple[Mechanism, Compiled],
+    settings: Settings,
+    formalism: str,
+    native: bool,
+    backend: Backend | None,
+    entered: Mechanism,
+) -> Compiled:
+    """Return a mechanism in a mode, compiled, as that with which a run has `begun` is; no closure, to be pickled."""
     form = form_of(settings, constrained=bool(entered.rows), varies=True)
+    if not entered.rows and entered == begun[0]:
+        return begun[1]
     if form == "index_2" and len(entered.held) == len(entered.speeds):
         form = "implicit"  # nothing moves: no rows have to be kept
     return compiled(entered, formalism, form, native=native, backend=backend)

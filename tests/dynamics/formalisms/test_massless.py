@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from multibody_sym.dynamics.formalisms import massless
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
@@ -118,6 +119,22 @@ def test_directions_of_a_particle_that_nothing_resists() -> None:
     assert names(Planar("ground", "p")) == ["u_j_theta"]
     assert names(Revolute("ground", "p", axis="z")) == []
     assert names(Revolute("ground", "p", axis="y")) == ["u_j"]
+
+
+def test_many_particles_are_judged_at_one_drawn_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One state of all of them for each would take a time that grows with the square of their number."""
+    names = [f"p{k}" for k in range(8)]
+    resolved = mechanism(
+        System(
+            "particles",
+            bodies=dict.fromkeys(names, Body(mass=1)),
+            joints={f"J{name}": Planar("ground", name) for name in names},
+        )
+    )
+    made: list[object] = []
+    monkeypatch.setattr(massless, "state_of", lambda *given: made.append(given) or state_of(*given))
+    assert [resolved.speeds[k].name for k in massless_speeds(resolved)] == [f"u_J{name}_theta" for name in names]
+    assert len(made) == 1
 
 
 def test_a_particle_that_nothing_keeps_from_turning_is_named() -> None:

@@ -1,0 +1,38 @@
+"""What a run with contacts takes before it begins is done once: rows of the start, and Programs of its first mode."""
+
+from __future__ import annotations
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.dynamics.start import state
+from multibody_sym.simulation import recall
+
+BALL = """
+multibody_sym: 1
+name: ball
+gravity: [0, -10, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  ball: {mass: 2}
+joints: {fall: {type: prismatic, parent: ground, child: ball, axis: y, q: y, initial: {q: 1.25}}}
+contacts: {c: {between: [ball, ground.floor], restitution: 0.5}}
+"""
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, module: object, name: str) -> list[object]:
+    """Return the list of calls of a function of a module from here on."""
+    calls: list[object] = []
+    function = getattr(module, name)
+    monkeypatch.setattr(module, name, lambda *given: calls.append(given) or function(*given))
+    return calls
+
+
+def test_a_run_from_flight_looks_at_its_rows_once_and_compiles_one_mode(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows, keys = counted(monkeypatch, state, "one_way_rows"), counted(monkeypatch, recall, "structure_key")
+    run = mbs.simulate(mbs.loads(BALL), t_end=0.9, samples=2, backend="python")
+    assert len(rows) == 1
+    assert len({key[1] for key in keys}) == 2, "the mode of the start, and its laws"
+    found = [id(key[0]) for key in keys if key[1] != "laws"]
+    assert len(set(found)) == 1
+    assert run["y"][-1] == pytest.approx(2.5 * 0.4 - 5 * 0.16, rel=1e-9)
