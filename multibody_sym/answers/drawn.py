@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from multibody_sym.drawing.draw import draw as draw_scene
 from multibody_sym.drawing.figure import Figure, ending_of
 from multibody_sym.drawing.shown import Shown
@@ -56,10 +58,11 @@ def draw(
 
     Arguments: `at`, a time (s, or text such as `0.5 s`) to which the system is simulated; `view`: front, back, top,
     right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
-    `forces` add what is applied, pulls of springs and weights, `reactions` what joints exert on their
-    children, contacts, ropes and rods, by the letters of `solve`'s steps; `names` are letters of
-    bodies, joints and lengths; `redundant` marks joints and constraints with rows that follow from others; `mark`
-    what stands at places of the model such as `joints.A`, with a word each if it is a mapping;
+    declared forces and torques are always shown; `forces` add weights, pulls of springs and drags, `reactions` what
+    joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps (the description of the
+    figure says which are not unique); `names` are letters of bodies, joints and lengths; `redundant` marks joints and
+    constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
+    word each if it is a mapping;
     `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, FailedRunError, OutputError.
@@ -76,6 +79,8 @@ def draw(
         shown = Shown(names=wanted["names"], forces=wanted["forces"], marked=_marked(asked, mark))
         if wanted["forces"] or wanted["reactions"]:
             shown = replace(shown, reactions=_acting(asked, scene, motion, run, wanted))
+        if wanted["reactions"] and run is not None:
+            shown = replace(shown, not_unique=tuple(_not_unique(run, scene)))
         if wanted["redundant"]:
             shown = replace(shown, marked={**_redundant(asked, scene), **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
@@ -131,6 +136,21 @@ def _acting(
         return applied_arrows(CutFree(system, scene, motion, {}))
     cut = CutFree(system, scene, motion, *at_end(run))
     return (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
+
+
+def _not_unique(run: Trajectory, scene: Scene) -> Iterator[str]:
+    """Yield the elements whose reactions are not unique, each once, and whether a possible value of them is drawn."""
+    from multibody_sym.answers.cut_free.joints import shown_components
+
+    seen = shown_components(scene)
+    elements = {row.name: element.name for element in run.ready.mechanism.one_way for row in element.rows}
+    told: dict[str, str] = {}
+    for name, components in run.redundancy.ambiguous.items():
+        kept = [each for each in components if seen(each[0] == "m", np.eye(3)["xyz".index(each[1])])]
+        if kept or not components:
+            word = "one possible value is drawn" if name in elements else "not drawn"
+            told[elements.get(name, name)] = f"{' '.join([elements.get(name, name), *kept])} ({word})"
+    yield from told.values()
 
 
 def _reached(scene: Scene, run: Trajectory) -> Motion:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Final
 
 from multibody_sym.drawing.shown import Shown
 from multibody_sym.scene.items import Item, Placed
 from multibody_sym.scene.scene import Scene
 
-_MOST = 30
+_MOST: Final = 30
+_REACTIONS: Final = ("reaction", "couple")
 
 
 def description(scene: Scene, placed: Placed, shown: Shown) -> str:
@@ -22,8 +24,9 @@ def description(scene: Scene, placed: Placed, shown: Shown) -> str:
         _listed("Contacts", _named(item for item in scene.items if item.role == "contact")),
         _listed("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
         _listed("Lengths and angles", _once([*(d.label for d in scene.dimensions), *(a.label for a in scene.angles)])),
-        _listed("Forces", [a.name for a in scene.arrows] if shown.forces else []),
-        _listed("Reactions", _once(a.name for a in shown.reactions)),
+        _listed("Forces", _once(a.name for a in scene.arrows if a.role not in _REACTIONS)),
+        _listed("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),
+        _listed("Not unique, because constraints depend on each other", shown.not_unique),
         _listed("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),
     ]
     return " ".join(sentence for sentence in told if sentence)

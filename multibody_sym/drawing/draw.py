@@ -21,7 +21,8 @@ from multibody_sym.scene.scene import Scene
 
 WIDEST: Final = 425.0
 """A page (pt) is at most 150 mm wide, as far as letters allow that."""
-_FORCES: Final = frozenset(("force", "torque", "couple", "drag"))
+_UNSEEN: Final = frozenset(("couple", "drag"))
+"""Arrows that a figure does not show: a drag acts against what moves, and `--forces` tells it."""
 MOST_NAMED: Final = 40
 """Of more bodies no page has room for all names: the figure shows none, its description tells them."""
 _TRIES: Final = 3
@@ -29,6 +30,8 @@ _USUAL, _LARGEST = 16.0, 1.5
 """So many letters a figure of the usual size has room for; one of more is larger, up to so many times."""
 _STAGE: Final = 44.0
 """How high (pt) a body is drawn on whose face masses stand that have no size."""
+_SPRING: Final = 120.0
+"""How long (pt) a spring without a length is drawn where nothing else has a size."""
 
 
 def draw(
@@ -54,8 +57,8 @@ def draw(
 
 
 def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Placed]:
-    """Return the scene with those arrows that are to be seen: gravity and given motions always."""
-    kept = [k for k, arrow in enumerate(scene.arrows) if shown.forces or arrow.role not in _FORCES]
+    """Return the scene with those arrows that are to be seen: gravity, declared loads and given motions always."""
+    kept = [k for k, arrow in enumerate(scene.arrows) if shown.forces or arrow.role not in _UNSEEN]
     arrows = (*(scene.arrows[k] for k in kept), *shown.reactions)
     vectors = np.vstack([placed.vectors[kept].reshape(-1, 3), *(arrow.vector for arrow in shown.reactions)])
     return replace(scene, arrows=arrows), replace(placed, vectors=vectors)
@@ -81,19 +84,22 @@ def _room(scene: Scene, shown: Shown) -> float:
 
 
 def _highest(scene: Scene, projection: Projection) -> float:
-    """Return the scale (pt/m) at which faces on which masses without a size stand are no higher than such are large."""
+    """Return the scale (pt/m) at which faces and springs are no larger than the masses without a size beside them."""
     heights = [0.0]
     for item in scene.items:
         masses = (i for i in scene.items if i.role == "contact" and item.body in i.bodies)
         if isinstance(item.form, Face) and item.form.ends is None and item.body >= 0 and any(masses):
             heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
-    return _STAGE / max(heights) if max(heights) > 0.0 and _is_without_sizes(scene) else np.inf
+    if not _is_without_sizes(scene):
+        return np.inf
+    loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
+    return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
 
 
 def _is_without_sizes(scene: Scene) -> bool:
     """Return whether no body has a size but those whose faces have no ends."""
     bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
-    return not scene.strands and all(isinstance(item.form, Symbol) for item in bodies)
+    return all(each.loose for each in scene.strands) and all(isinstance(item.form, Symbol) for item in bodies)
 
 
 def _upward(scene: Scene) -> list[float]:

@@ -43,8 +43,9 @@ _WIDTHS: Final = {
 }
 _THIN_SPACE: Final = "\u2009"
 _SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
-_FORMULA: Final = re.compile(rf"-?(?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))+")
-"""Sums and quotients of symbols of a letter or two; names with a hyphen are longer words."""
+_TERM: Final = rf"(?:(?:{_SHORT}|[0-9.]+)|(?:sin|cos|exp)\((?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))*\))"
+_FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
+"""Sums and quotients of symbols of a letter or two, and of functions; names with a hyphen are longer words."""
 
 
 def width_of(runs: Sequence[Run], size: float) -> float:

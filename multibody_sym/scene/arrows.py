@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
@@ -12,6 +13,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import velocity
 from multibody_sym.model.mechanism.loads import BodyTorque, JointForce, Load, PointDrag, PointForce
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import GROUND as GROUND_NAME
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node
@@ -22,6 +24,8 @@ from multibody_sym.scene.joints import held
 from multibody_sym.scene.stage import Stage
 
 _LONGEST: Final = 12
+_TURNED: Final = re.compile(r"-?(\w+)\*(cos|sin)\((.+)\)")
+"""A component of what is turned by an angle."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,17 @@ class Law:
         return found
 
 
+    def way(self, motion: Motion) -> Floats:
+        """Return the direction in the world (3) in which it counts, zero where it has more than one component."""
+        given = [k for k, node in enumerate(self.nodes) if node.shadow != 0]
+        if self.moves is not None or len(given) != 1:
+            return np.zeros(3)
+        sign = -1.0 if text(self.nodes[given[0]]).startswith("-") else 1.0
+        own = sign * (np.eye(3)[given[0]] if self.axis is None else np.array(self.axis))
+        found: Floats = np.array(motion.rotation(self.body), dtype=float) @ own
+        return found
+
+
 Arrow = tuple[ArrowItem, Law]
 
 
@@ -59,21 +74,26 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
         if make is not None and load.path[0] == "forces":
             yield from make(stage, load)
     yield from _impulses(stage)
+    yield from _ground_moves(stage)
 
 
 def _item(
     stage: Stage, role: Any, name: str, label: str, path: tuple[str, ...], at: Anchor, law: Law
 ) -> Arrow:
-    return ArrowItem(role, name, label, path, at, vector(law.vector(stage.motion))), law
+    motion = stage.motion
+    return ArrowItem(role, name, label, path, at, vector(law.vector(motion)), vector(law.way(motion))), law
 
 
 def letter_of(name: str, declared: Any) -> str:
-    """Return the letter of a force: its value where that is short, else its name."""
+    """Return the letter of a force: its value where that is short, the size of one at an angle, else its name."""
     nodes = [node for node in (declared if isinstance(declared, tuple) else (declared,)) if node.shadow != 0]
     if len(nodes) == 1 and leaves(nodes, "symbol"):
         found = text(nodes[0]).removeprefix("-")
-        if len(found) <= _LONGEST:
+        if len(found) <= _LONGEST and "^" not in found:
             return found
+    turned = [found.groups() for found in (_TURNED.fullmatch(text(node)) for node in nodes) if found]
+    if len(nodes) == len(turned) == 2 and turned[0][::2] == turned[1][::2] and turned[0][1] != turned[1][1]:
+        return str(turned[0][0])  # F*cos(a), F*sin(a): a force F at an angle
     return name
 
 
@@ -127,6 +147,16 @@ _LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
     PointDrag: _drag,
 }
 """The arrow of each kind of load; others run between points and are strands."""
+
+
+def _ground_moves(stage: Stage) -> Iterator[Arrow]:
+    """Yield the directions in which ground moves as prescribed."""
+    motion = stage.declared(GROUND_NAME).motion
+    for k, node in enumerate(() if motion is None else (motion.x, motion.y, motion.z)):
+        if node.shadow != 0:
+            path = ("bodies", GROUND_NAME, "motion", "xyz"[k])
+            law = _constant(np.eye(3)[k])
+            yield _item(stage, "motion", GROUND_NAME, GROUND_NAME, path, Anchor(GROUND, ZERO), law)
 
 
 def _impulses(stage: Stage) -> Iterator[Arrow]:

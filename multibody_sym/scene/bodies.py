@@ -10,15 +10,16 @@ import numpy as np
 
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.contacts import Contact
-from multibody_sym.model.declaration.joints import CurveJoint, Prismatic, Screw
+from multibody_sym.model.declaration.joints import CurveJoint, Fixed, Prismatic, Screw
 from multibody_sym.model.mechanism.mass import GROUND, mass_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import principal_axes
 from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Form, Polyline, Sphere, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
-from multibody_sym.scene.joints import held, wire_of
+from multibody_sym.scene.joints import held, is_led, wire_of
 from multibody_sym.scene.places import same
 from multibody_sym.scene.stage import Stage
+from multibody_sym.scene.strands import anchor_behind
 from multibody_sym.scene.surfaces import is_solid, surface_items
 
 _Z: Final = (0.0, 0.0, 1.0)
@@ -44,11 +45,21 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
         number, label, path = stage.number_of(name), body.label or name, ("bodies", name)
         surfaces = list(surface_items(stage, name))
         solid = body.shape is None and any(is_solid(item) for item in surfaces)
-        own = list(_forms(stage, name, body, found[name], solid=solid))
+        own = list(_forms(stage, name, body, _up_to_springs(stage, name, found[name]), solid=solid))
         yield from (Item("body", name, label, path, number, form) for form in own)
         yield from _as_body(surfaces, name, label) if solid or not own else surfaces
         if (body.shape is not None or body.inertia is not None) and not _marks_centre(own, stage.centre(name)):
             yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
+
+
+def _up_to_springs(stage: Stage, name: str, places: Sequence[Vector]) -> list[Vector]:
+    """Return the places of a body, those of sliders with a spring where that begins: it is a part of the rod."""
+    moved = {}
+    for element in stage.system.forces.values():
+        first = anchor_behind(stage, element)
+        if first is not None and first.body == stage.number_of(name) and first.body >= 0:
+            moved[held(stage, str(getattr(element, "joint", ""))).parent.point] = first.point
+    return [moved.get(place, place) if len(places) > 1 else place for place in places]
 
 
 def _as_body(surfaces: Sequence[Item], name: str, label: str) -> Iterator[Item]:
@@ -110,11 +121,17 @@ def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
 def _particle(stage: Stage, name: str, body: Body) -> str:
     """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
     joint = stage.carrying(name)
+    if body.inertia is None and mass_of(body).mass.shadow == 0 and joint is not None and joint.steps:
+        return "nut_body"
     touching = [contact for contact in stage.system.contacts.values() if name in contact.between]
+    if isinstance(joint, Prismatic) and is_led(stage, joint):
+        return "bob"
     if isinstance(joint, Prismatic):
         return "bob" if touching and all(map(_bounces, touching)) else "block"
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
+    if isinstance(joint, Fixed) and stage.is_ground(joint.parent):
+        return "block"
     return "bob" if not _touches_face(stage, name) else "block"
 
 

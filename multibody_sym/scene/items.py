@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.scene.forms import Form, Values, Vector
+from multibody_sym.scene.forms import ZERO, Form, Values, Vector
 
 GROUND: Final = -1
 """The body of what stands in the world; poses have it at their end."""
@@ -53,6 +53,7 @@ class Strand:
     """What runs between bodies: `kind` is spring, damper, spring_damper, rope, rod, pull, potential, attraction, tie.
 
     From end to end of `anchors` in a straight line, or for a rope by its `rope`, a number among those of the scene.
+    How long a `loose` one is drawn is the page's affair: it is declared in a slider, without a length.
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Strand:
     path: Path
     anchors: tuple[Anchor, ...]
     rope: int | None = None
+    loose: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ class ArrowItem:
     """An arrow at a point of a body: gravity, a force, torque, motion of ground, impulse; its vector is in the world.
 
     `vector` is what it was at the start; at another state `Placed.vectors` has it, by its place among the arrows.
+    `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several.
     """
 
     role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
@@ -101,6 +104,7 @@ class ArrowItem:
     path: Path
     at: Anchor
     vector: Vector
+    way: Vector = ZERO
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.model.declaration.forces import Friction
+from multibody_sym.model.declaration.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.declaration.joint import Joint, Limits
 from multibody_sym.model.declaration.joints import CurveJoint, Custom
 from multibody_sym.model.declaration.values import Point
@@ -96,7 +96,7 @@ def _slider(joint: Held) -> Iterator[Item]:
     (step,) = joint.joint.steps
     axis = joint.parent.turned(unit(joint.stage.vector(step.slides[0])))
     yield from _slide(joint, axis, joint.values)
-    light = joint.on_ground and _hangs(joint, axis)
+    light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
     yield joint.item("joint", Symbol("hanger" if light else "slider", *_on_child(joint, step.slides[0])), on_child=True)
 
 
@@ -112,8 +112,32 @@ def _slide(joint: Held, axis: Vector, values: tuple[float, ...]) -> Iterator[Ite
     limits: Limits | None = getattr(joint.joint, "limits", None)
     if limits is not None and limits.lower is not None and limits.upper is not None:
         low, high = joint.stage.number(limits.lower), joint.stage.number(limits.upper)
-    light = joint.on_ground and _hangs(joint, axis)
+    light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
     yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light))
+
+
+def is_led(stage: Stage, joint: Joint) -> bool:
+    """Return whether what slides hangs on a spring or rope that moves with its parent, so that no rail is seen.
+
+    Such a parent turns with the line and has no mass, or it is a rod of which the spring is a part.
+    """
+    if stage.is_ground(joint.parent):
+        return False
+    child, parent = stage.body(joint.child), stage.declared(stage.body(joint.parent))
+    (name,) = (key for key, each in stage.system.joints.items() if each is joint)
+    springs = (e for e in stage.system.forces.values() if isinstance(e, (SpringDamper, Damper)))
+    if any(e.joint == name for e in springs) and stage.declared(child).inertia is None and not _is_block(stage, joint):
+        return True
+    lines = (*stage.system.constraints.values(), *stage.system.forces.values())
+    ends = [end for e in lines for end in (getattr(e, "path", None) or getattr(e, "between", None) or ())]
+    light = parent.mass is None and parent.inertia is None and parent.shape is None
+    return light and any(stage.body(end) == child for end in ends if end not in stage.system.pulleys)
+
+
+def _is_block(stage: Stage, joint: Joint) -> bool:
+    """Return whether what carries a slider is a mass without a size, a block or wedge on which another one slides."""
+    parent = stage.declared(stage.body(joint.parent))
+    return parent.mass is not None and parent.inertia is None and parent.shape is None and not parent.points
 
 
 def _way(joint: Held, axis: Vector) -> float:

@@ -28,7 +28,11 @@ from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import Vector, unit, vector
 from multibody_sym.scene.items import Anchor, Bow, PlacedStrand, Strand
 from multibody_sym.scene.joints import held
+from multibody_sym.scene.places import places, same
 from multibody_sym.scene.stage import Stage
+
+_LEAST: Final = 0.35
+"""How long a spring without a length is drawn, in sizes of the whole."""
 
 
 def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
@@ -42,7 +46,8 @@ def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
             label = getattr(element, "label", None) or name
             anchors = _anchors(stage, element, kind)
             if anchors:
-                yield Strand(kind, name, label, (group, name), anchors, ropes.get(name))
+                loose = anchor_behind(stage, element) is not None
+                yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose)
 
 
 def _no_kind(stage: Stage, element: Any) -> str | None:
@@ -94,22 +99,35 @@ def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
 
 
 def _in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
-    """Return where a spring in a slider is fixed: on its parent as far away as it is long, and on its child.
-
-    Its coordinate is zero where both frames coincide: where it is unloaded near there it gets a length to be seen.
-    """
+    """Return where a spring in a slider is fixed: on its parent as far away as it is long, and on its child."""
     joint = held(stage, element.joint)
-    slides = [axis for step in joint.joint.steps for axis in step.slides]
-    if not slides:
+    if not any(step.slides for step in joint.joint.steps):
         return ()
-    axis = np.array(joint.parent.turned(unit(stage.vector(slides[0]))))
+    first = anchor_behind(stage, element) or Anchor(joint.parent.body, joint.parent.point)
+    return first, Anchor(joint.child.body, joint.child.point)
+
+
+def anchor_behind(stage: Stage, element: Any) -> Anchor | None:
+    """Return where a spring in a slider that has no length begins on the parent, None for another element.
+
+    The slider's coordinate is zero where both frames coincide: such a spring gets a length to be seen. It ends before
+    the next place of a parent that reaches along it.
+    """
+    if getattr(element, "joint", None) is None or not isinstance(element, (SpringDamper, Damper)):
+        return None
+    joint = held(stage, str(element.joint))
+    slides = [axis for step in joint.joint.steps for axis in step.slides]
+    least = _LEAST * stage.lengths.get("size", 1.0)
     rest = stage.number(element.length) if isinstance(element, SpringDamper) else 0.0
-    least = 0.35 * stage.lengths.get("size", 1.0)
-    back = least if abs(rest) < 0.3 * least else 0.0
-    return (
-        Anchor(joint.parent.body, vector(np.array(joint.parent.point) - back * axis)),
-        Anchor(joint.child.body, joint.child.point),
-    )
+    if not slides or abs(rest) >= 0.3 * least:
+        return None
+    axis, at = np.array(joint.parent.turned(unit(stage.vector(slides[0])))), np.array(joint.parent.point)
+    body = stage.body(joint.joint.parent)
+    own = [] if stage.is_ground(joint.joint.parent) else [*places(stage)[body], stage.centre(body)]
+    ways = [float((at - place) @ axis) for place in own]
+    on_line = [way for way, place in zip(ways, own, strict=True) if same(vector(at - way * axis), place)]
+    before = [way for way in on_line if way > 0.01 * least]
+    return Anchor(joint.parent.body, vector(at - min([least, *(0.6 * way for way in before)]) * axis))
 
 
 # --- ropes ---------------------------------------------------------------------------------------------------------

@@ -163,16 +163,39 @@ def test_friction_of_a_box_at_rest_is_what_pulls_at_it_backwards() -> None:
         assert total == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
 
 
-def test_forces_are_drawn_where_they_are_asked_for() -> None:
+def test_loads_are_drawn_always_and_weights_where_forces_are_asked_for() -> None:
     system = rod(forces={"F": mbs.Force(on="rod.tip", value=[5, 0, 0])})
 
     def arrows(**options: bool) -> set[str]:
         return {m.name for m in mbs.draw(system, **options).picture.marks if isinstance(m, Arrow) and m.role != "angle"}
 
     bare = arrows()
-    assert not bare & {"F", "rod"}
-    assert arrows(forces=True) - bare == {"F", "rod"}
+    assert bare & {"F", "rod"} == {"F"}
+    assert arrows(forces=True) - bare == {"rod"}
     assert arrows(reactions=True) - bare == {"A"}
+
+
+def test_the_description_says_which_forces_are_not_unique() -> None:
+    """A ladder on a rough floor and a rough wall: one equation is missing for its four forces."""
+    ladder = mbs.load(EXAMPLES / "textbook" / "ladder.yaml")
+    rough = replace(ladder.contacts["top"], static=ladder.contacts["foot"].static)
+    system = replace(ladder, contacts={**ladder.contacts, "top": rough})
+    told = mbs.draw(system, reactions=True, parameters={"mu": 0.6}).description
+    names = mbs.solve(system, parameters={"mu": 0.6}).not_unique
+    doubtful = [f"{name} (one possible value is drawn)" for name in names]
+    assert f"Not unique, because constraints depend on each other: {', '.join(doubtful)}." in told
+    assert "Not unique" not in mbs.draw(ladder, reactions=True).description
+
+
+def test_what_is_unique_of_a_joint_is_drawn_alone() -> None:
+    """Three parallel cranks, 60 degrees below x: what they push along themselves is not unique, what is across is."""
+    figure = mbs.draw(mbs.load(EXAMPLES / "three_cranks.yaml"), reactions=True)
+    arrows = [m for m in figure.picture.marks if isinstance(m, Arrow) and m.role == "reaction"]
+    assert {m.name for m in arrows} == {"B1", "B2", "B3"}
+    for arrow in arrows:
+        way = np.diff(np.asarray(arrow.points), axis=0)[0]
+        assert way @ np.array([math.cos(math.pi / 3), -math.sin(math.pi / 3)]) == pytest.approx(0.0, abs=1e-6)
+    assert "A1 fx fy (not drawn), B1 fx (not drawn)" in figure.description
 
 
 SEVERAL = ["four_bar", "slider_crank", "cart_pole", "textbook/t5_incline", "textbook/capstan", "textbook/spool"]

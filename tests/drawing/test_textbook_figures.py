@@ -110,3 +110,108 @@ def test_blocks_on_one_rail_have_the_names_of_their_sliders_near_themselves(name
         block = points(of(shown, "body", declared.child)).mean(axis=0)
         (label,) = [m for m in shown.marks if isinstance(m, Text) and m.role == "joint" and m.name == joint]
         assert abs(float(label.at[0] - block[0])) < 50.0
+
+
+def arrow_of(shown: Picture, name: str) -> np.ndarray:
+    (arrow,) = [m for m in shown.marks if isinstance(m, Arrow) and m.role == "force" and m.name == name]
+    return np.asarray(arrow.points)
+
+
+def test_a_beam_lies_on_its_supports_and_its_load_presses_on_it() -> None:
+    shown = picture("textbook/beam")
+    (beam,) = of(shown, "body", "beam")
+    (ground,) = [mark for mark in shown.marks if isinstance(mark, Hatch)]
+    outline = np.asarray(beam.points)  # type: ignore[attr-defined]
+    assert outline[:, 1].min() == pytest.approx(np.asarray(ground.points)[0, 1])
+    tail, tip = arrow_of(shown, "load")
+    assert tail[1] > outline[:, 1].max() > tip[1] > outline[:, 1].min()
+    assert tip[0] == pytest.approx(outline[:, 0].min() + np.ptp(outline[:, 0]) / 4, abs=3.0)
+    assert text_at(shown, "F")[1] > outline[:, 1].max()
+
+
+def test_a_rod_in_a_bowl_touches_it_with_both_ends() -> None:
+    shown = picture("textbook/rod_in_bowl")
+    (bowl,) = [np.asarray(mark.points) for mark in shown.marks if isinstance(mark, Hatch)]
+    (rod,) = of(shown, "body", "rod")
+    top, radius = bowl[[0, -1]].mean(axis=0), np.ptp(bowl[:, 0]) / 2
+    reach = np.hypot(*(np.asarray(rod.points) - top).T)  # type: ignore[attr-defined]
+    assert reach.max() == pytest.approx(radius, abs=0.05)
+    assert sorted(reach)[-2] > radius - 0.4
+
+
+@pytest.mark.parametrize(
+    ("name", "force", "letter", "way"),
+    [
+        ("textbook/growing_force", "pull", "k\u2009t", 1),  # zero at the start
+        ("questions/driven_oscillator", "drive", "F\u2009sin(t\u2009w)", 1),
+        ("textbook/t1_two_blocks", "pull1", "F1", -1),
+        ("textbook/ring_on_a_rod", "pull", "F", 1),
+    ],
+)
+def test_loads_have_their_letters_and_directions(name: str, force: str, letter: str, way: int) -> None:
+    shown = picture(name)
+    tail, tip = arrow_of(shown, force)
+    assert way * (tip - tail)[0] > 10.0
+    (label,) = [m for m in shown.marks if isinstance(m, Text) and m.role == "force" and m.name == force]
+    assert "".join(run for run, _ in label.runs) == letter
+
+
+def test_the_torque_of_a_winch_turns_about_its_drum() -> None:
+    shown = picture("textbook/drum_hoist")
+    (torque,) = [np.asarray(m.points) for m in shown.marks if isinstance(m, Arrow) and m.role == "torque"]
+    wheels = [m for m in shown.marks if hasattr(m, "radius") and m.role in ("body", "pulley")]
+    radius = np.ptp(torque[:, 0]) / 2
+    assert all(abs(radius - wheel.radius) > 2.5 for wheel in wheels)  # type: ignore[attr-defined]
+
+
+def test_a_person_stands_in_a_lift_that_moves() -> None:
+    shown = picture("lift")
+    (person,) = of(shown, "body", "person")
+    cabin = points([m for m in shown.marks if isinstance(m, Hatch)])
+    block = np.asarray(person.points)  # type: ignore[attr-defined]
+    assert len(block) == 4
+    assert block[:, 1].min() == pytest.approx(cabin[:, 1].min())
+    (arrow,) = [np.asarray(m.points) for m in shown.marks if isinstance(m, Arrow) and m.role == "motion"]
+    assert arrow[1, 1] > arrow[0, 1]
+
+
+def zigzag_of(shown: Picture, name: str) -> np.ndarray:
+    return max((np.asarray(m.points) for m in shown.marks if isinstance(m, Stroke) and m.name == name), key=len)
+
+
+def test_the_spring_of_a_rod_that_gives_is_a_part_of_the_rod() -> None:
+    """From the rod's end to its pin on the slider, in one line with it; the rod ends where the spring begins."""
+    shown = picture("elastic_rod")
+    rod = max((np.asarray(m.points) for m in of(shown, "body", "rod")), key=len)  # type: ignore[attr-defined]
+    (pin,) = [np.asarray(m.centre) for m in shown.marks if m.role == "joint" and m.name == "C" and hasattr(m, "centre")]
+    spring = zigzag_of(shown, "elasticity")
+    way = pin - rod.mean(axis=0)
+    along = way / np.hypot(*way)
+    assert ((rod - pin) @ along).max() < ((spring - pin) @ along).min() + 12.0
+    assert ((spring - pin) @ along).max() == pytest.approx(0.0, abs=10.0)
+    assert np.abs((spring - pin) @ np.array([-along[1], along[0]])).max() < 14.0
+
+
+def test_a_spring_on_a_wedge_begins_at_a_plate_on_it() -> None:
+    shown = picture("oscillations/wedge_and_spring")
+    (plate,) = [np.asarray(m.points) for m in shown.marks if isinstance(m, Stroke) and m.name == "spring" and m.closed]
+    (wedge,) = [np.asarray(m.points) for m in of(shown, "body", "wedge")]  # type: ignore[attr-defined]
+    spring = zigzag_of(shown, "spring")
+    assert np.hypot(*(plate.mean(axis=0) - spring[0])) < 6.0
+    low, high = wedge[np.argmin(wedge[:, 0])], wedge[np.argmax(wedge[:, 1])]
+    slope = (high - low) / np.hypot(*(high - low))
+    heights = (plate - low) @ np.array([-slope[1], slope[0]])
+    assert heights.min() == pytest.approx(0.0, abs=0.5)
+    assert np.hypot(*(spring[-1] - spring[0])) < 125.0
+
+
+def test_a_bob_on_a_rope_is_round_and_both_wheels_are_alike() -> None:
+    shown = picture("swinging_atwood")
+    (bob,) = of(shown, "body", "bob")
+    assert hasattr(bob, "radius")
+    assert not of(shown, "body", "line")
+    wheels = [max(m.radius for m in of(shown, "pulley", name) if hasattr(m, "radius")) for name in ("P1", "P2")]
+    assert wheels[0] == wheels[1]
+    (turn,) = of(shown, "joint", "turn")
+    hub = next(m for m in of(shown, "pulley", "P2") if hasattr(m, "radius"))
+    assert np.asarray(turn.centre) == pytest.approx(np.asarray(hub.centre))  # type: ignore[attr-defined]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +49,7 @@ def at_end(run: Trajectory) -> tuple[Values, frozenset[str]]:
 
 def _values(run: Trajectory, instant: Instant) -> Values:
     """Return the forces at an instant; those of joints are what the run tells of them."""
-    mechanism, several = instant.motion.mechanism, run.redundancy.not_unique
+    mechanism, several = instant.motion.mechanism, run.redundancy.ambiguous
     acting = OneWayForces(instant.motion, instant.multipliers)
     found: dict[str, dict[str, Any]] = {
         row.name: {"force": x}
@@ -64,7 +64,12 @@ def _values(run: Trajectory, instant: Instant) -> Values:
     for element in mechanism.one_way:
         if not isinstance(element.normals[0], RopeRow):
             found[element.name] = acting.of(element)
-    return {name: _floats(parts) for name, parts in found.items() if name not in several}
+    return {name: _unique(_floats(parts), several.get(name)) for name, parts in found.items()}
+
+
+def _unique(parts: dict[str, float], ambiguous: Sequence[str] | None) -> dict[str, float]:
+    """Return the forces of an element but its `ambiguous` components; none where it has no components."""
+    return {name: x for name, x in parts.items() if ambiguous is None or (ambiguous and name not in ambiguous)}
 
 
 def _floats(parts: Mapping[str, Any]) -> dict[str, float]:

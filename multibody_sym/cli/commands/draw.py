@@ -21,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--at", metavar="T", default="0", help=time)
     view = "front, back, top, right, left, iso, or AZIMUTH,ELEVATION in degrees such as 30,20"
     parser.add_argument("--view", metavar="VIEW", help=view)
-    parser.add_argument("--forces", action="store_true", help="show applied forces and torques, springs, weights")
+    parser.add_argument("--forces", action="store_true", help="show weights, pulls of springs and drags too")
     parser.add_argument("--reactions", action="store_true", help="show what joints, contacts, ropes and rods exert")
     names = "letters of bodies and joints, dimensions (default); --no-names leaves them out"
     parser.add_argument("--names", action=argparse.BooleanOptionalAction, default=True, help=names)

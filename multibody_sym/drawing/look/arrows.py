@@ -2,44 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field
 from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.drawing.lettering import letters
+from multibody_sym.drawing.look.shapes import wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
-from multibody_sym.drawing.picture import Arrow, Mark, Wish
-from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, REACTION, THIN
+from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Stroke, Wish, simple
+from multibody_sym.drawing.room import segments_of
+from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, MOTION, REACTION, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.scene.forms import across, unit
+from multibody_sym.scene.forms import Face, across, unit
 from multibody_sym.scene.items import ArrowItem
 
 _FORCE: Final = 34.0
 _TORQUE: Final = 15.0
 _GRAVITY: Final = 30.0
+_MOVING: Final = 24.0
 _BESIDE: Final = 6.0
 """How far arrows of the same place and way are apart (pt)."""
+_NEAR: Final = 2.0
+"""Within this distance (pt) places are one."""
 _SAME_WAY: Final = 0.98
+_CLEAR: Final = 0.05
+"""The part of an arrow at its tail that may touch what it acts on."""
 
 
-def arrow_marks(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
-    """Yield all arrows of a scene with their letters; gravity stands beside the `corner` of what is drawn."""
-    taken = _Taken()
-    for item, vector in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
+def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield all arrows of a scene with their letters, those of loads where they cross the least that is `drawn`.
+
+    Gravity stands beside the `corner` of what is drawn.
+    """
+    taken, lines = _Taken(), _lines(drawn)
+    for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
+        vector = now if np.any(now) else np.asarray(item.way)
         named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
-        at = sheet.at(item.at.body, item.at.point)
+        at = _place(sheet, item)
         if item.role == "gravity":
             yield from _gravity(sheet, item, vector, named, corner)
+        elif item.role == "motion":
+            yield from _moving(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
             pen = REACTION if item.role == "couple" else FORCE
-            yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at))
+            yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
             pen = REACTION if item.role == "reaction" else FORCE
             at = at + taken.aside(at, sheet.projection.page(vector))
-            yield from force_marks(sheet, at, vector, item.label, named, pen)
+            pushes = item.role == "force" and item.path[0] == "forces" and _pushes(sheet, at, vector, lines)
+            yield from force_marks(sheet, at, vector, item.label, named, pen, pushes=pushes)
+
+
+def _place(sheet: Sheet, item: ArrowItem) -> Floats:
+    """Return where an arrow acts on the page: on a body whose size is the page's affair, in its middle."""
+    body, at = item.at.body, sheet.at(item.at.body, item.at.point)
+    if item.role == "gravity" or not sheet.flat:
+        return at
+    for other in sheet.touched.get(body, ()):
+        if other.role == "point" and float(np.linalg.norm(sheet.at(body, other.form.bounds[0]) - at)) < _NEAR:
+            return at
+    for other in sheet.touched.get(body, ()):
+        if other.role == "body" and isinstance(other.form, Face) and other.form.ends is None and not other.on_ground:
+            return np.asarray(wedge(sheet, other, other.form).mean(axis=0))
+    return at
+
+
+def _lines(marks: Sequence[Mark]) -> Floats:
+    """Return the lines (n, 4) of marks that have their place."""
+    placed = [mark for mark in marks if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
+    found = [segments_of(part) for mark in placed for part in simple(mark)]
+    return np.vstack([np.zeros((0, 4)), *found])
+
+
+def _pushes(sheet: Sheet, at: Floats, vector: Floats, lines: Floats) -> bool:
+    """Return whether a load's arrow ends at its place, where it crosses fewer lines so than if it began there."""
+    points = _shaft(sheet, at, vector)
+    if points is None:
+        return False
+    shaft = points[1] - points[0]
+    away, into = (_crossed(start + _CLEAR * shaft, start + shaft, lines) for start in (at, at - (1.0 + _CLEAR) * shaft))
+    return into < away
+
+
+def _crossed(start: Floats, stop: Floats, lines: Floats) -> int:
+    """Return how many lines (n, 4) a line crosses."""
+    one, two, way = lines[:, :2], lines[:, 2:], stop - start
+
+    def turn(a: Floats, b: Floats) -> Floats:
+        found: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+        return found
+
+    apart = turn(way, one - start) * turn(way, two - start) < 0.0
+    across = turn(two - one, start - one) * turn(two - one, stop - one) < 0.0
+    return int((apart & across).sum())
 
 
 @dataclass
@@ -58,15 +116,19 @@ class _Taken:
         found: Floats = _BESIDE * side * left(along)
         return found
 
-    def radius(self, at: Floats) -> float:
-        """Return the radius of the bow of a torque about a place."""
+    def radius(self, at: Floats, drawn: Sequence[Mark]) -> float:
+        """Return the radius of the bow of a torque about a place, beside circles that are drawn about it."""
         same = sum(_near(at, other) for other in self.torques)
         self.torques.append(at)
-        return _TORQUE + _BESIDE * same
+        circles = [mark.radius for mark in drawn if isinstance(mark, Arc) and _near(at, np.asarray(mark.centre))]
+        found = _TORQUE + _BESIDE * same
+        while any(abs(found - radius) < _BESIDE / 2 for radius in circles):
+            found += _BESIDE
+        return found
 
 
 def _near(a: Floats, b: Floats) -> bool:
-    return float(np.linalg.norm(a - b)) < 2.0
+    return float(np.linalg.norm(a - b)) < _NEAR
 
 
 def _gravity(
@@ -82,19 +144,41 @@ def _gravity(
     yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
 
 
+def _moving(sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats) -> Iterator[Mark]:
+    """Yield the direction in which ground moves, below that of gravity."""
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    if float(np.linalg.norm(way)) < 0.05:
+        return
+    points = corner + np.array([30.0, -_GRAVITY - _MOVING]) + np.outer([-0.5, 0.5], _MOVING * unit2(way))
+    yield Arrow(points, MOTION, **named)
+    about, colour = points.mean(axis=0)[None, :], MOTION.colour
+    yield Wish(about, letters(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
+
+
 def force_marks(
-    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE
-) -> Iterator[Mark]:
-    """Yield a force at a place of the page: from there along its direction."""
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE, *,
+    pushes: bool = False,
+) -> Iterator[Mark]:  # fmt: skip
+    """Yield a force at a place of the page: from there along its direction, or up to there if it `pushes`."""
+    points = _shaft(sheet, at, vector)
+    if points is None:
+        return
+    if pushes:
+        points = points + points[0] - points[1]
+    yield Arrow(points, pen, **named)
+    side = left(unit2(points[1] - points[0]))
+    prefer = (float(side[0]), float(side[1]))
+    end = points[:1] if pushes else points[1:]
+    yield Wish(end, letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+
+
+def _shaft(sheet: Sheet, at: Floats, vector: Floats) -> Floats | None:
+    """Return the ends of a force's arrow (2, 2), None of one that is zero or points at the reader."""
     way = sheet.projection.page(vector) / sheet.projection.scale
     size = float(np.linalg.norm(vector))
     if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
-        return
-    points = np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
-    yield Arrow(points, pen, **named)
-    side = left(unit2(way))
-    prefer = (float(side[0]), float(side[1]))
-    yield Wish(points[1:], letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+        return None
+    return np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
 
 
 def torque_marks(

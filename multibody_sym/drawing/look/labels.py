@@ -12,7 +12,7 @@ from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import drawn_pieces
 from multibody_sym.drawing.look.rails import rail_ends, rail_lines
-from multibody_sym.drawing.look.shapes import face_ends
+from multibody_sym.drawing.look.shapes import face_ends, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
 from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MARKED, MOTION, THIN
@@ -72,6 +72,8 @@ def _name(sheet: Sheet, item: Item) -> Wish:
         bounds = bounds if place is None else place[None, :]
     ring = isinstance(item.form, Disc) and item.form.hollow
     about = bounds if len(bounds) == 2 or ring else bounds.mean(axis=0)[None, :]
+    if item.role == "body" and isinstance(item.form, Face) and item.form.ends is None and sheet.flat:
+        about = wedge(sheet, item, item.form).mean(axis=0)[None, :]
     if isinstance(item.form, Symbol):
         about = _beside(sheet, item, item.form, about)
     clear = 7.0 if isinstance(item.form, Symbol) and len(about) == 1 else 5.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from multibody_sym.drawing.style import BODY, LAYER_BODY, LAYER_JOINT, PAPER, PI
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Face, Rail, Symbol
 from multibody_sym.scene.items import Item, PlacedStrand
+
+_STRAIGHT: Final = 0.99
+"""The cosine up to which a rope bends so little that it lies on its wheel in one line."""
 
 
 def pulley_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -57,6 +61,16 @@ def wheels_on(sheet: Sheet, line: Item) -> list[Floats]:
     return found
 
 
+def held_wheel(sheet: Sheet, at: Floats) -> Floats | None:
+    """Return the centre (2) of the small wheel that ground holds at a place of the page, None where there is none."""
+    for item in sheet.scene.items:
+        if item.role != "pulley" or not item.on_ground or not isinstance(item.form, Symbol):
+            continue
+        if item.form.kind == "pulley" and float(np.linalg.norm(sheet.at(item.body, item.form.at) - at)) < 1.0:
+            return wheel_centre(sheet, item, item.form)
+    return None
+
+
 def wheel_centre(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
     """Return the centre (2) of the small wheel of a pulley without a radius; None where its rope does not bend."""
     at = sheet.projection.page(sheet.placed.world(item.body, np.array([symbol.at])))[0]
@@ -67,7 +81,8 @@ def wheel_centre(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
                 continue
             if rope.strand.name in sheet.settled.folds and is_turned(drawn[k], drawn[k + 1]):
                 return np.asarray((drawn[k][1] + drawn[k + 1][0]) / 2)
-            return fillet(drawn[k][0], drawn[k][1], drawn[k + 1][1], WHEEL)
+            bend = drawn[k][0], drawn[k][1], drawn[k + 1][1]
+            return _under(sheet, *bend) if is_straight(*bend) else fillet(*bend, WHEEL)
     return None
 
 
@@ -144,6 +159,17 @@ def _held_side(sheet: Sheet, item: Item, at: Floats) -> Floats:
 def _reach(sheet: Sheet, item: Item) -> float:
     wheel = next((i.form for i in sheet.scene.items if i.path == item.path and i is not item), None)
     return float(getattr(wheel, "radius", 0.0)) * sheet.projection.scale + WHEEL
+
+
+def is_straight(a: Floats, corner: Floats, b: Floats) -> bool:
+    """Return whether two lines that meet go on in one direction."""
+    return float(unit2(a - corner) @ unit2(b - corner)) < -_STRAIGHT
+
+
+def _under(sheet: Sheet, a: Floats, corner: Floats, b: Floats) -> Floats:
+    """Return the centre of the wheel on which a rope lies that does not bend there."""
+    across = left(unit2(b - a))
+    return corner + WHEEL * (across if float(across @ sheet.down) >= 0.0 else -across)
 
 
 def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None:

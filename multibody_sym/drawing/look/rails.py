@@ -54,6 +54,8 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         return
     named, points = sheet.named(item, LAYER_GROUND, rail.at), rail_ends(sheet, item, rail)
     named["role"] = "joint"
+    if rail.light and not item.on_ground:
+        return  # the spring or rope is seen on which something hangs
     if rail.light or not sheet.flat or not item.on_ground:
         if item.on_ground and not rail.light:
             below = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1

@@ -40,7 +40,7 @@ def scene_marks(
     found = [mark for item in scene.items if _is_seen(item, frames) for mark in item_marks(sheet, item)]
     found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
     found += free_axes(sheet, _low_corner(found, sheet))
-    found += arrow_marks(sheet, _corner(found, sheet))
+    found += arrow_marks(sheet, _corner(found, sheet), found)
     found += word_marks(sheet)
     if names:
         found += [*label_marks(sheet), *dimension_marks(sheet), *angle_marks(sheet)]

@@ -14,9 +14,10 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.drawing.style import ROD
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.scene.forms import Disc, Face, Rail, Symbol
+from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol
 from multibody_sym.scene.items import Item, Placed, PlacedStrand
 from multibody_sym.scene.scene import Scene
 
@@ -88,6 +89,7 @@ def settled(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float)
     for _ in range(3):  # a block on a block on a block
         for item in scene.items:
             _stand(made, item)
+    _bear(made)
     for strand in home.strands:
         _beside(made, strand)
     return Settled(made.bodies, made.pulleys, made.leans, made.folds)
@@ -105,6 +107,10 @@ def _stand(made: _Settling, item: Item) -> None:
         normal = next(_normals(made, other, made.page(item.body, item.form.at)), None)
         if mass is not None and normal is not None:
             _lift(made, item.body, other, normal, half_size(mass))
+    elif item.role == "joint" and item.on_ground and isinstance(item.form, Symbol) and item.form.kind == "weld":
+        up = made.way(-1, made.scene.view.up)
+        if len(item.bodies) == 2 and made.mass(item.bodies[1]) is not None and float(np.linalg.norm(up)) > 0.9:
+            _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2)
     elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
         parent, child = item.bodies
         mass, below = made.mass(child), made.mass(parent)
@@ -117,6 +123,28 @@ def _stand(made: _Settling, item: Item) -> None:
             return
         level = abs(float(normal[0])) < 0.05
         _lift(made, child, parent, normal, half_size(mass) + (MASS[1] / 2 if level else 0.0))
+
+
+def _bear(made: _Settling) -> None:
+    """Let rods, whose width is the page's affair, lie on what they touch in a plane, not half in it."""
+    touching: dict[int, list[Floats]] = {}
+    for item in made.scene.items if made.scene.plane else ():
+        if item.role == "contact" and len(item.bodies) == 2 and _is_loose_rod(made, item.body):
+            other = next((b for b in item.bodies if b != item.body), item.body)
+            at = made.page(item.body, item.form.bounds[0])
+            touching.setdefault(item.body, []).extend([*_normals(made, other, at)][:1])
+    for body, normals in touching.items():
+        if normals:
+            way, *_ = np.linalg.lstsq(np.array(normals), np.full(len(normals), ROD / 2), rcond=None)
+            if float(np.linalg.norm(way)) < ROD:  # between faces that leave it no room it stays where it is
+                made.bodies[body] = np.asarray(way)
+
+
+def _is_loose_rod(made: _Settling, body: int) -> bool:
+    """Return whether a body is seen as a rod alone, which no joint holds."""
+    forms = [item.form for item in made.scene.items if item.body == body and item.role in ("body", "surface")]
+    held = any(i.role == "joint" and body in i.bodies and isinstance(i.form, Symbol) for i in made.scene.items)
+    return len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed and not held
 
 
 def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:

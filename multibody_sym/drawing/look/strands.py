@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.drawing.look.pulleys import drawn_pieces, fillet, is_turned
-from multibody_sym.drawing.look.settle import WHEEL
+from multibody_sym.drawing.look.settle import MASS, WHEEL
 from multibody_sym.drawing.look.shapes import capsule
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.look.supports import support
@@ -37,6 +37,8 @@ _COIL: Final = 12.0
 _HELD: Final = ("spring", "damper", "spring_damper", "rope", "rod")
 """Strands whose ends are fixed to something."""
 _LEAD: Final = 7.0
+_PLATE: Final = 8.0
+"""How far beyond its end the plate reaches at which a spring begins (pt)."""
 _LEVEL: Final = 0.2
 """How far a rod may rise (its slope) towards its end on ground, which then stands below it still."""
 _APART: Final = 7.0
@@ -61,6 +63,8 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
     """Yield hatched ground across the ends that are fixed there, unless a joint or pulley shows it."""
     anchors = placed.strand.anchors
     for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
+        if placed.strand.loose and anchor is anchors[0] and _is_block(sheet, anchor.body):
+            yield _stop(sheet, placed, end, unit2(end - other), named)
         if anchor.body not in sheet.ground or any(_shows(sheet, item, end) for item in sheet.scene.items):
             continue
         away = unit2(end - other, -sheet.down)
@@ -70,6 +74,22 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
             continue
         ends = np.array([end - 9.0 * left(away), end + 9.0 * left(away)])
         yield Hatch(ends, sheet.pen(placed.strand), side=-1, **{**named, "layer": LAYER_GROUND})
+
+
+def _is_block(sheet: Sheet, body: int) -> bool:
+    """Return whether a moving body is seen as a block or wedge, on which a spring begins somewhere."""
+    items = sheet.touched.get(body, ())
+    return body not in sheet.ground and any(
+        i.role == "body" and isinstance(i.form, Symbol) and i.form.kind == "block" for i in items
+    )
+
+
+def _stop(sheet: Sheet, placed: PlacedStrand, end: Floats, away: Floats, named: dict[str, Any]) -> Mark:
+    """Return the plate on a moving body at which a spring begins."""
+    across = left(away) if float(left(away) @ sheet.down) > 0.0 else -left(away)
+    foot, top = end + MASS[1] / 2 * across, end - _PLATE * across
+    corners = np.array([foot, top, top + 3.0 * away, foot + 3.0 * away])
+    return Stroke(corners, sheet.pen(placed.strand), closed=True, fill=BODY, **named)
 
 
 def _shows(sheet: Sheet, item: Item, end: Floats) -> bool:

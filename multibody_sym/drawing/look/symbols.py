@@ -9,14 +9,15 @@ import numpy as np
 
 from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.drives import driven_points
-from multibody_sym.drawing.look.pulleys import axle_marks, pulley_marks
+from multibody_sym.drawing.look.pulleys import axle_marks, held_wheel, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered
 from multibody_sym.drawing.look.settle import BOB
-from multibody_sym.drawing.look.shapes import FORMS, barrel
+from multibody_sym.drawing.look.shapes import FORMS, barrel, face_ends
 from multibody_sym.drawing.look.sheet import UNSEEN, Sheet, left, unit2
 from multibody_sym.drawing.look.supports import stand, step_marks, support, support_side
 from multibody_sym.drawing.look.wedges import LEVEL, slope_of, wedge_under
-from multibody_sym.drawing.picture import Arc, Arrow, Mark, Stroke
+from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Stroke
+from multibody_sym.drawing.room import distances
 from multibody_sym.drawing.style import (
     AXIS,
     BLACK,
@@ -34,11 +35,13 @@ from multibody_sym.drawing.style import (
     THIN,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Disc, Symbol, unit
+from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Symbol, unit
 from multibody_sym.scene.items import Item
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _COM: Final = 4.0
+_UNDER: Final = 19.0
+"""How far ground reaches on either side of a mass that is fixed to it (pt)."""
 _ROTOR: Final = 14.0
 Look = Callable[[Sheet, Item, Symbol], Iterator[Mark]]
 
@@ -53,10 +56,17 @@ def _pin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 
 def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield a pin on a triangle that stands on hatched ground, on the side where its bodies are not."""
+    """Yield a pin on a triangle that stands on hatched ground, on the side where its bodies are not.
+
+    On the wheel of a pulley on ground, which is held itself, it is the axle.
+    """
     wheel = any(_is_wheel(other) for body in item.bodies for other in sheet.touched.get(body, ()))
     layer = LAYER_JOINT - 0.3 if wheel else LAYER_GROUND + 0.5  # a wheel would hide what it turns on
     at, named = sheet.at(item.body, symbol.at), sheet.named(item, layer)
+    wheel_at = held_wheel(sheet, at)
+    if wheel_at is not None:
+        yield Arc(wheel_at, PIN, sheet.pen(item), fill=PAPER, **sheet.named(item, LAYER_JOINT, symbol.at))
+        return
     away = support_side(sheet, item, at)
     yield from support(sheet, item, at, away, named)
     yield from _pin(sheet, item, symbol)
@@ -110,12 +120,30 @@ def _cardan(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 
 def _weld(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield a clamped end: hatched ground through the place, or between bodies a filled corner."""
+    """Yield a clamped end: hatched ground through the place, or between bodies a filled corner.
+
+    Under a mass without a size ground alone is seen.
+    """
     at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT, symbol.at)
+    if item.on_ground and sheet.flat and item.bodies[-1] in sheet.settled.leans:
+        across = sheet.settled.leans[item.bodies[-1]]
+        if any(_lies_on(sheet, other, at) for other in sheet.touched.get(item.body, ())):
+            return
+        ends = np.array([at - _UNDER * across, at + _UNDER * across])
+        yield Hatch(ends, sheet.pen(item, BOLD), side=-1, **{**named, "layer": LAYER_GROUND})
+        return
     if item.on_ground:
         yield from stand(sheet, item, at, support_side(sheet, item, at), 3.0)
     square = np.array([(-2.6, -2.6), (2.6, -2.6), (2.6, 2.6), (-2.6, 2.6)])
     yield Stroke(at + square, sheet.pen(item), closed=True, fill=BLACK, **named)
+
+
+def _lies_on(sheet: Sheet, item: Item, at: Floats) -> bool:
+    """Return whether a place of the page is on a segment or a face that is drawn of ground."""
+    if item.role != "surface" or not isinstance(item.form, (Polyline, Face)):
+        return False
+    ends = face_ends(sheet, item, item.form) if isinstance(item.form, Face) else sheet.page(item.body, item.form.points)
+    return bool(distances(at[None, :], np.hstack((ends[:-1], ends[1:]))).min() < 1.0)
 
 
 def _rotating(sheet: Sheet, item: Item, symbol: Symbol, half: float, wide: float) -> Floats:

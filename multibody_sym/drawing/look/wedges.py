@@ -30,5 +30,5 @@ def wedge_under(sheet: Sheet, item: Item, at: Floats, slope: Floats) -> Floats:
     anchors = [anchor for strand in sheet.scene.strands for anchor in strand.anchors if anchor.body == item.body]
     ways = [float((sheet.at(anchor.body, anchor.point) - at) @ up) for anchor in anchors]
     ways += [float((sheet.at(body, (0.0, 0.0, 0.0)) - at) @ up) for body in bodies]
-    low, high = at + min([-36.0, *(way - 10.0 for way in ways)]) * up, at + max([36.0, *(w + 20.0 for w in ways)]) * up
+    low, high = at + min([-36.0, *(way - 18.0 for way in ways)]) * up, at + max([36.0, *(w + 20.0 for w in ways)]) * up
     return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
