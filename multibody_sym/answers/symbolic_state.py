@@ -8,6 +8,7 @@ from typing import Final
 
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
+from multibody_sym.dynamics.constraints.held import held_coordinates
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.expressions.units import ENERGY, FORCE
 from multibody_sym.kinematics.state import State, state_of
@@ -35,17 +36,29 @@ class SymbolicState:
         return as_node(evaluate(in_slots, lambda leaf: self.state.slots.get(leaf, leaf))[0])
 
 
-def any_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
-    """Return the state in which time, coordinates and speeds keep their names; the sample is near the start."""
+def any_state(mechanism: Mechanism, begin: Start, start: State | None = None) -> SymbolicState:
+    """Return the state in which time, coordinates and speeds keep their names; the sample is near the start.
+
+    Coordinates that constraints hold stay what they are at a `start` over Nodes, at rest, and have no names.
+    """
     parameters, letters = parameter_letters(mechanism)
     q = [symbol(c.name) for c in mechanism.coordinates]
     u = [symbol(s.name) for s in mechanism.speeds]
     time = symbol("t")
+    held = {} if start is None else _held(mechanism, begin, start)
     for k, (node, value) in enumerate(zip((time, *q, *u), (0.0, *begin.q, *begin.u), strict=True)):
         # a little aside, where nothing vanishes by chance
         aside = PRECISE.mpf(_ASIDE.numerator) / (_ASIDE.denominator + 97 * k)
         letters[node] = Letter(node, PRECISE.mpf(value) + aside)
+    for k, place in held.items():
+        del letters[q[k]], letters[u[k]]
+        q[k], u[k] = place, ZERO
     return SymbolicState(state_of(mechanism, Node, time, q, u, parameters), letters)
+
+
+def _held(mechanism: Mechanism, begin: Start, start: State) -> dict[int, Node]:
+    """Return where constraints hold coordinates, by their places."""
+    return {k: as_node(start.q[k]) for k in held_coordinates(mechanism, begin.q, begin.parameters)}
 
 
 def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:

@@ -13,9 +13,10 @@ from multibody_sym.algebra.quotient_functions import doubled
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.symbolic_state import any_state
+from multibody_sym.answers.symbolic_state import SymbolicState, any_state
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
@@ -59,12 +60,20 @@ def anywhere(solved: Solved, q: Sequence[float], u: Sequence[float]) -> Anywhere
     mechanism = solved.mechanism
     if solved.forms is None or any(body.quaternions for body in mechanism.bodies):
         return None
-    general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)))
+    general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
     try:
         forms = closed_forms(mechanism, general)
+        forms.known.update(_held(mechanism, general, forms))
     except NoClosedFormError:
         return None
     return Anywhere(solved, forms, Instant(motion_of(mechanism, general.state), *unknowns(mechanism)))
+
+
+def _held(mechanism: Mechanism, general: SymbolicState, forms: ClosedForms) -> dict[Node, Quotient]:
+    """Return what coordinates and speeds are that have no letters, since constraints hold them."""
+    names = [*(symbol(x.name) for x in mechanism.coordinates), *(symbol(x.name) for x in mechanism.speeds)]
+    values = [as_node(x) for x in (*general.state.q, *general.state.u)]
+    return dict(zip(names, forms.of(values), strict=True))
 
 
 @dataclass(eq=False)

@@ -23,6 +23,7 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
+from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.questions.anywhere import TIME, Anywhere, anywhere
 from multibody_sym.answers.questions.courses import InTime, confirmed_formulas
 from multibody_sym.answers.questions.naming import put_in
@@ -32,7 +33,7 @@ from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.states import Moment
+from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
@@ -84,7 +85,11 @@ class Course:
 
     def along(self, asked: Node) -> Node:
         """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
-        found = book_form(doubled(self.there.of(asked)))
+        return self.put_in(self.there.of(asked))
+
+    def put_in(self, asked: Quotient) -> Node:
+        """Return what there is at any state as a formula of the variable. Raises NoClosedFormError."""
+        found = book_form(doubled(asked))
         self.used.update(leaves([found], "symbol"))
         found = put_in(found, self.formulas)
         if leaves([found], "symbol") and self.there.variables & set(leaves([found], "symbol")) - {self.variable}:
@@ -223,12 +228,20 @@ class LaterForms:
             ((coordinate, value),) = moment.items()
             zero = subtract(symbol(coordinate), value)
             return value if course.variable is symbol(coordinate) else course.place(course.along(zero))
-        for zero in boundaries(moment) if isinstance(moment, Node) else ():
+        for vanishing in self._boundaries(course.there, moment):
             try:
-                return course.place(course.along(zero))
+                return course.place(course.put_in(vanishing))
             except NoClosedFormError:
                 continue
         raise NoClosedFormError("the moment has no formula")
+
+    @staticmethod
+    def _boundaries(there: Anywhere, moment: Moment | None) -> Iterator[Quotient]:
+        """Yield what vanishes when a condition becomes true, or a state begins. Raises NoClosedFormError."""
+        if isinstance(moment, StateCondition):
+            yield from there.forms.of(begins_where(Acting.at(there.instant), moment))
+        elif isinstance(moment, Node):
+            yield from map(there.of, boundaries(moment))
 
     def _extreme_place(self, course: Course, question: Ask, along: Node, time: float) -> Node:
         """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
@@ -277,6 +290,21 @@ def _component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
     """Return the component of a quantity of a point along a direction of any length."""
     parts = [multiply(x, quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
     return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))
+
+
+_WITHOUT_SLIP: Final = ("sticks", "rolls", "grips")
+_WITHOUT_FORCE: Final = ("opens", "slackens", "frees")
+
+
+def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
+    """Yield what vanishes where a state begins: the speed of slipping, the force that presses, or the distance."""
+    for element in acting.mechanism.one_way:
+        parts = [part for part in element.frictions if condition.element in (element.name, part.name)]
+        if condition.verb in _WITHOUT_SLIP:
+            yield from (as_node(acting.rows[part.rows[0].name].phidot) for part in parts if len(part.rows) == 1)
+        elif condition.element == element.name and element.unilateral:
+            opens = condition.verb in _WITHOUT_FORCE
+            yield as_node(acting.normal(element) if opens else acting.rows[element.normals[0].name].phi)
 
 
 def boundaries(condition: Node) -> Iterator[Node]:

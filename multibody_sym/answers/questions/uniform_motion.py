@@ -137,7 +137,7 @@ def uniform_motion(solved: Solved) -> UniformMotion | None:
     resolved, forms = solved.mechanism, solved.forms
     if forms is None or any(body.quaternions for body in resolved.bodies) or not _seems_uniform(solved):
         return None
-    general = any_state(resolved, solved.begin)
+    general = any_state(resolved, solved.begin, solved.nodes.motion.state)
     names = ("t", *(c.name for c in resolved.coordinates), *(s.name for s in resolved.speeds))
     variables = frozenset(map(symbol, names))
     try:
