@@ -5,7 +5,6 @@ And what makes their messages: wrong values shown in a line, places named on the
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, Final
@@ -167,6 +166,8 @@ class at:  # noqa: N801  # read as a word: with at("bodies", name); a class, sin
 
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Return `; did you mean ...?` where a known word is near, else the list of known words."""
+    import difflib
+
     words = list(known)
     near = difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
     if near:

@@ -56,8 +56,8 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
 
 def _init(cls: Any, options: dict[str, Any]) -> Any:
     """Return a class's `__init__`, made for a class that inherits it: at no moment may another thread find none."""
-    heir = dataclasses.dataclass(eq=False, repr=False, frozen=options.get("frozen", False))
-    made = vars(heir(type(cls.__name__, (cls,), {})))["__init__"]
+    heir = dataclasses.dataclass(eq=False, repr=False, match_args=False, frozen=options.get("frozen", False))
+    made = vars(heir(type(cls.__name__, (cls,), {"__doc__": cls.__name__})))["__init__"]
     made.__qualname__ = f"{cls.__qualname__}.__init__"
     return made
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from typing import Any, Final
 
 from multibody_sym.cli.changes import ASSIGNED
+from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.errors import InputError, MultibodyError, Where
+from multibody_sym.errors import MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
@@ -27,13 +27,20 @@ def model(options: argparse.Namespace) -> Iterator[System]:
 
     Errors about the model that are raised inside name their place in the file, or the option they come from.
     """
-    system, places = load_with_places(options.file)
+    with opened(options) as (system, _tables):
+        yield system
+
+
+@contextmanager
+def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterator[tuple[System, tuple[str, ...]]]:
+    """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
+    system, places = load_with_places(options.file, content)
     for table in places.tables:
         for target in (getattr(options, name, None) for name in ("output", "plot")):
             verify_apart(table, target, "a table of the model")
     try:
-        with numbers_of(_changed(system, options)):  # what is written of an answer is computed too
-            yield system
+        with numbers_of(changed(system, options)):  # what is written of an answer is computed too
+            yield system, places.tables
     except MultibodyError as error:
         option = _option(error.where.path, options, system)
         if option is not None:
@@ -44,19 +51,12 @@ def model(options: argparse.Namespace) -> Iterator[System]:
         raise
 
 
-def verify_apart(file: str, target: str | None, what: str = "the model itself") -> None:
-    """Raise InputError where a result would replace the model file or `what` else, under whatever name."""
-    both = target is not None and os.path.isfile(file) and os.path.isfile(target)
-    if both and target is not None and os.path.samefile(file, target):
-        raise InputError(f"this is {what}; give the result another name", where=Where(file=target), number="O101")
-
-
 def shared(options: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments that every function takes, from the options of the same names."""
     return {name: getattr(options, name) for name in SHARED}
 
 
-def _changed(system: System, options: argparse.Namespace) -> System:
+def changed(system: System, options: argparse.Namespace) -> System:
     """Return the system as the options change it. Raises InputError."""
     return Changes(**{f.name: getattr(options, f.name) for f in fields(Changes)}).of(system)
 

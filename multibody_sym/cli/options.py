@@ -4,36 +4,22 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from importlib import import_module
+from keyword import iskeyword
 from types import ModuleType
 from typing import Any, Final, NoReturn
 
 from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
-from multibody_sym.cli.commands import (
-    animate,
-    check,
-    derive,
-    draw,
-    equilibrium,
-    explain,
-    export,
-    import_,
-    linearize,
-    modes,
-    new,
-    report,
-    schema,
-    simulate,
-    solve,
-    sweep,
-)
 from multibody_sym.cli.help_texts import Brief, usage, whole_help
 from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
 COMMANDS: Final = (
-    *(new, import_, check, draw, derive, solve, equilibrium, linearize, modes, simulate, animate, sweep, export),
-    *(report, schema, explain),
+    *("new", "import", "check", "draw", "derive", "solve", "equilibrium", "linearize", "modes", "simulate", "animate"),
+    *("sweep", "export", "report", "schema", "explain"),
 )
+"""The commands, in the order in which they are told."""
+_WITHOUT_CHANGES: Final = ("new", "import", "schema", "explain")
 _AS_JSON: Final = "print one JSON object, also for an error"
 _PURPOSE: Final = "Equations of motion of multibody systems, derived and run."
 
@@ -89,7 +75,7 @@ class _Completion(argparse.Action):
 
 def parsed(words: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; `run` is the function of the command. Raises UsageError and Shown."""
-    parser, commands = _parser()
+    parser, commands = _parser([word for word in words[:1] if word in COMMANDS] or COMMANDS)
     options, unknown = parser.parse_known_args(words)
     if unknown:
         known = [option for action in commands[options.command]._actions for option in action.option_strings]
@@ -121,18 +107,21 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return f"; did you mean {near[0]}?" if near else ""
 
 
-def _name(command: ModuleType) -> str:
-    return command.__name__.rpartition(".")[2].rstrip("_")
+def command_module(name: str) -> ModuleType:
+    """Return the module of a command; one is imported when it is asked for."""
+    return import_module(f"multibody_sym.cli.commands.{f'{name}_' if iskeyword(name) else name}")
 
 
 class _Program(_Parser):
     """The program, whose help has a line for each command."""
 
     def format_help(self) -> str:
-        return whole_help(_PURPOSE, {_name(command): command.HELP for command in COMMANDS})
+        return whole_help(_PURPOSE, {name: command_module(name).HELP for name in COMMANDS})
 
 
-def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
+def _parser(
+    names: Sequence[str] = COMMANDS,
+) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
     parser = _Program(prog="multibody-sym", description=_PURPOSE)
     parser.add_argument("--version", action=_Version, help="show the version")
     script = "show the script with which a shell completes words (needs shtab)"
@@ -141,14 +130,14 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
         title="commands", metavar="COMMAND", dest="command", required=True, parser_class=_Parser
     )
     made: dict[str, argparse.ArgumentParser] = {}
-    for command in COMMANDS:
-        name = _name(command)
+    for name in names:
+        command = command_module(name)
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
         aliases: Sequence[str] = getattr(command, "ALIASES", ())
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described, aliases=aliases)
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
-        if command not in (new, import_, schema, explain):
+        if name not in _WITHOUT_CHANGES:
             add_changes(one)
         one.set_defaults(run=command.run, command=name)
         one.usage = usage(one)

@@ -102,7 +102,7 @@ class Recording:
             self.place = write_table(self._table(run), self.path, self._begin)
             if self._growing is not None:
                 self._growing.discard()
-        elif (run.interrupted or run.ready.mechanism.run_outputs) and not self._through:
+        elif (run.interrupted or run.ready.told.run_outputs) and not self._through:
             write_table(self._table(run), self.place)
 
 

@@ -7,22 +7,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from multibody_sym.errors import ArgumentError, ExpressionError, InputError, shown
-from multibody_sym.expressions.known_units import PURE, Kind, kind_of
-from multibody_sym.expressions.units import UNITS, parse_unit
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ONE, Node
+
+if TYPE_CHECKING:  # SI needs none of it
+    from multibody_sym.expressions.known_units import Kind
+    from multibody_sym.scalars.node import Node
 
 _PART: Final = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^\(?([-0-9/]+)\)?)?")
 
 
 class _Choice(NamedTuple):
-    """A chosen unit as it was typed, and its factor to SI."""
+    """A chosen unit as it was typed, and its factor to SI; None is one."""
 
     text: str
-    factor: Node
+    factor: Node | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +45,10 @@ class Units:
 
     def size(self, unit: str) -> float:
         """Return how large the unit is in which what is in an SI unit is told, in that."""
-        factor = self._told(unit).factor.shadow
-        assert factor is not None
-        return factor
+        factor = self._told(unit).factor
+        size = 1.0 if factor is None else factor.shadow
+        assert size is not None
+        return size
 
     def said(self, number: float, unit: str, form: str = ".10g") -> str:
         """Return a number in an SI unit as text, with the unit in which it is told."""
@@ -67,17 +69,22 @@ class Units:
 
     def _found(self, unit: str) -> _Choice:
         if not unit or not self.chosen:
-            return _Choice(unit, ONE)
+            return _Choice(unit, None)
+        from multibody_sym.expressions.known_units import kind_of
+
         return self.chosen.get(kind_of(unit)) or self._followed(unit)
 
     def _followed(self, unit: str) -> _Choice:
         """Return the unit made of chosen ones in place of each of its parts."""
+        from multibody_sym.expressions.known_units import kind_of
+        from multibody_sym.scalars.node import ONE
+
         factor, above, below = ONE, list[str](), list[str]()
         for part, exponent in _parts(unit):
             choice = self.chosen.get(kind_of(part))
             simple = choice is not None and choice.text.isalpha()
-            name, size = choice if choice is not None and simple else (part, ONE)
-            factor = factor * size**exponent
+            name, size = choice if choice is not None and simple else (part, None)
+            factor = factor if size is None else factor * size**exponent
             (above if exponent > 0 else below).append(_raised(name, abs(exponent)))
         return _Choice("/".join(["*".join(above) or "1", *below]), factor)
 
@@ -109,6 +116,9 @@ def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
 
 
 def _choice(word: str) -> tuple[Kind, _Choice]:
+    from multibody_sym.expressions.known_units import PURE, kind_of
+    from multibody_sym.expressions.units import UNITS, parse_unit
+
     known = ", ".join(UNITS)
     if not word:
         raise InputError(f"write units with commas between them, such as mm,deg; known: {known}", number="U102")

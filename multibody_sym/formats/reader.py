@@ -53,10 +53,13 @@ def loads(text: str, name: str = _TEXT_NAME) -> System:
     return _with_places(read_text(doors.text("text", text), name), name)[0]
 
 
-def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
-    """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`."""
+def load_with_places(path: str | os.PathLike[str], content: bytes | None = None) -> tuple[System, Places]:
+    """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`.
+
+    `content` is the file's, if it is read already.
+    """
     name = path_name(path, "a model file")
-    content = read_content(name, LARGEST_FILE)
+    content = read_content(name, LARGEST_FILE) if content is None else content
     if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
         raise InputError(message, where=Where(file=name, line=1, column=1), number="F101")

@@ -27,6 +27,7 @@ from multibody_sym.integrators.flow import (
     Trial,
     scaled_norm,
 )
+from multibody_sym.integrators.grid import sample_times, steps_before
 from multibody_sym.integrators.methods.collocation import Collocation
 from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.integrators.methods.methods import Method
@@ -205,12 +206,6 @@ def step_count(t0: float, t_end: float, step: float) -> int:
     return max(1, nearest if whole else math.ceil(ratio))
 
 
-def steps_before(t0: float, time: float, step: float) -> int:
-    """Return how many whole steps from t0 on do not end after a time."""
-    number = math.floor((time - t0) / step)
-    return number + (t0 + (number + 1) * step <= time) - (t0 + number * step > time)
-
-
 def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
     while done.t_new < course.flow.t_end:
         done = course.approach.passed(_accepted_step(course, done))
@@ -349,13 +344,6 @@ def first_step(flow: Flow, t: float, x: Floats, slope: Floats) -> float:
     power = control_power(flow.method)
     tried = max(1e-6, h * 1e-3) if steepest <= 1e-15 else math.pow(0.01 / steepest, power)
     return min(100.0 * h, tried, span)
-
-
-def sample_times(t0: float, t_end: float, samples: int) -> Floats:
-    """Return the times (samples,) of evenly spaced samples, both ends among them and exact."""
-    times = t0 + (t_end - t0) * np.arange(samples) / (samples - 1)
-    times[-1] = t_end
-    return times
 
 
 def at_end(step: Step, time: float) -> bool:

@@ -34,6 +34,7 @@ _IN_USE: Final = 60.0  # seconds for which what was stored or found stays, howev
 _PATIENCE: Final = 300.0  # seconds: longer than nearly every compilation; who waits in vain makes it itself
 _LOCK: Final = ".lock"
 _HELD: Final = f"held{_LOCK}"
+_SOURCES: Final = (".py", ".c", ".h", ".in")
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,23 @@ def toolkit() -> str:
 
     The templates that generated code is printed with are among them.
     """
-    package = Path(__file__).parent.parent
-    places = [package, package / "templates", package.parent / "templates"]
-    files = sorted({file for place in places for kind in ("*.py", "*.[ch]", "*.in") for file in place.rglob(kind)})
-    status = ((file, file.stat()) for file in files)
-    return digest(*(f"{file.relative_to(package.parent)} {s.st_size} {s.st_mtime_ns}" for file, s in status))
+    package = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    around = os.path.dirname(package)
+    places = (package, os.path.join(around, "templates"))
+    files = sorted(file for place in places for file in _sources(place, os.path.relpath(place, around)))
+    return digest(*(" ".join(map(str, file)) for file in files))
+
+
+def _sources(folder: str, place: str) -> Iterator[tuple[str, int, int]]:
+    """Yield the name under `place`, size and time of change of each file of source in a folder."""
+    with contextlib.suppress(FileNotFoundError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                if entry.name != "__pycache__":
+                    yield from _sources(entry.path, f"{place}/{entry.name}")
+            elif entry.name.endswith(_SOURCES):
+                status = entry.stat()
+                yield f"{place}/{entry.name}", status.st_size, status.st_mtime_ns
 
 
 def folder() -> Path:

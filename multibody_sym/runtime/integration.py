@@ -13,9 +13,7 @@ from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.native_loop import native_loop
-from multibody_sym.runtime.prescribed_loop import prescribed_loop
 from multibody_sym.runtime.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
-from multibody_sym.runtime.python_loop import python_loop
 
 
 @dataclass(frozen=True)
@@ -84,9 +82,14 @@ def _stopped(events: tuple[Event, ...]) -> bool:
 def loop_for(problem: Problem) -> Loop:
     """Return the loop, in C or Python, that fits the problem's Programs and method."""
     if not len(problem.x0):
+        from multibody_sym.runtime.prescribed_loop import prescribed_loop
+
         return prescribed_loop
-    in_c = problem.compiled.backend == "c" and not isinstance(problem.method, LibraryMethod)
-    return native_loop if in_c else python_loop
+    if problem.compiled.backend == "c" and not isinstance(problem.method, LibraryMethod):
+        return native_loop
+    from multibody_sym.runtime.python_loop import python_loop
+
+    return python_loop
 
 
 def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:

@@ -6,18 +6,20 @@ import ctypes
 import math
 import time
 from collections.abc import Iterator
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from multibody_sym.integrators.flow import Status
-from multibody_sym.integrators.loop import steps_before
+from multibody_sym.integrators.grid import steps_before
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native import StateStruct
-from multibody_sym.runtime.native_course import NativeCourse
 from multibody_sym.runtime.native_method import address
 from multibody_sym.runtime.native_problem import NativeProblem
 from multibody_sym.runtime.problem import Begun, Event, Problem, Progress, RunFailure, Statistics, chatters
+
+if TYPE_CHECKING:
+    from multibody_sym.runtime.native_course import NativeCourse
 
 _FIRST_PIECE: Final = 200  # steps; of small systems more, each of which takes less
 _SMALL: Final = 20_000  # numbers of the state in the first piece
@@ -28,7 +30,7 @@ _STARTING: Final = 0  # the phase of a run in runtime.c
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
-    course = NativeCourse.of(problem)
+    course = _course(problem)
     now = NativeProblem(problem) if course is None else course.now
     x0 = problem.x0
     state, steps, done = StateStruct(), piece_of(problem), False
@@ -66,6 +68,15 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         seconds = max(time.perf_counter() - begin, 1e-6)
         steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))
         yield _progress(problem, state, work[: len(x0)], tuple(events), tuple(singular))
+
+
+def _course(problem: Problem) -> NativeCourse | None:
+    """Return the course of a problem; None where it has none, or none that leads on."""
+    if problem.course is None:
+        return None
+    from multibody_sym.runtime.native_course import NativeCourse
+
+    return NativeCourse.of(problem)
 
 
 def piece_of(problem: Problem) -> int:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from enum import IntEnum
-from functools import singledispatch
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.methods.collocation import Collocation
 from multibody_sym.integrators.methods.methods import Method
-from multibody_sym.integrators.methods.multistep import AdamsBashforthMoulton, Multistep, Stoermer, StoermerVerlet
 from multibody_sym.integrators.methods.runge_kutta import RungeKutta, Tableau
 from multibody_sym.runtime.native import CollocationStruct, MethodStruct
+
+if TYPE_CHECKING:
+    from multibody_sym.integrators.methods.collocation import Collocation
+    from multibody_sym.integrators.methods.multistep import Multistep
 
 
 class Family(IntEnum):
@@ -32,18 +33,25 @@ def address(array: NDArray[Any]) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
 
 
-@singledispatch
 def method_struct(method: Method) -> MethodStruct:
-    """Return the method for C; it points into the method's arrays, which must live as long."""
-    raise TypeError(f"{method!r} is no method")
+    """Return the method for C; it points into the method's arrays, which must live as long.
+
+    Modules of kinds that few runs take are imported for those.
+    """
+    if isinstance(method, RungeKutta):
+        return _struct(Family.EXPLICIT, method, method.tableau, {})
+    from multibody_sym.integrators.methods.collocation import Collocation
+    from multibody_sym.integrators.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
+
+    if isinstance(method, Collocation):
+        return _collocation(method)
+    kinds = {AdamsBashforthMoulton: Family.ADAMS, Stoermer: Family.STOERMER, StoermerVerlet: Family.VERLET}
+    if type(method) not in kinds:
+        raise TypeError(f"{method!r} is no method")
+    assert isinstance(method, (AdamsBashforthMoulton, Stoermer, StoermerVerlet))
+    return _looking_back(kinds[type(method)], method)
 
 
-@method_struct.register
-def _explicit(method: RungeKutta) -> MethodStruct:
-    return _struct(Family.EXPLICIT, method, method.tableau, {})
-
-
-@method_struct.register
 def _collocation(method: Collocation) -> MethodStruct:
     scheme = method.scheme
     arrays = {"c": scheme.c, "w": scheme.W, "start": scheme.start, "end": scheme.end, "transform": scheme.T}
@@ -65,21 +73,6 @@ def _collocation(method: Collocation) -> MethodStruct:
         error_order=method.error_order,
         collocation=ctypes.pointer(structure),
     )
-
-
-@method_struct.register
-def _adams(method: AdamsBashforthMoulton) -> MethodStruct:
-    return _looking_back(Family.ADAMS, method)
-
-
-@method_struct.register
-def _stoermer(method: Stoermer) -> MethodStruct:
-    return _looking_back(Family.STOERMER, method)
-
-
-@method_struct.register
-def _verlet(method: StoermerVerlet) -> MethodStruct:
-    return _looking_back(Family.VERLET, method)
 
 
 def _looking_back(family: Family, method: Multistep) -> MethodStruct:

@@ -11,8 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.integrators.flow import Status
-from multibody_sym.integrators.loop import sample_times
-from multibody_sym.integrators.methods.collocation import Collocation
+from multibody_sym.integrators.grid import sample_times
 from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.numerics.arrays import Floats
@@ -100,8 +99,11 @@ class Problem:
         ):
             if not true:
                 raise ValueError(f"not true that {claim}")
-        if isinstance(self.method, Collocation) and not ("jacobian" in self.compiled or self.index_2):
-            raise ValueError(f"{self.method.name} is implicit and needs the program jacobian, or index_2")
+        if not ("jacobian" in self.compiled or self.index_2):
+            from multibody_sym.integrators.methods.collocation import Collocation
+
+            if isinstance(self.method, Collocation):
+                raise ValueError(f"{self.method.name} is implicit and needs the program jacobian, or index_2")
         values = dict(self.compiled["events"].signature.outputs)["values"] if "events" in self.compiled else (0,)
         if values != (len(self.terminal),):
             raise ValueError(f"terminal has {len(self.terminal)} entries, not {values[0]}")

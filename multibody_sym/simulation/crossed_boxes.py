@@ -15,9 +15,8 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow, Face, Flat
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.simulation.oddities import EDGES_CROSS
 from multibody_sym.simulation.samples import Samples
-
-EDGES_CROSS: Final = "edges cross"
 
 _FACES: Final = 6
 _MOST: Final = 200

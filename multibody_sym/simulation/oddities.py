@@ -9,11 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.kinematics.energy import driving, moved_by_time
-from multibody_sym.model.mechanism.mechanism import normal_forces
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import slot
 from multibody_sym.simulation.samples import Samples
 
 NO_VALUE: Final = "no value"
@@ -21,6 +17,7 @@ PULLING: Final = "wheel would pull"
 PUSHING: Final = "rope would push"
 ENERGY: Final = "energy grows"
 TOO_FAR: Final = "too far for its steps"
+EDGES_CROSS: Final = "edges cross"
 
 _ROUNDING: Final = 1e-9
 _PART: Final = 0.1
@@ -38,9 +35,13 @@ def pulling_wheels(run: Samples) -> list[dict[str, Any]]:
 
     Beyond rounding of all constraints' forces, and of T + V over the wheel's radius.
     """
-    rows = normal_forces(run.ready.mechanism)
-    if not rows or len(run) == 0:
+    if not run.ready.told.rolls or len(run) == 0:
         return []
+    from multibody_sym.model.mechanism.mechanism import normal_forces  # which few runs need
+    from multibody_sym.scalars.functions import evaluate_float
+    from multibody_sym.scalars.node import slot
+
+    rows = normal_forces(run.ready.mechanism)
     values = {slot("parameters", k): x for k, x in enumerate(run.parameters.tolist())}
     energy = np.abs(run.kinetic_energy) + np.abs(run.potential_energy)
     largest = np.max([np.abs(force) for force in run.multipliers.values()], axis=0)
@@ -54,7 +55,7 @@ def pulling_wheels(run: Samples) -> list[dict[str, Any]]:
 
 def outputs_without_value(run: Samples) -> list[dict[str, Any]]:
     """Return each output's first sample at which it is no finite number, but for outputs of withheld reactions."""
-    untold = run.ready.mechanism.untold
+    untold = run.ready.told.untold
     return _first(run, NO_VALUE, {name: ~np.isfinite(x) for name, x in run.outputs.items() if name not in untold})
 
 
@@ -65,10 +66,10 @@ def growing_energy(run: Samples, accuracy: float) -> list[dict[str, Any]]:
     more than the accuracy of V. Else, where nothing is given in time: T grows 1e5 times past all energies of the first
     half; a force that lasts from the start gives at most a few dozen times there.
     """
-    mechanism, kinetic, total = run.ready.mechanism, run.kinetic_energy, run.energy
+    told, kinetic, total = run.ready.told, run.kinetic_energy, run.energy
     kept = np.isfinite(kinetic) & np.isfinite(total)
-    driven = bool(driving(mechanism))
-    if mechanism.drives or not kept.any() or (driven and moved_by_time(mechanism)):
+    driven = told.driven
+    if told.drives or not kept.any() or (driven and told.moved_by_time):
         return []
     if not kept.all():
         kinetic, total = kinetic[kept], total[kept]
@@ -96,7 +97,7 @@ def coordinates_too_far(
     `pairs`: indices of coordinates and of the speeds that are their rates; `step`: the mean step of the run in s. A
     speed that is never above the `least` moves nothing. Such a coordinate stands still, or moves by leaps.
     """
-    names, found = [c.name for c in run.ready.mechanism.coordinates], {}
+    names, found = run.ready.told.coordinates, {}
     for a, b in pairs:
         fastest = float(np.nanmax(np.abs(run.u[:, b]), initial=0.0))
         if fastest > least and step > 0.0:

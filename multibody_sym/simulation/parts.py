@@ -4,38 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.statements import Array
-from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled, load
+from multibody_sym.simulation.runs.told import Told
+
+if TYPE_CHECKING:
+    from multibody_sym.model.mechanism.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Samples at times t (m,), with q (m, nq) and u (m, nu), of a mechanism with `parameters` (np,)."""
+    """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by `parameters` (np,)."""
 
-    mechanism: Mechanism
+    told: Told
     compiled: Compiled
     parameters: Floats
     t: Floats
     q: Floats
     u: Floats
 
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism itself."""
+        return self.told.mechanism
+
     @cached_property
     def arguments(self) -> tuple[Floats, ...]:
         """What every Program takes: t, q, u, parameters, inputs, modes."""
         given = (self.t, self.q, self.u, self.parameters)
         if len(self.t) == 0:
-            return (*given, np.empty((0, len(self.mechanism.inputs))), np.empty(0))
+            return (*given, np.empty((0, len(self.told.inputs))), np.empty(0))
         (inputs,) = self.compiled.map("inputs", *given)
         return (*given, inputs, np.empty(0))
 
@@ -51,7 +54,7 @@ class Part:
     @cached_property
     def multipliers(self) -> Mapping[str, Floats]:
         """The multiplier of each row by name (m,)."""
-        return dict(zip((row.name for row in self.mechanism.rows), self.derivative[2].T, strict=True))
+        return dict(zip(self.told.rows, self.derivative[2].T, strict=True))
 
     def multiplier(self, name: str) -> Floats:
         """Return the multiplier of a row (m,); zero where the mechanism has no such row."""
@@ -71,6 +74,14 @@ def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
 
     The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
     """
+    from multibody_sym.dynamics.programs.reactions import reactions  # which few runs are asked for
+    from multibody_sym.kinematics.motion import motion_of
+    from multibody_sym.kinematics.rows import row_motions
+    from multibody_sym.kinematics.state import arrays, slot_state
+    from multibody_sym.model.mechanism.mechanism import COMPONENTS
+    from multibody_sym.program.statements import Array
+    from multibody_sym.program.trace import Trace
+
     unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
     trace = Trace("reactions", (*arrays(mechanism), *unknown))
     motion = motion_of(mechanism, slot_state(mechanism))

@@ -18,7 +18,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Loop, Problem
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.simulation.runnable import Runnable
+from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, run_settings
 
 _BY_FIXED_STEP: Final = 0.05

@@ -18,7 +18,8 @@ from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.arguments import Arguments, Values
 from multibody_sym.simulation.canonical.function import CanonicalFunction, CanonicalQuestion, canonical_function
 from multibody_sym.simulation.impact_function import ImpactFunction, ImpactQuestion, impact_function
-from multibody_sym.simulation.runnable import Runnable, runnable
+from multibody_sym.simulation.runnable import runnable
+from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.settings import run_settings
 from multibody_sym.simulation.tree_functions import TreeFunction, TreeQuestion, tree_function
 

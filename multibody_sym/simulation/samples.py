@@ -12,14 +12,10 @@ import numpy as np
 from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.tables import Table
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
-from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.mechanism.units import MechanismUnits
-from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.parts import Part
-from multibody_sym.simulation.runnable import Runnable
+from multibody_sym.simulation.runs.runnable import Runnable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,13 +39,12 @@ class Samples:
     @cached_property
     def units(self) -> Mapping[str, str]:
         """The SI unit of each coordinate, speed and input, measured coordinates too; empty where none is known."""
-        told = MechanismUnits(self.ready.mechanism)
-        return {**told.inputs, **told.state}
+        return {**self.ready.told.input_units, **self.ready.told.state_units}
 
     @cached_property
     def output_units(self) -> Mapping[str, str]:
         """The SI unit of each output; empty where none is known, as of what hangs on parameters without units."""
-        return MechanismUnits(self.ready.mechanism).outputs
+        return self.ready.told.output_units
 
     def __getitem__(self, name: str) -> Floats:
         if not isinstance(name, str):
@@ -58,8 +53,8 @@ class Samples:
             columns: Mapping[str, Floats] = getattr(self, kind)
             if name in columns:
                 return columns[name]
-        known = [*self.coordinates, *self.speeds, *self.ready.mechanism.outputs, *self.ready.mechanism.run_outputs]
-        known += self.ready.mechanism.inputs
+        told = self.ready.told
+        known = [*self.coordinates, *self.speeds, *told.outputs, *told.run_outputs, *told.inputs]
         raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}", number="M106")
 
     @property
@@ -70,17 +65,17 @@ class Samples:
     @cached_property
     def coordinates(self) -> Mapping[str, Floats]:
         """Each coordinate (m,) by name."""
-        return dict(zip([c.name for c in self.ready.mechanism.coordinates], self.q.T, strict=True))
+        return dict(zip(self.ready.told.coordinates, self.q.T, strict=True))
 
     @cached_property
     def speeds(self) -> Mapping[str, Floats]:
         """Each speed (m,) by name."""
-        return dict(zip([s.name for s in self.ready.mechanism.speeds], self.u.T, strict=True))
+        return dict(zip(self.ready.told.speeds, self.u.T, strict=True))
 
     @cached_property
     def inputs(self) -> Mapping[str, Floats]:
         """Each input (m,) by name."""
-        return dict(zip(self.ready.mechanism.inputs, self._of_all(lambda part: part.arguments[4]).T, strict=True))
+        return dict(zip(self.ready.told.inputs, self._of_all(lambda part: part.arguments[4]).T, strict=True))
 
     @cached_property
     def outputs(self) -> Mapping[str, Floats]:
@@ -89,12 +84,12 @@ class Samples:
         Work and impulses are those since the start of the run; samples that are reported meanwhile have nan.
         """
         (values,) = self._evaluated("outputs")
-        untold = {name: np.full(len(self.t), np.nan) for name in self.ready.mechanism.untold}
-        return {**dict(zip(self.ready.mechanism.outputs, values.T, strict=True)), **untold, **self._run_outputs()}
+        untold = {name: np.full(len(self.t), np.nan) for name in self.ready.told.untold}
+        return {**dict(zip(self.ready.told.outputs, values.T, strict=True)), **untold, **self._run_outputs()}
 
     def _run_outputs(self) -> dict[str, Floats]:
         """Return the outputs that add up along a run (m,): samples alone do not tell them."""
-        return {name: np.full(len(self.t), np.nan) for name in self.ready.mechanism.run_outputs}
+        return {name: np.full(len(self.t), np.nan) for name in self.ready.told.run_outputs}
 
     @cached_property
     def kinetic_energy(self) -> Floats:
@@ -118,13 +113,12 @@ class Samples:
     @cached_property
     def accelerations(self) -> Mapping[str, Floats]:
         """The rate of each speed (m,), by the speed's name."""
-        names = (s.name for s in self.ready.mechanism.speeds)
-        return dict(zip(names, self._of_all(lambda part: part.derivative[1]).T, strict=True))
+        return dict(zip(self.ready.told.speeds, self._of_all(lambda part: part.derivative[1]).T, strict=True))
 
     @cached_property
     def multipliers(self) -> Mapping[str, Floats]:
         """The multiplier of each constraint (m,) by name: a rope's or rod's tension; zero where it does not hold."""
-        names = dict.fromkeys(row.name for part in self._parts for row in part.mechanism.rows)
+        names = dict.fromkeys(name for part in self._parts for name in part.told.rows)
         return {name: self._of_all(partial(Part.multiplier, name=name)) for name in names}
 
     @cached_property
@@ -134,6 +128,8 @@ class Samples:
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
         directions are those of motors and springs in the joint. What is `withheld` is nan.
         """
+        from multibody_sym.model.mechanism.mechanism import COMPONENTS
+
         values = self._of_all(lambda part: part.reactions)
         names = self.ready.mechanism.joint_names
         for joint, components in self.withheld.items():
@@ -143,12 +139,12 @@ class Samples:
     @property
     def withheld(self) -> Mapping[str, tuple[str, ...]]:
         """Components of joints' reactions that are not determined: constraints do not say where their forces act."""
-        return {name: each.components for name, each in self.ready.mechanism.withheld.items()}
+        return self.ready.told.withheld
 
     @property
     def withheld_reasons(self) -> list[str]:
         """Why reactions are withheld, and what to declare instead."""
-        return reasons(self.ready.mechanism.withheld)
+        return list(self.ready.told.withheld_reasons)
 
     def table(self, units: str | Sequence[str] | Units | None = None) -> Table:
         """Return time, coordinates, speeds and outputs as columns, with the units that are known.
@@ -161,7 +157,7 @@ class Samples:
             column = f"output {name}" if name in columns else name
             columns[column], known[column] = values, self.output_units[name]
         known = {"t": "s", **{name: unit for name, unit in known.items() if unit}}
-        about = {"system": self.ready.mechanism.name, "formalism": self.ready.formalism}
+        about = {"system": self.ready.told.name, "formalism": self.ready.formalism}
         try:
             return Table(columns, known, about).told_in(chosen_units(units))
         except ValueError as problem:
@@ -171,7 +167,7 @@ class Samples:
 
     @cached_property
     def _parts(self) -> Sequence[Part]:
-        own = self.ready.mechanism, self.ready.compiled, self.parameters
+        own = self.ready.told, self.ready.compiled, self.parameters
         return self.parts or (Part(*own, self.t, self.q, self.u),)
 
     def _of_all(self, of_part: Callable[[Part], Floats]) -> Floats:
@@ -184,8 +180,7 @@ class Samples:
 
         Of a rope that rubs on a wheel there are two, which are asked as outputs.
         """
-        rows = {row.name: row for part in self._parts for row in part.mechanism.rows}
-        ropes = [name for name, row in rows.items() if isinstance(row, RopeRow) and not row.rubs]
+        ropes = dict.fromkeys(name for part in self._parts for name in part.told.ropes)
         return {name: self.multipliers[name] for name in ropes}
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:

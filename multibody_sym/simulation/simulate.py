@@ -7,22 +7,19 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from multibody_sym.integrators.flow import Status
 from multibody_sym.model.declaration.doors import callback, flag
 from multibody_sym.model.declaration.settings import Baumgarte
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes, with_settings
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
-from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
-from multibody_sym.simulation.failures import FailedRunError, failure_message, mass_used_up, until_departure
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.problem import problem_of, settings_of
-from multibody_sym.simulation.runnable import Runnable, runnable
+from multibody_sym.simulation.runnable import runnable
+from multibody_sym.simulation.runs.run import Progressed, ended, run
+from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
 
@@ -32,8 +29,6 @@ if TYPE_CHECKING:
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers of some runs by name, of each as many."""
-Progressed = Callable[[Samples, float], None] | None
-"""What is told of the samples that are new, and of the part of the time that is done."""
 
 
 def simulate(
@@ -145,14 +140,14 @@ class Prepared:
             other = self._until(t_end, samples)
             return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
         if inputs is None and (found := self._in_numbers(parameters, initial)) is not None:
-            (run,) = self.runs(*found)
-            return run(on_progress)
+            (one,) = self.runs(*found)
+            return one(on_progress)
         if any(values is not None for values in (parameters, initial, inputs)):
             changed = Changes(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
         modes = None if self._one_way is None else self._one_way.again()
         problem = self._problem.again() if modes is None else modes.begin()
-        return _run(self._ready, problem, modes, on_progress, self._start[1])
+        return run(self._ready, problem, modes, on_progress, self._start[1])
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
         """Return the same, prepared for another end or number of samples; the one that was asked for last is kept."""
@@ -196,8 +191,8 @@ class Prepared:
         if member is not None:
             try:
                 if member.done is not None:
-                    return _trajectory(member.ready, member.problem, member.done, None, ())
-                return _run(member.ready, member.problem, None, on_progress, ())
+                    return ended(member.ready, member.problem, member.done, None, ())
+                return run(member.ready, member.problem, None, on_progress, ())
             except FailedRunError as error:
                 failed = error
         own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
@@ -265,64 +260,3 @@ def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:
 
     found = from_impact(system)
     return found.system, found.events
-
-
-def _run(
-    ready: Runnable,
-    problem: Problem,
-    modes: OneWayRun | None,
-    on_progress: Callable[[Samples, float], None] | None,
-    told: tuple[Mapping[str, Any], ...],
-) -> Trajectory:
-    """Return the motion, from mode to mode where some holds one way only."""
-
-    def report(chunk: Chunk) -> None:
-        if on_progress is not None:
-            parts = () if modes is None else modes.parts(chunk.t, chunk.q, chunk.u, chunk.first)
-            new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u, parts=parts)
-            on_progress(new, chunk.time / problem.t_end)
-
-    loop = None if modes is None else modes.loop
-    if held_at_start(problem) is not None:
-        loop = end_at_once
-    done = integrate(problem, on_chunk=report, loop=loop)
-    return _trajectory(ready, problem, until_departure(ready.mechanism, problem, done), modes, told)
-
-
-def _trajectory(
-    ready: Runnable,
-    problem: Problem,
-    done: Integration,
-    modes: OneWayRun | None,
-    told: tuple[Mapping[str, Any], ...],
-) -> Trajectory:
-    parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    values = problem.parameters, done.t, done.q, done.u, problem, done
-    trajectory = Trajectory(ready, *values, parts=parts, modes=modes, begun=told)
-    if (left := mass_used_up(trajectory)) is not None:
-        raise FailedRunError(left, trajectory)
-    if done.failure is None or done.failure.status is Status.INTERRUPTED:
-        if modes is not None and (passed := modes.passed_through(done.t, done.q, done.u)):
-            raise FailedRunError(passed, trajectory)
-        return trajectory
-    raise FailedRunError(failure_message(trajectory, done.failure), trajectory)
-
-
-def held_at_start(problem: Problem) -> int | None:
-    """Return the index of the first stop whose condition holds at the start, None if there is none."""
-    if not any(problem.terminal):
-        return None
-    state = (problem.t0, problem.q0, problem.u0, problem.parameters)
-    inputs = problem.compiled["inputs"](*state)[0] if problem.inputs else np.empty(0)
-    stops = slice(len(problem.terminal) - len(problem.margins))
-    values = problem.compiled["events"](*state, inputs, problem.modes)[0][stops]
-    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal[stops], dtype=bool))
-    return int(holding[0]) if len(holding) else None
-
-
-def end_at_once(problem: Problem, samples: NDArray[np.float64]) -> Iterator[Progress]:
-    """Write the start and stop there: a `Loop` for a problem with a stop that holds."""
-    index = held_at_start(problem)
-    assert index is not None
-    samples[0] = problem.x0
-    yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))

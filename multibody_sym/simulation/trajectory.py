@@ -11,22 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multibody_sym.analysis.limits import limits_passed
-from multibody_sym.dynamics.constraints.redundancy import Redundancy, doubles_of, redundancy
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.expressions.chosen_units import Units
+from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.integrators.flow import Status
-from multibody_sym.kinematics.energy import works_unseen
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.along.adding import Adding, told
-from multibody_sym.simulation.along.fine import Stretch
-from multibody_sym.simulation.crossed_boxes import crossed_boxes
 from multibody_sym.simulation.oddities import (
     accuracy_of,
     coordinates_too_far,
@@ -35,10 +25,12 @@ from multibody_sym.simulation.oddities import (
     pulling_wheels,
     pushing_ropes,
 )
-from multibody_sym.simulation.plot import plot
+from multibody_sym.simulation.runs.told import frozen
 from multibody_sym.simulation.samples import Samples
 
 if TYPE_CHECKING:
+    from multibody_sym.expressions.chosen_units import Units
+    from multibody_sym.simulation.along.fine import Stretch
     from multibody_sym.simulation.along.verified import Miss
     from multibody_sym.simulation.one_way.account import FrictionWork
     from multibody_sym.simulation.one_way.chained import OneWayRun
@@ -58,7 +50,7 @@ class Trajectory(Samples):
     begun: tuple[Mapping[str, Any], ...] = field(default=(), kw_only=True)
 
     def __repr__(self) -> str:
-        return f"<Trajectory of {self.ready.mechanism.name}: {len(self)} samples to t = {self.t_final:g} s>"
+        return f"<Trajectory of {self.ready.told.name}: {len(self)} samples to t = {self.t_final:g} s>"
 
     @property
     def t_final(self) -> float:
@@ -73,9 +65,8 @@ class Trajectory(Samples):
     @property
     def stop(self) -> dict[str, Any] | None:
         """The condition that ended the run, by name, and when; None for a run that reached `t_end`, or failed."""
-        names = [*self.ready.mechanism.stops, *self.ready.mechanism.state_stops]
         met = [event for event in self.integration.events if event.terminal]
-        return {"t": met[0].time, "kind": "stop", "element": names[met[0].index]} if met else None
+        return {"t": met[0].time, "kind": "stop", "element": self.ready.told.stops[met[0].index]} if met else None
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -87,11 +78,8 @@ class Trajectory(Samples):
         into each other, an output has no value, energy came from nowhere, or a coordinate is so large that floats
         around it are further apart than a step leads.
         """
-        crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         found: list[dict[str, Any]] = [dict(event) for event in self.begun]
-        found += [
-            {"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed
-        ]
+        found += self._limits_passed
         found += [] if self.stop is None else [self.stop]
         found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
         found += [*pushing_ropes(self), *outputs_without_value(self)]
@@ -103,8 +91,21 @@ class Trajectory(Samples):
         found += coordinates_too_far(self, pairs, self.integration.statistics.mean_step, accuracy)
         return sorted(found, key=lambda event: float(event["t"]))
 
+    @property
+    def _limits_passed(self) -> list[dict[str, Any]]:
+        if not self.ready.told.limited:
+            return []
+        from multibody_sym.analysis.limits import limits_passed
+
+        crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
+        return [{"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed]
+
     @cached_property
     def _crossed_boxes(self) -> list[dict[str, Any]]:
+        if not self.ready.told.one_way:
+            return []
+        from multibody_sym.simulation.crossed_boxes import crossed_boxes
+
         return crossed_boxes(self)
 
     @property
@@ -127,6 +128,8 @@ class Trajectory(Samples):
         """The parts of the run between switches of its mode; one where it has no modes."""
         if self.modes is not None:
             return self.modes.along
+        from multibody_sym.simulation.along.fine import Stretch
+
         end, ready = self.integration, self.ready
         return [Stretch(ready.mechanism, ready.compiled, self.problem, end.t_final, end.statistics.steps)]
 
@@ -143,8 +146,11 @@ class Trajectory(Samples):
         return verified(self.stretches, jumps=jumps)
 
     def _run_outputs(self) -> dict[str, Floats]:
-        asked = self.ready.mechanism.run_outputs
-        return told(Adding(asked), self.stretches, self._parts) if asked else {}
+        if not self.ready.told.run_outputs:
+            return {}
+        from multibody_sym.simulation.along.adding import Adding, told
+
+        return told(Adding(self.ready.mechanism.run_outputs), self.stretches, self._parts)
 
     @property
     def energy_at_start(self) -> float:
@@ -158,7 +164,11 @@ class Trajectory(Samples):
         For systems of which some holds one way only; nan for others, for runs without a sample at their end, and where
         prescribed motion, or a spring or row that time moves, does work that is not accounted.
         """
-        if self.modes is None or len(self) < 2 or self.t[-1] != self.t_final or works_unseen(self.ready.mechanism):
+        if self.modes is None or len(self) < 2 or self.t[-1] != self.t_final:
+            return math.nan
+        from multibody_sym.kinematics.energy import works_unseen
+
+        if works_unseen(self.ready.mechanism):
             return math.nan
         account = self.modes.account
         given = account.loads + sum(work.total for work in account.friction.values()) - sum(self.impact_losses.values())
@@ -167,11 +177,11 @@ class Trajectory(Samples):
     @property
     def final(self) -> dict[str, Any]:
         """Time, coordinates and speeds that the run reached."""
-        mechanism, end = self.ready.mechanism, self.integration
+        told, end = self.ready.told, self.integration
         return {
             "t": end.t_final,
-            "coordinates": dict(zip((c.name for c in mechanism.coordinates), end.q_final.tolist(), strict=True)),
-            "speeds": dict(zip((s.name for s in mechanism.speeds), end.u_final.tolist(), strict=True)),
+            "coordinates": dict(zip(told.coordinates, end.q_final.tolist(), strict=True)),
+            "speeds": dict(zip(told.speeds, end.u_final.tolist(), strict=True)),
         }
 
     @property
@@ -186,17 +196,24 @@ class Trajectory(Samples):
         return {
             "position": statistics.drift_position,
             "velocity": statistics.drift_velocity,
-            "energy": math.nan if self.ready.mechanism.drives else _largest_change(self.energy),
+            "energy": math.nan if self.ready.told.drives else _largest_change(self.energy),
             "quaternion": statistics.quaternion_deviation,
         }
 
     @cached_property
     def redundancy(self) -> Redundancy:
         """Which constraints were redundant at the start, and which forces that leaves undetermined."""
-        mechanism, rank = self.ready.mechanism, self.integration.statistics.greatest_rank
-        if rank == len(mechanism.rows):
-            doubles = doubles_of(mechanism)
-            return Redundancy(rank - sum(doubles.values()), (), (), doubles=doubles)
+        told, rank = self.ready.told, self.integration.statistics.greatest_rank
+        if rank == len(told.rows):
+            return Redundancy(rank - sum(told.doubles.values()), (), (), doubles=told.doubles)
+        if self.ready.known is not None:
+            return Redundancy(**frozen(self.ready.known["redundancy"]))
+        from multibody_sym.dynamics.constraints.redundancy import redundancy  # which few runs need
+        from multibody_sym.dynamics.formalisms.composite_body import composite_body
+        from multibody_sym.kinematics.motion import motion_of
+        from multibody_sym.kinematics.state import state_of
+
+        mechanism = told.mechanism
         start = self.ready.q0.tolist(), self.ready.u0.tolist(), self.parameters.tolist()
         state = state_of(mechanism, float, self.problem.t0, *start)
         return redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
@@ -221,8 +238,10 @@ class Trajectory(Samples):
         if self.modes is not None:
             names = ("alpha", "beta")
             return None if self.modes.stabilised is None else dict(zip(names, self.modes.stabilised, strict=True))
-        if not self.ready.mechanism.rows or self.problem.project or self.problem.index_2:
+        if not self.ready.told.rows or self.problem.project or self.problem.index_2:
             return None
+        from multibody_sym.model.mechanism.parameters import ALPHA, BETA
+
         vector, values = self.ready.mechanism.parameters, self.parameters.tolist()
         return {"alpha": vector.value(values, ALPHA), "beta": vector.value(values, BETA)}
 
@@ -231,7 +250,7 @@ class Trajectory(Samples):
         known = {"coordinates": self.units, "speeds": self.units, "outputs": self.output_units}
         columns = {"coordinates": self.coordinates, "speeds": self.speeds, "outputs": self.outputs}
         found = self.redundancy
-        rows = len(self.ready.mechanism.rows) - sum(found.doubles.values())
+        rows = len(self.ready.told.rows) - sum(found.doubles.values())
         return {
             "t": self.t.tolist(),
             **{kind: {name: _plain(x) for name, x in named.items()} for kind, named in columns.items()},
@@ -265,6 +284,8 @@ class Trajectory(Samples):
         Raises InputError for what is no unit or name, OutputError where matplotlib is missing or the file cannot be
         written.
         """
+        from multibody_sym.simulation.plot import plot
+
         return plot(self, path, units, show=show, x=x)
 
 

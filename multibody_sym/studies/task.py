@@ -22,8 +22,9 @@ from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, verify_backend
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.recall import formalism_name
+from multibody_sym.simulation.runs.run import Progressed
 from multibody_sym.simulation.settings import run_settings
-from multibody_sym.simulation.simulate import Prepared, Progressed
+from multibody_sym.simulation.simulate import Prepared
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.rows import Row, Rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from multibody_sym.dynamics.constraints.redundancy import Redundancy
+from multibody_sym.dynamics.constraints.left_over import Redundancy
 
 if TYPE_CHECKING:  # a run needs none of it
     from multibody_sym.checking.check import CheckReport

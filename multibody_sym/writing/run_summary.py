@@ -10,10 +10,7 @@ import numpy as np
 
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.integrators.flow import Status
-from multibody_sym.kinematics.energy import working
-from multibody_sym.model.mechanism.units import MechanismUnits
-from multibody_sym.simulation.crossed_boxes import EDGES_CROSS
-from multibody_sym.simulation.oddities import ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
+from multibody_sym.simulation.oddities import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
@@ -30,7 +27,7 @@ _SINGULAR: Final = "singular position"
 
 def run_summary(run: Trajectory, units: Units = SI) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
-    started = shifts_text(run.ready.start.shifts, MechanismUnits(run.ready.mechanism).state, units)
+    started = shifts_text(run.ready.shifts, run.ready.told.state_units, units)
     kept = [*_energy(run, units), *_constraints(run), *_withheld(run)]
     return "\n".join([_headline(run, units), *started, *_stop(run), *_end(run, units), *kept, *_events(run, units)])
 
@@ -47,7 +44,7 @@ def _headline(run: Trajectory, units: Units) -> str:
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
     ended, whole = (_time(t, units) for t in (run.t_final, problem.t_end))
     return (
-        f"{ready.mechanism.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
+        f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
         f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
         f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
     )
@@ -64,7 +61,7 @@ def _time(t: float, units: Units) -> str:
 
 
 def _end(run: Trajectory, units: Units) -> list[str]:
-    known = MechanismUnits(run.ready.mechanism).state
+    known = run.ready.told.state_units
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
     width = max(map(len, values), default=0)
     least = 0.0 if run.problem.step else _UNRESOLVED * run.problem.atol
@@ -86,12 +83,12 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
 
 def _change(run: Trajectory, units: Units) -> str:
     """Return by how much the energy changed, and what may have done it."""
-    if run.ready.mechanism.drives:
-        drives = ", ".join(run.ready.mechanism.drives)
+    if run.ready.told.drives:
+        drives = ", ".join(run.ready.told.drives)
         return f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
     told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
     rubbing = [name for name, work in run.friction_work.items() if work.total < 0.0]
-    acting = _named(list(dict.fromkeys((*working(run.ready.mechanism), *rubbing, *run.impact_losses))))
+    acting = _named(list(dict.fromkeys((*run.ready.told.working, *rubbing, *run.impact_losses))))
     return f"{told}, the work of {acting} included" if acting else told
 
 
@@ -100,7 +97,7 @@ def _account(run: Trajectory, units: Units) -> str:
     assert run.modes is not None
     account = run.modes.account
     rubbing = {name: work.total for name, work in account.friction.items() if work.total}
-    lost, acting = run.impact_losses, working(run.ready.mechanism)
+    lost, acting = run.impact_losses, run.ready.told.working
     told = [f"friction took {units.said(-sum(rubbing.values()), 'J', '.6g')} at {_named(rubbing)}"] if rubbing else []
     told += [f"impacts took {units.said(sum(lost.values()), 'J', '.6g')} at {_named(lost)}"] if lost else []
     told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', '.6g')}"] if acting else []
@@ -128,7 +125,7 @@ def _taken(run: Trajectory, units: Units) -> list[str]:
 
 def _constraints(run: Trajectory) -> list[str]:
     drift, lines = run.drift, []
-    if run.ready.mechanism.rows:
+    if run.ready.told.rows:
         how = "projection after each step" if run.statistics["projection"] else "nothing"
         if run.problem.index_2:
             how = "equations of index 2"
@@ -144,7 +141,7 @@ def _constraints(run: Trajectory) -> list[str]:
 
 def _withheld(run: Trajectory) -> list[str]:
     lines = withheld_text(run.withheld, run.withheld_reasons)
-    untold = run.ready.mechanism.untold
+    untold = run.ready.told.untold
     return [*lines, f"  outputs without a value for that: {', '.join(untold)}"] if untold else lines
 
 

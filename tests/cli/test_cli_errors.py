@@ -113,12 +113,12 @@ def test_an_option_is_blamed_for_what_it_brought(capsys) -> None:
 
 
 def test_a_defect_is_one_line_and_a_code_of_its_own(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    from multibody_sym.simulation import simulate
+    from multibody_sym.simulation.runs import run
 
     def broken(*_arguments: object, **_options: object) -> None:
         raise RuntimeError("first line\nsecond line")
 
-    monkeypatch.setattr(simulate, "runnable", broken)
+    monkeypatch.setattr(run, "integrate", broken)
     ended, printed, text = outcome(capsys, "simulate", PENDULUM)
     assert (ended, printed["error"]["code"]) == (70, "internal")
     assert "RuntimeError: first line" in text
@@ -130,12 +130,12 @@ def test_a_defect_is_one_line_and_a_code_of_its_own(capsys, monkeypatch: pytest.
 
 
 def test_no_memory_is_said(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    from multibody_sym.simulation import simulate
+    from multibody_sym.simulation.runs import run
 
     def too_large(*_arguments: object, **_options: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(simulate, "integrate", too_large)
+    monkeypatch.setattr(run, "integrate", too_large)
     ended, printed, _ = outcome(capsys, "simulate", PENDULUM)
     assert (ended, printed["error"]["code"]) == (4, "memory")
 

@@ -14,7 +14,7 @@ from command import EXAMPLES
 from multibody_sym.cli import recording as recording_module
 from multibody_sym.cli.main import main
 from multibody_sym.formats.tables import read_table
-from multibody_sym.simulation import simulate as simulation
+from multibody_sym.simulation.simulate import Prepared
 
 RUN = ("simulate", str(EXAMPLES / "pendulum.yaml"), "--t-end", "0.1", "--samples", "11", "--backend", "python")
 
@@ -26,14 +26,14 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def after_the_run(monkeypatch: pytest.MonkeyPatch, happens: object) -> None:
     """Let something happen to the files between the last step of a run and its end."""
-    simulate = simulation.simulate
+    run = Prepared.run
 
     def simulated(*arguments: object, **options: object) -> object:
-        done = simulate(*arguments, **options)  # type: ignore[arg-type]
+        done = run(*arguments, **options)  # type: ignore[arg-type]
         happens()  # type: ignore[operator]
         return done
 
-    monkeypatch.setattr(simulation, "simulate", simulated)
+    monkeypatch.setattr(Prepared, "run", simulated)
 
 
 @pytest.mark.parametrize("name", ["out.csv", "out.npz"])

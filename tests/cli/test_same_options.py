@@ -96,7 +96,7 @@ def arguments(name: str) -> set[str]:
 
 
 def test_every_command_has_its_function() -> None:
-    names = {command.__name__.rpartition(".")[2].rstrip("_") for command in COMMANDS}
+    names = set(COMMANDS)
     assert names == {*FUNCTIONS, *FILES_ONLY}
 
 

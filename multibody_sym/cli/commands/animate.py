@@ -32,7 +32,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Simulate, and write the motion."""
-    from multibody_sym.cli.model import model, shared, verify_apart
+    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.targets import verify_apart
     from multibody_sym.simulation.simulate import simulate
     from multibody_sym.writing.animation.animate import animate, animation_name
     from multibody_sym.writing.progress import progress_bar

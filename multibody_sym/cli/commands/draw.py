@@ -34,7 +34,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Draw and write the figure."""
     from multibody_sym.answers.drawn import draw
-    from multibody_sym.cli.model import model, shared, verify_apart
+    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.targets import verify_apart
     from multibody_sym.drawing.figure import ending_of
     from multibody_sym.writing.progress import progress_bar
 

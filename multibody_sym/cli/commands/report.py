@@ -25,7 +25,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Ask all questions and write the answers."""
-    from multibody_sym.cli.model import model, shared, verify_apart
+    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.targets import verify_apart
     from multibody_sym.writing.report.report import report, report_ending
 
     place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"

@@ -61,7 +61,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
-    from multibody_sym.cli.model import verify_apart
+    from multibody_sym.cli.targets import verify_apart
 
     units, figure = asked_units(options), figure_name(options)
     for target in (options.output, figure):
@@ -116,13 +116,12 @@ def figure_name(options: argparse.Namespace) -> str | None:
 
 
 def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajectory:
-    from multibody_sym.cli.model import model, shared
-    from multibody_sym.simulation.simulate import simulate
+    from multibody_sym.cli.prepared import asked_run
     from multibody_sym.writing.progress import progress_bar
 
     settings = {name: getattr(options, name) for name in SETTINGS}
     with ExitStack() as stack:
-        system = stack.enter_context(model(options))
+        run = stack.enter_context(asked_run(options, settings))
         show = stack.enter_context(progress_bar())
         keep = _forget if table is None else stack.enter_context(table.recorded())
 
@@ -130,14 +129,7 @@ def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajecto
             show(part)
             keep(new)
 
-        return simulate(
-            system,
-            **settings,
-            **shared(options),
-            native=options.native,
-            backend=options.backend,
-            on_progress=progress,
-        )
+        return run(progress)
 
 
 def _forget(_new: Samples) -> None:

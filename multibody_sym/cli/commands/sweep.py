@@ -51,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Run all, and write what was asked for; what Ctrl-C interrupts goes on when it is called again."""
-    from multibody_sym.cli.model import verify_apart
+    from multibody_sym.cli.targets import verify_apart
     from multibody_sym.studies.summary import study_summary
 
     figure = figure_name(options)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.kinematics.motion import Motion
@@ -17,27 +17,8 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
 from multibody_sym.numerics.rank import rank as rank_of
-from multibody_sym.records import dataclass
 
 _SHARE: Final = 0.1
-
-
-@dataclass(frozen=True)
-class Redundancy:
-    """The rank of H without `doubles`, the rows it leaves over, and what that makes ambiguous, by name.
-
-    `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
-    holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
-    constraints that are no joints. `doubles`: massless bodies by which joints keep their coordinates, with their
-    speeds, each of which a row of its own holds.
-    """
-
-    rank: int
-    redundant: tuple[str, ...]
-    not_unique: tuple[str, ...]
-    dependencies: tuple[tuple[str, ...], ...] = ()
-    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    doubles: Mapping[str, int] = field(default_factory=dict)
 
 
 def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:

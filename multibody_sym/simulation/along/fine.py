@@ -20,6 +20,7 @@ from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.runs.told import Alone, Told
 
 NEVER: Final = 1e300
 """A margin that no switching function exceeds."""
@@ -58,7 +59,8 @@ class Stretch:
         problem = self.problem
         run = self._run(self.until, 4 * pieces + 1)
         count = 4 * ((len(run.t) - 1) // 4) + 1
-        return Part(self.mechanism, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])
+        told = Told(Alone(self.mechanism))
+        return Part(told, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])
 
     def _run(self, until: float, samples: int) -> Integration:
         """Run from the beginning until a time once more, whatever the mode's switching functions say."""

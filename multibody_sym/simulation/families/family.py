@@ -34,7 +34,7 @@ from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.families.layout import Layout, Values
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.recall import compiled, formalism_name
-from multibody_sym.simulation.runnable import Numbers, Runnable
+from multibody_sym.simulation.runs.runnable import Numbers, Runnable
 from multibody_sym.simulation.settings import form_of
 
 _LEAST: Final = 32
@@ -122,7 +122,7 @@ class Family:
         """Return a run that starts with these numbers: as it is declared, or as it was begun."""
         layout = self._layout
         begun = partial(_begun, self._varied, declared, begin)
-        one = Runnable(layout.mechanism, layout.formalism, layout.compiled, numbers, begun)
+        one = Runnable(layout.formalism, layout.compiled, numbers, begun, layout.mechanism)
         return one, self._problem(one)
 
     @cached_property

@@ -17,7 +17,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, slot
-from multibody_sym.simulation.runnable import Numbers
+from multibody_sym.simulation.runs.runnable import Numbers
 
 Values = Mapping[str, Sequence[float]]
 """Values of some runs by name: of each name as many."""

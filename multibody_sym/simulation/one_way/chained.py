@@ -39,6 +39,7 @@ from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.runs.told import Alone, Told
 
 IMPACT: Final = "impact"
 SEVERAL: Final = "several states"
@@ -185,7 +186,7 @@ class OneWayRun:
             own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
             if len(t[own]) or not found:
                 program, values = stretch.program, stretch.problem.parameters
-                found.append(Part(program.mechanism, program.compiled, values, t[own], q[own], u[own]))
+                found.append(Part(Told(Alone(program.mechanism)), program.compiled, values, t[own], q[own], u[own]))
         return tuple(found)
 
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:

@@ -18,7 +18,7 @@ from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.one_way.tips import first_normal, with_tips
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
-from multibody_sym.simulation.runnable import Runnable
+from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, form_of
 
 

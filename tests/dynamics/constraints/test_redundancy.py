@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from multibody_sym.checking.check import check
-from multibody_sym.dynamics.constraints.redundancy import Redundancy, redundancy
+from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import motion_of

@@ -1,0 +1,98 @@
+"""The run itself: integrated, and told as a trajectory or as a failure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.flow import Status
+from multibody_sym.runtime.integration import Integration, integrate
+from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
+from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.runs.runnable import Runnable
+from multibody_sym.simulation.samples import Samples
+from multibody_sym.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from multibody_sym.simulation.one_way.chained import OneWayRun
+
+Progressed = Callable[[Samples, float], None] | None
+"""What is told of the samples that are new, and of the part of the time that is done."""
+
+
+def run(
+    ready: Runnable,
+    problem: Problem,
+    modes: OneWayRun | None,
+    on_progress: Progressed,
+    told: tuple[Mapping[str, Any], ...],
+) -> Trajectory:
+    """Return the motion, from mode to mode where some holds one way only."""
+
+    def report(chunk: Chunk) -> None:
+        if on_progress is not None:
+            parts = () if modes is None else modes.parts(chunk.t, chunk.q, chunk.u, chunk.first)
+            new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u, parts=parts)
+            on_progress(new, chunk.time / problem.t_end)
+
+    loop = None if modes is None else modes.loop
+    if held_at_start(problem) is not None:
+        loop = end_at_once
+    done = integrate(problem, on_chunk=report, loop=loop)
+    return ended(ready, problem, _kept(ready, problem, done), modes, told)
+
+
+def ended(
+    ready: Runnable,
+    problem: Problem,
+    done: Integration,
+    modes: OneWayRun | None,
+    told: tuple[Mapping[str, Any], ...],
+) -> Trajectory:
+    parts = () if modes is None else modes.parts(done.t, done.q, done.u)
+    values = problem.parameters, done.t, done.q, done.u, problem, done
+    trajectory = Trajectory(ready, *values, parts=parts, modes=modes, begun=told)
+    if ready.told.loses_mass:
+        from multibody_sym.simulation.runs.why_failed import mass_used_up
+
+        if (left := mass_used_up(trajectory)) is not None:
+            raise FailedRunError(left, trajectory)
+    if done.failure is None or done.failure.status is Status.INTERRUPTED:
+        if modes is not None and (passed := modes.passed_through(done.t, done.q, done.u)):
+            raise FailedRunError(passed, trajectory)
+        return trajectory
+    from multibody_sym.simulation.runs.why_failed import failure_message  # which few runs need
+
+    raise FailedRunError(failure_message(trajectory, done.failure), trajectory)
+
+
+def _kept(ready: Runnable, problem: Problem, done: Integration) -> Integration:
+    """Return a run that kept its constraints, or one as failed at the first sample at which it had left them."""
+    if not ready.told.rows or done.failure is not None or done.statistics.drift_position <= problem.closure:
+        return done
+    from multibody_sym.simulation.runs.why_failed import until_departure
+
+    return until_departure(ready.mechanism, problem, done)
+
+
+def held_at_start(problem: Problem) -> int | None:
+    """Return the index of the first stop whose condition holds at the start, None if there is none."""
+    if not any(problem.terminal):
+        return None
+    state = (problem.t0, problem.q0, problem.u0, problem.parameters)
+    inputs = problem.compiled["inputs"](*state)[0] if problem.inputs else np.empty(0)
+    stops = slice(len(problem.terminal) - len(problem.margins))
+    values = problem.compiled["events"](*state, inputs, problem.modes)[0][stops]
+    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal[stops], dtype=bool))
+    return int(holding[0]) if len(holding) else None
+
+
+def end_at_once(problem: Problem, samples: NDArray[np.float64]) -> Iterator[Progress]:
+    """Write the start and stop there: a `Loop` for a problem with a stop that holds."""
+    index = held_at_start(problem)
+    assert index is not None
+    samples[0] = problem.x0
+    yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))

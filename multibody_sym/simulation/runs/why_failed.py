@@ -1,0 +1,259 @@
+"""Why a run ended early, in the names of the model; runs that leave their constraints beside the size of the model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.closing import Missed, Rows
+from multibody_sym.dynamics.constraints.contradiction import Contradiction, contradiction_of
+from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.integrators.flow import Flow, Status, StepError
+from multibody_sym.integrators.loop import first_step, least_step
+from multibody_sym.kinematics.guides.touched import fits
+from multibody_sym.kinematics.loads import apart
+from multibody_sym.kinematics.masses.rates import varies
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mass import used_up
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.integration import Integration
+from multibody_sym.runtime.problem import Problem, RunFailure
+from multibody_sym.scalars.traversal import leaves
+
+if TYPE_CHECKING:
+    from multibody_sym.simulation.trajectory import Trajectory
+
+_BROKEN: Final = (Status.NOT_CLOSED, Status.CONTRADICTION, Status.LEFT)
+"""A constraint row is broken."""
+_STEP_TOO_LONG: Final = (Status.STEP_UNDERFLOW, Status.NOT_FINITE, Status.NOT_CONVERGED)
+"""What too long a step may end in."""
+_LEFT: Final = 1e-3
+"""The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
+_TIGHT: Final = 0.9
+"""The part of a radius of curvature from which a wheel in a hollow is what a run fails on."""
+_FEW: Final = 100
+"""Least steps of a run, within which a step of the motion is too near to them."""
+_MEETS: Final = 1e-3
+"""The part of a distance at the start below which points meet where a run fails."""
+_USED_UP: Final = 1e-2
+"""The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
+_SIZED: Final = 20
+"""Samples of a run at which sizes of rows are looked at."""
+
+
+def failure_message(run: Trajectory, failure: RunFailure) -> str:
+    """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
+    tight = _tight(run, failure.time)
+    if tight:
+        return f"at t = {failure.time:.6g} s {tight}, and what goes on from there is not told; make the radius smaller"
+    return _happened(run, failure)
+
+
+def _tight(run: Trajectory, time: float) -> str:
+    """Return what has come into a hollow that bends as much as it does itself, so that it stays; nothing else."""
+    mechanism = run.ready.mechanism
+    if run.integration.q_final is None or not any(body.is_foot for body in mechanism.bodies):
+        return ""
+    rows = Rows(mechanism, run.parameters.tolist(), [], time)
+    motion = rows.motion(run.integration.q_final, run.integration.u_final)
+    normals = [row for element in mechanism.one_way for row in element.normals]
+    return next((fit.text for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), "")
+
+
+def _met(run: Trajectory, time: float) -> str:
+    """Return which points have come together between which a force acts, or else that there is a singularity."""
+    mechanism, integration = run.ready.mechanism, run.integration
+    unknown = "the motion has a jump or a singularity there"
+    if integration.q_final is None or integration.u_final is None:
+        return unknown
+    rows = Rows(mechanism, run.parameters.tolist(), [], time)
+    first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
+    for load in mechanism.loads:
+        if load.line is None:
+            continue
+        begun, now = (math.hypot(*apart(motion, load.line)) for motion in (first, last))
+        if now <= _MEETS * begun:
+            a, b = load.line
+            return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
+    return unknown
+
+
+def _happened(run: Trajectory, failure: RunFailure) -> str:
+    mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
+    what = _component(mechanism, failure)
+    if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem):
+        return _too_long(run.problem, failure)
+    if failure.status is Status.NOT_FINITE:
+        return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
+    if failure.status is Status.NO_SLOPE:
+        name = run.problem.method.name
+        return (
+            f"the rate of {what} has no finite derivative {when}, which {name} needs: an expression, "
+            "such as a root at zero, rises without bound there; take an explicit method, or bound its slope"
+        )
+    if failure.status is Status.STEP_UNDERFLOW and failure.component is None:
+        name = run.problem.method.name
+        return (
+            f"{name} takes no further step {when}, and does not say why: the motion has a jump or a singularity there, "
+            "or the method does not fit it; take other tolerances, or one of this package's methods"
+        )
+    if failure.status is Status.STEP_UNDERFLOW:
+        return f"the step became too small {when}, on account of {what}: {_met(run, failure.time)}"
+    if failure.status is Status.NOT_CONVERGED:
+        advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
+        return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"
+    if failure.status in (Status.STEP_LIMIT, Status.CHATTERS):
+        most = failure.status is Status.STEP_LIMIT
+        got = "the run took its largest number of steps and got" if most else "the run gets"
+        return f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(mechanism)}"
+    if failure.status in (Status.NO_MODE, Status.SINGULAR):
+        return _singular(run, failure.time) if failure.status is Status.SINGULAR else f"{_trouble(run)} {when}"
+    assert failure.status in _BROKEN
+    found = _contradiction(run, failure.time)
+    if found is not None:
+        return found.message(mechanism, when)
+    if failure.status is Status.LEFT:
+        return (
+            f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
+            "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
+        )
+    return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def mass_used_up(run: Trajectory) -> str | None:
+    """Return that a body whose mass varies has none left at the end of a run, and when; None where each has."""
+    mechanism, end = run.ready.mechanism, run.integration
+    varying = [body for body in mechanism.bodies if varies(body)]
+    if not varying:
+        return None
+    failed = end.failure is not None and end.failure.status is not Status.INTERRUPTED
+    first, last = (
+        state_of(mechanism, float, t, q.tolist(), u.tolist(), run.parameters.tolist())
+        for t, q, u in ((run.problem.t0, run.problem.q0, run.problem.u0), (end.t_final, end.q_final, end.u_final))
+    )
+    for body in varying:
+        begun, left = (float(state.values([body.mass.mass])[0]) for state in (first, last))
+        if (failed and left <= _USED_UP * begun) or (run.stop or {}).get("element") == used_up(body.name):
+            return (
+                f"the mass of {body.name} is used up at t = {end.t_final:.6g} s, and no mass is negative: end the run "
+                f"before, or let the mass stay what is left: mass: {{value: max(m0 - k*t, m1), ..}}"
+            )
+    return None
+
+
+def _advice_on_steps(mechanism: Mechanism) -> str:
+    """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
+    jumping = [leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u"]
+    if not jumping:
+        return "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
+    speed = mechanism.speeds[jumping[0]]
+    units = [each.unit for each in mechanism.speeds if each.joint == speed.joint]
+    contact = "a contact with static and kinetic, which stick and slip"
+    rub = f"forces: {{rub: {{type: friction, joint: {speed.joint}, static: mu, kinetic: mu}}}} or {contact}"
+    return (
+        f"a force jumps where {speed.name} changes its sign, and has no value at rest; declare dry friction as such, "
+        f"{rub if len(set(units)) == len(units) else contact}"  # joints of several like ways have no friction
+    )
+
+
+def _too_long(problem: Problem, failure: RunFailure) -> str:
+    return (
+        f"the run is too long for the steps that the motion needs: floats tell no steps so short apart in "
+        f"{problem.t_end:.3g} s; it got no further than t = {failure.time:.6g} s; ask for a shorter time"
+    )
+
+
+def _is_too_long(problem: Problem) -> bool:
+    """Tell whether a first step as the motion at the start needs it is hardly longer than the least of the run."""
+
+    def derivative(t: float, x: Floats) -> Floats:
+        known = t, x[: len(problem.q0)], x[len(problem.q0) :], problem.parameters
+        inputs = problem.compiled["inputs"](*known)[0] if problem.inputs else np.zeros(0)
+        qdot, udot, *_ = problem.compiled["state_derivative"](*known, inputs, problem.modes)
+        return np.concatenate([qdot, udot])
+
+    span = _FEW * least_step(problem.t0, problem.t_end)
+    flow = Flow(
+        problem.method, derivative, problem.t0, problem.t0 + span, problem.x0, rtol=problem.rtol, atol=problem.atol
+    )
+    try:
+        return first_step(flow, flow.t0, flow.x0, flow.slope(flow.t0, flow.x0)) < span
+    except StepError:
+        return False
+
+
+def _singular(run: Trajectory, time: float) -> str:
+    """Return that rows become dependent at a time near the end of a run, and which."""
+    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
+        run.integration.q_final, run.integration.u_final
+    )
+    names = nearly_dependent(composite_body(mechanism, motion.state), mechanism.parameters.independent_rows(parameters))
+    come = "come" if len(names) > 1 else "comes"
+    return (
+        f"singular position at t = {time:.6g} s: {', '.join(names)} {come} to depend on the other constraints, or to "
+        "hold nothing, forces grow without bound there, and no step leads across; take other steps or tolerances, or "
+        "another method"
+    )
+
+
+def _contradiction(run: Trajectory, time: float) -> Contradiction | None:
+    """Return the constraints that contradict each other at a time near the end of a run."""
+    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
+    generic = mechanism.parameters.independent_rows(parameters)
+    return contradiction_of(rows, run.integration.q_final, run.integration.u_final, generic)
+
+
+def _component(mechanism: Mechanism, failure: RunFailure) -> str:
+    index = failure.component
+    if index is None:
+        return "the state"
+    if failure.status in _BROKEN:
+        return mechanism.rows[index].name
+    coordinates = len(mechanism.coordinates)
+    if failure.status is Status.NOT_FINITE:
+        named = mechanism.coordinates[index] if index < coordinates else mechanism.speeds[index - coordinates]
+        return f"the rate of {named.name} is no finite number"
+    named = mechanism.coordinates[index] if index < coordinates else mechanism.speeds[index - coordinates]
+    return named.name
+
+
+def until_departure(mechanism: Mechanism, problem: Problem, done: Integration) -> Integration:
+    """Return a run, as failed at the first sample at which it had left its constraints if it did."""
+    rows = Rows(mechanism, problem.parameters.tolist(), range(len(mechanism.rows))).holonomic()
+    allowed = _LEFT * _sizes(rows, done)
+    for k in range(len(done.t)):
+        missed = _missed(rows, done, k)
+        left = np.zeros(0) if missed is None else np.flatnonzero(np.abs(missed.residuals) > allowed)
+        if len(left):
+            return _ended(done, k, rows.active[int(left[0])])
+    return done
+
+
+def _ended(done: Integration, k: int, row: int) -> Integration:
+    """Return the run up to sample k, at which a row is broken."""
+    t, q, u = done.t[: k + 1], done.q[: k + 1], done.u[: k + 1]
+    failure = RunFailure(Status.LEFT, float(t[k]), row)
+    return replace(done, t=t, q=q, u=u, t_final=float(t[k]), q_final=q[k], u_final=u[k], failure=failure)
+
+
+def _sizes(rows: Rows, done: Integration) -> Floats:
+    """Return the largest size of each row in the run, seen at a few samples; infinite where it has none."""
+    places = np.unique(np.linspace(0, len(done.t) - 1, _SIZED).astype(int))
+    seen = [missed.sizes for missed in (_missed(rows, done, int(k)) for k in places) if missed is not None]
+    largest = np.max(seen, axis=0, initial=0.0)
+    return np.where(largest > 0.0, largest, np.inf)
+
+
+def _missed(rows: Rows, done: Integration, k: int) -> Missed | None:
+    return replace(rows, t=float(done.t[k])).missed(done.q[k])
+
+
+def _trouble(run: Trajectory) -> str:
+    return "" if run.modes is None else run.modes.trouble
