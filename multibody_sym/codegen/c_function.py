@@ -28,6 +28,10 @@ _LONGEST_WITH_LOOPS: Final = 16 * _LONGEST
 """The same where loops fill arrays, which pieces would hand on element by element."""
 _GATHERED: Final = 64
 """Elements from which on an array of values that stand in others is filled by a loop."""
+_STRIDES: Final = 16
+"""Loops with equal distances that together write elements of an output at most; beyond them a table is read."""
+_LONGEST_PERIOD: Final = 8
+"""Elements after which the places of such elements move by equal distances at most."""
 _UNROLLED: Final = 64
 """Cost of an elimination up to which its loops are unrolled where it stands."""
 _WORDS: Final = """
@@ -190,8 +194,7 @@ class Printer:
         for source, pairs in sources.items():
             self._use(source)
             table = f"of_{name}_{source}"
-            flat = [str(x) for pair in pairs for x in pair]
-            lines.append(wrapped(f"        static const int {table}[] = {{", flat, "};", indent=" " * 12))
+            lines.append(_table(f"int {table}", [str(x) for pair in pairs for x in pair]))
             lines += [
                 f"        for (int k = 0; k < {len(pairs)}; k++)",
                 f"            {name}[{table}[2 * k]] = {source}[{table}[2 * k + 1]];",
@@ -229,7 +232,10 @@ class Printer:
 
     def _output(self, name: str, output: Output) -> None:
         values = output.values
-        for start, end in list(runs(values, self.places)):
+        parts = list(runs(values, self.places))
+        short = (part for part in parts if part[1] - part[0] < SHORTEST_RUN)
+        self._scatter(name, values, [k for part in short for k in range(*part)])
+        for start, end in parts:
             if end - start >= SHORTEST_RUN and values[start] in self.places:
                 self._copy(name, start, end - start, self.places[values[start]])
                 continue
@@ -245,6 +251,51 @@ class Printer:
                 place = f"{name}[{k}]" if output.shape else f"*{name}"
                 self.piece.lines.append(f"    {place} = {self.names[values[k]]};")
                 self.piece.used.add(name)
+
+    def _scatter(self, name: str, values: Sequence[Node], elements: Sequence[int]) -> None:
+        """Write elements of an output that are numbers, or stand in arrays, by loops; unless they are few."""
+        sources: dict[str, list[int]] = {}
+        for k in elements:
+            if values[k] in self.places and (name, k) not in self.written:
+                sources.setdefault(self.places[values[k]][0], []).append(k)
+            elif values[k].shadow is not None:
+                sources.setdefault("zeros" if values[k] is ZERO else "", []).append(k)
+        blank = len(sources.get("zeros", ())) >= _GATHERED and not any(written == name for written, _ in self.written)
+        if blank:
+            self._fill(name, 0, len(values), self.names[ZERO])
+            self.written |= {(name, k) for k in sources["zeros"]}
+        for source, found in sources.items():
+            if len(found) >= _GATHERED and source != "zeros":
+                self._spread_out(name, source, found, values)
+
+    def _spread_out(self, name: str, source: str, found: Sequence[int], values: Sequence[Node]) -> None:
+        """Write elements of an output that stand in an array, or are numbers (no array)."""
+        origins = [self.places[values[k]][1] for k in found] if source else []
+        strided, lines = _strided(found, origins) if source else [], list[str]()
+        if strided:
+            self._use(source)
+            for count, to, at in strided:
+                head = f"    for (int k = 0; k < {count}; k++)\n        " if count > 1 else "    "
+                lines.append(f"{head}{name}[{_element(*to)}] = {source}[{_element(*at)}];")
+        else:
+            lines = self._by_table(name, source, found, origins or [self.names[values[k]] for k in found])
+        self.piece.size += len(strided) or 1
+        self.piece.used.add(name)
+        self.piece.lines += lines
+        self.written |= {(name, k) for k in found}
+
+    def _by_table(self, name: str, source: str, found: Sequence[int], origins: Sequence[int | str]) -> list[str]:
+        self._use(source)
+        at, to = f"of_{name}_{source}", f"to_{name}_{source}"
+        read = f"{source}[{at}[k]]" if source else f"{at}[k]"
+        return [
+            "    {",
+            _table(f"{'int' if source else 'double'} {at}", list(map(str, origins))),
+            _table(f"int {to}", list(map(str, found))),
+            f"        for (int k = 0; k < {len(found)}; k++)",
+            f"            {name}[{to}[k]] = {read};",
+            "    }",
+        ]
 
     def _copy(self, name: str, start: int, count: int, source: tuple[str, int]) -> None:
         """Copy consecutive elements of an array to an output."""
@@ -274,9 +325,42 @@ class Printer:
             self.written |= {(name, first + k * step) for k in range(end - start)}
 
 
+def _table(declared: str, elements: Sequence[str]) -> str:
+    """Return the declaration of constant numbers."""
+    return wrapped(f"        static const {declared}[] = {{", elements, "};", indent=" " * 12)
+
+
+def _strided(to: Sequence[int], at: Sequence[int]) -> list[tuple[int, tuple[int, int], tuple[int, int]]]:
+    """Return loops over pairs of places: how many, first and step of both; none where it takes more than a few."""
+    loops: list[tuple[int, tuple[int, int], tuple[int, int]]] = []
+    start = 0
+    while start < len(to) and len(loops) <= _STRIDES:
+        end, period = max((_regular(to, at, start, p), -p) for p in range(1, _LONGEST_PERIOD + 1))
+        if end - start < -4 * period:
+            end, period = start + 1, -1
+        for j in range(start, min(start - period, end)):
+            count, later = len(range(j, end, -period)), min(j - period, end - 1)
+            loops.append((count, (to[j], to[later] - to[j]), (at[j], at[later] - at[j])))
+        start = end
+    return loops if len(loops) <= _STRIDES else []
+
+
+def _regular(to: Sequence[int], at: Sequence[int], start: int, period: int) -> int:
+    """Return up to where places move by equal distances in each period."""
+    end = start + period
+    if end >= len(to):
+        return start + 1
+    steps = to[end] - to[start], at[end] - at[start]
+    while end < len(to) and (to[end] - to[end - period], at[end] - at[end - period]) == steps:
+        end += 1
+    return end
+
+
 def _element(first: int, step: int = 1) -> str:
     """Return the index of element k."""
     moved = "k" if step == 1 else f"{step}*k"
+    if step == 0:
+        return str(first)
     return f"{first} + {moved}" if first else moved
 
 

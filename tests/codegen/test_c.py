@@ -23,7 +23,7 @@ from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, cos, maximum, minimum, sign, sin, where
-from multibody_sym.scalars.node import Node, number, power
+from multibody_sym.scalars.node import Node, number, power, real
 
 BATCH = 16
 
@@ -297,3 +297,32 @@ def test_matrices_found_by_columns_are_written_by_loops(tmp_path: Path) -> None:
     (found,) = Library(c_source({"f": program}), tmp_path).run("f", program, [np.array(3.0)])
     wanted = np.vstack([3.0 * np.eye(30), np.zeros((30, 30)), np.full((1, 30), 3.0)])
     assert np.array_equal(np.reshape(found, wanted.shape), wanted)
+
+
+def shuffled(count: int) -> Program:
+    """Return a Program whose output has elements of two arrays in an odd order, numbers, and a sum."""
+    trace = Trace("shuffled", [Array("x", (count,)), Array("y", (count,))])
+    x, y = trace["x"], trace["y"]
+    order = np.random.default_rng(1).permutation(count).tolist()
+    parts = [(x[k], y[-1 - k], real(0.5 * k), real(-0.0), number(0)) for k in order]
+    values = [x[0] + y[1], *(value for part in parts for value in part)]
+    return trace.finish({"whole": ((len(values),), values), "small": ((3,), [y[2], x[1], y[0]])})
+
+
+def test_outputs_that_stand_elsewhere_are_written_by_loops(tmp_path: Path) -> None:
+    """A line for each took compilers as long as what it was computed by."""
+    lengths = []
+    for count in (80, 160):
+        program = shuffled(count)
+        sources = c_source({"shuffled": program})
+        lengths.append(sources["model.c"].count(";"))
+        assert sources["model.c"].count("small[") == 3
+        given = list(np.random.default_rng(2).normal(size=(2, count)))
+        for found, wanted in zip(
+            Library(sources, tmp_path / str(count), "-O2").run("shuffled", program, given),
+            interpret(program, *given),
+            strict=True,
+        ):
+            assert np.array_equal(found, wanted)
+            assert np.array_equal(np.signbit(found), np.signbit(wanted))
+    assert lengths[0] == lengths[1]

@@ -19,6 +19,7 @@ from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
+from multibody_sym.program.rolling import rolled as rolling
 from multibody_sym.program.rolling.rolled import rolled, rolled_up
 from multibody_sym.program.statements import Array, Call, Scan
 from multibody_sym.program.trace import Trace
@@ -43,7 +44,7 @@ def windows(count: int) -> System:
 
 def unrolled(count: int, monkeypatch: pytest.MonkeyPatch) -> Programs:
     with monkeypatch.context() as patched:
-        patched.setattr(derivation, "rolled", lambda program: program)
+        patched.setattr(derivation, "all_rolled", lambda every: every)
         return programs(mechanism(windows(count)), composite_body)
 
 
@@ -108,3 +109,15 @@ def test_calls_are_left_alone() -> None:
     drawn = (Maker(seed, ARITHMETIC).program() for seed in range(50))
     called = next(program for program in drawn if any(isinstance(s, Call) for s in program.statements))
     assert rolled(called) is called
+
+
+def test_what_a_rolled_program_calls_is_rolled_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both corrections call what rows miss by: written out it was a third of the text of a row of four-bars."""
+    monkeypatch.setattr(rolling, "_LONG", 400)
+    plain, made = unrolled(9, monkeypatch), programs(mechanism(windows(9)), composite_body)
+    assert made.missed is not None
+    assert made.put_back is not None
+    assert plain.put_back is not None
+    assert any(isinstance(s, Scan) for s in made.missed.statements)
+    assert [s.program for s in made.put_back.statements if isinstance(s, Call)] == [made.missed]
+    assert_same(plain.put_back, made.put_back, arguments(made.put_back, 4))

@@ -21,7 +21,7 @@ from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
-from multibody_sym.program.rolling.rolled import rolled
+from multibody_sym.program.rolling.rolled import all_rolled
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, maximum, where
@@ -50,7 +50,7 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     if not mechanism.rows:
         return _programs(mechanism, sources, _normalize(mechanism), None, form)
     made = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
-    return replace(made, **{name: rolled(program) for name, program in made.as_mapping().items()})
+    return replace(made, **all_rolled(made.as_mapping()))
 
 
 def _programs(

@@ -9,6 +9,7 @@ length of a Program of many like parts, such as four-bar linkages in a row, foll
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -43,6 +44,22 @@ def rolled(program: Program) -> Program:
         return program
     made, left = rolled_up(program)
     return made if _SHORTER * left <= size else program
+
+
+def all_rolled(programs: Mapping[str, Program]) -> dict[str, Program]:
+    """Return Programs rolled up where that makes them much shorter, and so those that they call, each once."""
+    done: dict[int, Program] = {}
+
+    def once(program: Program) -> Program:
+        if id(program) not in done:
+            calls = {id(s): s for s in program.statements if isinstance(s, Call)}
+            called = {key: once(s.program) for key, s in calls.items() if isinstance(s.program, Program)}
+            new = {key: replace(calls[key], program=x) for key, x in called.items() if x is not calls[key].program}
+            statements = tuple(new.get(id(s), s) for s in program.statements)
+            done[id(program)] = rolled(replace(program, statements=statements) if new else program)
+        return done[id(program)]
+
+    return {name: once(program) for name, program in programs.items()}
 
 
 def rolled_up(program: Program) -> tuple[Program, int]:
