@@ -27,10 +27,12 @@ from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import Vector, unit, vector
 from multibody_sym.scene.items import Anchor, Bow, PlacedStrand, Strand
-from multibody_sym.scene.joints import held
+from multibody_sym.scene.joints import Held, held
 from multibody_sym.scene.places import places, same
-from multibody_sym.scene.stage import Stage
+from multibody_sym.scene.stage import Place, Stage
 
+_GAP: Final = 0.2
+"""The part of a slider's way that must be left between bars for a spring to be seen there."""
 _LEAST: Final = 0.35
 """How long a spring without a length is drawn, in sizes of the whole."""
 
@@ -103,8 +105,31 @@ def _in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
     joint = held(stage, element.joint)
     if not any(step.slides for step in joint.joint.steps):
         return ()
-    first = anchor_behind(stage, element) or Anchor(joint.parent.body, joint.parent.point)
-    return first, Anchor(joint.child.body, joint.child.point)
+    behind, axis = anchor_behind(stage, element), unit(stage.vector(joint.joint.steps[0].slides[0]))
+    if behind is not None:
+        return behind, Anchor(joint.child.body, joint.child.point)
+    apart = stage.world(joint.child.body, joint.child.point) - stage.world(joint.parent.body, joint.parent.point)
+    way = float(apart @ stage.turned(joint.parent.body, joint.parent.turned(axis)))
+    first, last = (max(reach, 0.0) for reach in (_reach(stage, joint, 1.0, way), _reach(stage, joint, -1.0, way)))
+    if first + last > (1.0 - _GAP) * abs(way):
+        first, last = 0.0, 0.0
+    return _along(joint.parent, axis, first * np.sign(way)), _along(joint.child, axis, -last * np.sign(way))
+
+
+def _along(place: Place, axis: Vector, way: float) -> Anchor:
+    """Return the place that is so far from a frame along an axis of it."""
+    return Anchor(place.body, vector(np.array(place.point) + way * np.array(place.turned(axis))))
+
+
+def _reach(stage: Stage, joint: Held, side: float, way: float) -> float:
+    """Return how far what carries a slider (`side` 1), or slides (-1), reaches towards the other one along the axis."""
+    place, reference = (joint.parent, joint.joint.parent) if side > 0.0 else (joint.child, joint.joint.child)
+    body = stage.body(reference)
+    if stage.is_ground(reference) or stage.declared(body).shape is not None:
+        return 0.0
+    axis = side * np.sign(way) * np.array(place.turned(unit(stage.vector(joint.joint.steps[0].slides[0]))))
+    ways = [float(np.subtract(other, place.point) @ axis) for other in (*places(stage)[body], stage.centre(body))]
+    return max(w for w in ways if w < abs(way))
 
 
 def anchor_behind(stage: Stage, element: Any) -> Anchor | None:

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
+from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.resolution.plane import moves_in_plane
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import unit
 from multibody_sym.scene.items import View
 from multibody_sym.scene.stage import Stage
 
-_AZIMUTH, _ELEVATION = 30.0, 22.0
+_AZIMUTHS: Final = (30.0, -60.0)
+_ELEVATION: Final = 22.0
 """From where space is seen (deg): angles that neither hide axes behind each other nor make lengths alike."""
+_APART: Final = 0.02
+"""Places nearer than this part of the whole are one on the page."""
+_CLEARLY: Final = 0.8
+"""The second azimuth is taken where places crowd by so much less."""
 
 
 def is_plane(stage: Stage) -> bool:
@@ -29,7 +36,28 @@ def natural_view(stage: Stage) -> View:
     normal = _normal(stage)
     if normal is not None:
         return _flat(normal, stage.gravity)
-    return turned_view(_AZIMUTH, _ELEVATION, _up(stage.gravity))
+    first, second = (turned_view(azimuth, _ELEVATION, _up(stage.gravity)) for azimuth in _AZIMUTHS)
+    places = _places(stage)
+    return second if _crowd(second, places) < _CLEARLY * _crowd(first, places) else first
+
+
+def _places(stage: Stage) -> Floats:
+    """Return where joints and centres of mass are at the start (n, 3), each place once, in sizes of the whole."""
+    frames = (stage.place(joint.parent) for joint in stage.system.joints.values())
+    found = [stage.world(place.body, place.point) for place in frames]
+    found += [stage.world(stage.number_of(name), stage.centre(name)) for name in stage.system.bodies if name != GROUND]
+    size = float(np.linalg.norm(np.ptp(found, axis=0))) if found else 0.0
+    if not size > 0.0:
+        return np.zeros((0, 3))
+    scaled = np.unique(np.round(np.array(found) / size, 6), axis=0)
+    return np.asarray(scaled)
+
+
+def _crowd(view: View, places: Floats) -> float:
+    """Return how near to each other places (n, 3) are on the page: the sum of one over squared distances."""
+    seen = view.project(places)
+    squares = ((seen[:, None] - seen[None]) ** 2).sum(-1)[np.triu_indices(len(seen), 1)]
+    return float((1.0 / (squares + _APART**2)).sum())
 
 
 def _up(gravity: Floats) -> Floats:

@@ -215,3 +215,33 @@ def test_a_bob_on_a_rope_is_round_and_both_wheels_are_alike() -> None:
     (turn,) = of(shown, "joint", "turn")
     hub = next(m for m in of(shown, "pulley", "P2") if hasattr(m, "radius"))
     assert np.asarray(turn.centre) == pytest.approx(np.asarray(hub.centre))  # type: ignore[attr-defined]
+
+
+def test_gimbals_have_their_bearings_where_their_axes_meet_the_rings() -> None:
+    """On both sides of the middle: the frame's above and below all, the inner ring's within the outer one."""
+    shown = picture("gyroscope")
+    middle = points(of(shown, "body", "rotor")).mean(axis=0)
+    for joint in ("frame", "gimbal", "axle"):
+        marks = points([m for m in of(shown, "joint", joint) if isinstance(m, Stroke)])
+        assert np.hypot(*(marks - middle).T).min() < np.hypot(*(marks - middle).T).max() - 10.0
+        assert (marks - middle).min(axis=0) @ (marks - middle).max(axis=0) < 0.0
+    outer = points([m for m in shown.marks if isinstance(m, Stroke) and m.name == "outer"])
+    frame = points([m for m in of(shown, "joint", "frame") if isinstance(m, Stroke)])
+    assert frame[:, 1].max() > outer[:, 1].max()
+    assert frame[:, 1].min() < outer[:, 1].min()
+    assert text_at(shown, "frame")[1] > middle[1] + 40.0
+
+
+def test_a_long_vehicle_is_seen_from_its_side() -> None:
+    shown = picture("bicycle")
+    rear, front = (points(of(shown, "body", name)) for name in ("rear", "front"))
+    assert front[:, 0].min() > rear[:, 0].max()
+
+
+def test_the_springs_of_legs_are_seen_between_their_halves() -> None:
+    shown = picture("stewart_platform")
+    for k in range(1, 7):
+        spring = zigzag_of(shown, f"drive{k}")
+        lower, upper = (points(of(shown, "body", f"{half}{k}")) for half in ("lower", "upper"))
+        assert spring[:, 1].max() < upper[:, 1].min() + 12.0
+        assert spring[:, 1].min() > lower[:, 1].max() - 12.0

@@ -12,6 +12,7 @@ from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import drawn_pieces
 from multibody_sym.drawing.look.rails import rail_ends, rail_lines
+from multibody_sym.drawing.look.rings import ring_pins
 from multibody_sym.drawing.look.shapes import face_ends, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
@@ -82,6 +83,9 @@ def _name(sheet: Sheet, item: Item) -> Wish:
 
 def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floats:
     """Return what the name of a symbol stands beside (n, 2): the rail of a slider, the arrow of what is driven."""
+    pins = ring_pins(sheet, item, symbol) if symbol.kind in ("pin", "pivot") else None
+    if pins is not None:
+        return sheet.page(item.body, pins[1:])
     if symbol.kind in ("drive_about", "drive_along"):
         return driven_points(sheet, item, symbol)[-2:]
     if symbol.kind in ("slider", "hanger"):

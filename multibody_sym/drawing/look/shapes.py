@@ -93,6 +93,9 @@ def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
     pen = sheet.pen(item)
     if across < 1.0 - 1e-9:
         yield Stroke(sheet.page(item.body, rim), pen, closed=True, fill=fill, **named)
+        if form.hollow:
+            inner = circle(form.centre, form.axis, max(form.radius - sheet.metres(3.0), 0.9 * form.radius), 73)
+            yield Stroke(sheet.page(item.body, inner), pen, closed=True, **named)
         return
     if form.hollow and item.role == "surface":
         yield from _hollow(sheet, item, centre, radius)

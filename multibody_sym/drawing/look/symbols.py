@@ -11,13 +11,14 @@ from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import axle_marks, held_wheel, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered
+from multibody_sym.drawing.look.rings import ring_marks, ring_pins
 from multibody_sym.drawing.look.settle import BOB
-from multibody_sym.drawing.look.shapes import FORMS, barrel, face_ends
+from multibody_sym.drawing.look.shapes import FORMS, barrel
 from multibody_sym.drawing.look.sheet import UNSEEN, Sheet, left, unit2
 from multibody_sym.drawing.look.supports import stand, step_marks, support, support_side
 from multibody_sym.drawing.look.wedges import LEVEL, slope_of, wedge_under
-from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Stroke
-from multibody_sym.drawing.room import distances
+from multibody_sym.drawing.look.welds import weld_marks
+from multibody_sym.drawing.picture import Arc, Arrow, Mark, Stroke
 from multibody_sym.drawing.style import (
     AXIS,
     BLACK,
@@ -35,13 +36,11 @@ from multibody_sym.drawing.style import (
     THIN,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Symbol, unit
+from multibody_sym.scene.forms import Barrel, Block, Disc, Symbol, unit
 from multibody_sym.scene.items import Item
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _COM: Final = 4.0
-_UNDER: Final = 19.0
-"""How far ground reaches on either side of a mass that is fixed to it (pt)."""
 _ROTOR: Final = 14.0
 Look = Callable[[Sheet, Item, Symbol], Iterator[Mark]]
 
@@ -50,6 +49,10 @@ def _pin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
     if sheet.flat:
         yield Arc(at, PIN, sheet.pen(item), fill=PAPER, **named)
+        return
+    pins = ring_pins(sheet, item, symbol)
+    if pins is not None:
+        yield from ring_marks(sheet, item, symbol, pins)
         return
     form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(3.2), sheet.metres(11.0))
     yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=PAPER)
@@ -95,6 +98,9 @@ def _bearing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if sheet.flat:
         yield from _pivot(sheet, item, symbol)
         return
+    if ring_pins(sheet, item, symbol) is not None:
+        yield from _pin(sheet, item, symbol)
+        return
     at = sheet.at(item.body, symbol.at)
     axis = sheet.way(item.body, symbol.axis)
     away = support_side(sheet, item, at)
@@ -117,33 +123,6 @@ def _cardan(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
             yield Arc(at, 1.6, sheet.pen(item), fill=BLACK, **named)
         else:
             yield Stroke(np.array([at - way, at + way]), sheet.pen(item, BOLD), **named)
-
-
-def _weld(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield a clamped end: hatched ground through the place, or between bodies a filled corner.
-
-    Under a mass without a size ground alone is seen.
-    """
-    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT, symbol.at)
-    if item.on_ground and sheet.flat and item.bodies[-1] in sheet.settled.leans:
-        across = sheet.settled.leans[item.bodies[-1]]
-        if any(_lies_on(sheet, other, at) for other in sheet.touched.get(item.body, ())):
-            return
-        ends = np.array([at - _UNDER * across, at + _UNDER * across])
-        yield Hatch(ends, sheet.pen(item, BOLD), side=-1, **{**named, "layer": LAYER_GROUND})
-        return
-    if item.on_ground:
-        yield from stand(sheet, item, at, support_side(sheet, item, at), 3.0)
-    square = np.array([(-2.6, -2.6), (2.6, -2.6), (2.6, 2.6), (-2.6, 2.6)])
-    yield Stroke(at + square, sheet.pen(item), closed=True, fill=BLACK, **named)
-
-
-def _lies_on(sheet: Sheet, item: Item, at: Floats) -> bool:
-    """Return whether a place of the page is on a segment or a face that is drawn of ground."""
-    if item.role != "surface" or not isinstance(item.form, (Polyline, Face)):
-        return False
-    ends = face_ends(sheet, item, item.form) if isinstance(item.form, Face) else sheet.page(item.body, item.form.points)
-    return bool(distances(at[None, :], np.hstack((ends[:-1], ends[1:]))).min() < 1.0)
 
 
 def _rotating(sheet: Sheet, item: Item, symbol: Symbol, half: float, wide: float) -> Floats:
@@ -362,7 +341,7 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "ball_joint": _ball,
     "ball_pivot": _ball_pivot,
     "cardan": _cardan,
-    "weld": _weld,
+    "weld": weld_marks,
     "slider": _slider,
     "hanger": _nothing,
     "nut_body": _nothing,
