@@ -79,6 +79,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "conditions": "conditions under which all this holds",
         "limits": "by condition: what happens where it fails",
         "answers": "answers to `ask`: `value` and `expression`",
+        "where": "letters of formulas, where loops leave no closed form: `value`, `expression` or `equation`, `says`",
         "not_unique": "rows whose forces are not unique",
         "withheld": WITHHELD,
         "withheld_reasons": REASONS,

@@ -14,6 +14,7 @@ from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import doubled, exact, sign
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import WORK, ClosedForms, closed_forms, linear_equations, unknowns
+from multibody_sym.answers.in_letters.formulas import Lettered
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.symbolic_start import begins_along, declared_state, with_directions
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -85,7 +86,8 @@ class Solved:
 
     `slots` is the same over slots, nothing folded, as floats are calculated. `others` are the same instant in floats
     with other multipliers that satisfy the equations as well, where constraints depend on each other. `reasons`
-    collects why closed forms were left out. `decided` is how the mode was found that it is in.
+    collects why closed forms were left out. `decided` is how the mode was found that it is in. `lettered` has formulas
+    with named letters, where loops leave no closed form.
     """
 
     system: System
@@ -99,6 +101,7 @@ class Solved:
     forms: ClosedForms | None
     reasons: dict[str, None] = field(default_factory=dict)
     decided: Decided = field(default_factory=Decided)
+    lettered: Lettered = field(default_factory=Lettered)
 
     def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
@@ -305,7 +308,8 @@ def solved_in(
     nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
     facts = decided or Decided()
-    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts)
+    lettered = Lettered(formal, symbolic, begin, numbers)
+    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered)
 
 
 def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:

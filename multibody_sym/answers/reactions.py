@@ -8,6 +8,7 @@ from functools import reduce
 from operator import add
 from typing import Any
 
+from multibody_sym.answers.in_letters.told import told
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.solution import AT
@@ -19,6 +20,7 @@ from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
+from multibody_sym.scalars.node import ZERO
 
 Components = dict[str, Value]
 Ask = Callable[[Instant], Mapping[str, Any]]
@@ -38,12 +40,19 @@ def _of_joints(solved: Solved) -> dict[str, Components]:
         def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.reactions[name]
 
-        values = solved.values(of_joint, REACTION_UNITS)
+        values = told(solved, of_joint, REACTION_UNITS, numbers=_free_components(solved.mechanism, name))
         undetermined = withheld[name].components if name in withheld else ()
         if undetermined:
             undetermined = (*undetermined, NORMAL)
         found[name] = {c: Value(None, unit=REACTION_UNITS[c]) if c in undetermined else x for c, x in values.items()}
     return found
+
+
+def _free_components(mechanism: Mechanism, joint: str) -> set[str]:
+    """Return the components that a joint's own freedoms leave to what drives it, which needs no letters."""
+    steps = [free.step for body in mechanism.bodies if body.joint_name == joint for free in body.free_steps]
+    axes = [(kind, axis) for step in steps for kind, every in (("m", step.turns), ("f", step.slides)) for axis in every]
+    return {f"{kind}{name}" for kind, axis in axes for name, x in zip("xyz", axis, strict=True) if x is not ZERO}
 
 
 def _of_pulleys(solved: Solved) -> dict[str, Components]:
@@ -54,7 +63,7 @@ def _of_pulleys(solved: Solved) -> dict[str, Components]:
         def of_pulley(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.pulleys[name]
 
-        found[name] = solved.values(of_pulley, REACTION_UNITS)
+        found[name] = told(solved, of_pulley, REACTION_UNITS)
     return found
 
 
@@ -78,7 +87,7 @@ def _of_constraints(solved: Solved) -> dict[str, Components]:
             return {component: instant.multipliers[k]}
 
         unit = {component: units[row.name]}
-        found.setdefault(name, {})[component] = solved.values(of_row, unit)[component]
+        found.setdefault(name, {})[component] = told(solved, of_row, unit)[component]
     return found
 
 
@@ -97,7 +106,7 @@ def _of_one_way(solved: Solved) -> dict[str, Components]:
         if isinstance(rope, RopeRow):
             found.setdefault(rope.told[0], {}).update(_of_rope(solved, rope))
         else:
-            found[element.name] = solved.values(of_element, _units(solved.mechanism, element))
+            found[element.name] = told(solved, of_element, _units(solved.mechanism, element))
     return found
 
 
@@ -107,7 +116,7 @@ def _of_rope(solved: Solved, rope: RopeRow) -> Components:
     def of_rope(instant: Instant) -> Mapping[str, Any]:
         return dict(zip(rope.components, (instant.tensions[name] for name in rope.asked), strict=True))
 
-    return solved.values(of_rope, dict.fromkeys(rope.components, "N"))
+    return told(solved, of_rope, dict.fromkeys(rope.components, "N"))
 
 
 def _units(mechanism: Mechanism, element: OneWay) -> dict[str, str]:
@@ -139,7 +148,7 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
             return _summed(Acting.at(instant), elements)
 
         units = {**_units(solved.mechanism, elements[0]), **dict.fromkeys(AT, "m")}
-        found[name] = solved.values(of_group, units)
+        found[name] = told(solved, of_group, units)
         if not found[name]["normal"].unique:  # it may be zero, which acts nowhere
             found[name] |= {at: Value(None, unit="m", unique=False) for at in AT if at in found[name]}
     return found

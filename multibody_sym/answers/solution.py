@@ -7,6 +7,7 @@ from dataclasses import field
 from typing import Any, Final, Literal
 
 from multibody_sym.answers.impact.record import ImpactFound
+from multibody_sym.answers.in_letters.record import Definition
 from multibody_sym.answers.worked.record import Worked
 from multibody_sym.expressions.values import Value
 from multibody_sym.records import dataclass
@@ -56,6 +57,7 @@ class Solution:
     how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `sums`: forces of
     separate contacts that are unique together though not alone, such as `c friction + d friction`. `verdict`: `one`, or
     `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
+    `where`: what the letters stand for that formulas name beside those of the model, where loops leave no closed form.
     `labels`: the letters by which parameters that have one are known where formulas are typeset.
 
     Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
@@ -89,6 +91,7 @@ class Solution:
     impact: ImpactFound | None = None
     sums: Mapping[str, Value] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
+    where: Mapping[str, Definition] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -121,6 +124,7 @@ class Solution:
             "conditions": list(self.conditions),
             "limits": dict(self.limits),
             "answers": _json(self.answers),
+            "where": {name: one.as_json() for name, one in self.where.items()},
             "not_unique": self.not_unique,
             "withheld": {name: list(components) for name, components in self.withheld.items()},
             "withheld_reasons": list(self.withheld_reasons),

@@ -11,6 +11,7 @@ from multibody_sym.algebra.solving.shared_roots import values_with_shared_roots
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.impact.answer import impact_found
 from multibody_sym.answers.impact.asked import answered_after
+from multibody_sym.answers.in_letters.told import definitions, told, told_of_state
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.left_out import left_out
 from multibody_sym.answers.questions.asked import answered
@@ -78,11 +79,11 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     values = [*found.values, *answers.values()]
     shared = iter(values_with_shared_roots(values, solved.symbolic.letters))
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
-    told = None
+    worked_out = None
     if steps:
         from multibody_sym.answers.impact.worked import worked_impact
 
-        told = worked_impact(solved, found)
+        worked_out = worked_impact(solved, found)
     mechanism, begin = solved.mechanism, solved.begin
     return Solution(
         name=mechanism.name,
@@ -99,16 +100,16 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         withheld_reasons=tuple(reasons(mechanism.withheld)),
         units=MechanismUnits(mechanism).state,
         impact=found,
-        steps=told,
+        steps=worked_out,
     )
 
 
 def solution_of(solved: Solved) -> Solution:
     """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
-    names, told = acceleration_names(resolved), MechanismUnits(resolved)
-    units = {name: told.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
-    accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
+    names, measures = acceleration_names(resolved), MechanismUnits(resolved)
+    units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
+    accelerations = told(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
     answers, remarks = answered(solved)
     valid, state = validity(solved, reactions), state_found(solved)
@@ -126,7 +127,7 @@ def solution_of(solved: Solved) -> Solution:
         shifts=dict(begin.shifts),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
-        units=told.state,
+        units=measures.state,
         states=state.words,
         closing=state.closing,
         directions=state.directions,
@@ -145,11 +146,13 @@ def solution_of(solved: Solved) -> Solution:
 
 def _with_shared_roots(solved: Solved, found: Solution) -> Solution:
     """Return a solution with one form of each root in all that it gives formulas for."""
-    told = [found.answers, found.accelerations, *found.reactions.values(), found.assembled]
-    shared = iter(values_with_shared_roots([x for part in told for x in part.values()], solved.symbolic.letters))
-    answers, accelerations, *reactions, assembled = [{name: next(shared) for name in part} for part in told]
+    every = [found.answers, found.accelerations, *found.reactions.values(), found.assembled]
+    shared = iter(values_with_shared_roots([x for part in every for x in part.values()], solved.symbolic.letters))
+    answers, accelerations, *reactions, assembled = [{name: next(shared) for name in part} for part in every]
+    values = (*answers.values(), *accelerations.values(), *(x for part in reactions for x in part.values()))
     return replace(
         found,
+        where=definitions(solved, (*values, *assembled.values())),
         answers=answers,
         accelerations=accelerations,
         reactions=dict(zip(found.reactions, reactions, strict=True)),
@@ -193,6 +196,7 @@ def _assembled(solved: Solved) -> dict[str, Value]:
         letter = as_node(node) is symbol(each.name)
         if each.name in begin.assembled and (letter or each.name in begin.shifts or not (each.given or number == 0.0)):
             value = Value(number) if letter else solved.value(as_node(node), number)
+            value = told_of_state(solved, each.name, value)
             found[each.name] = replace(value, unit=each.unit)
     return found
 

@@ -130,6 +130,7 @@ def solution_markdown(found: Any) -> str:
         "Accelerations": [(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()],
         "Forces": [(_force(name, part), x) for name, part, x in _forces(found)],
         "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
+        "Where": [(latex_name(name), _defined(one)) for name, one in found.where.items()],
     }
     sections = {title: [_equation(left, x, found.labels) for left, x in each] for title, each in lines.items()}
     state = [f"*{_plain(', '.join(found.found))}*"] if found.found else []
@@ -139,7 +140,13 @@ def solution_markdown(found: Any) -> str:
 
         return f"```\n{solution_text(found)}\n```"
     blocks = [f"**{title}**\n\n{_aligned(lines)}" for title, lines in sections.items() if lines]
+    equations = [f"`{name}` from `{one.formula}`" for name, one in found.where.items() if one.equation is not None]
+    blocks += [", ".join(equations)] if equations else []
     return "\n\n".join([f"**{_plain(found.name)}** at t = 0", *state, *blocks, *where])
+
+
+def _defined(one: Any) -> Value:
+    return Value(one.value, one.expression, one.unit)
 
 
 def _forces(found: Any) -> Iterable[tuple[str, str, Value]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from multibody_sym.answers.solution import OtherState, RowKind, Solution
@@ -18,6 +18,7 @@ _ROUNDING: Final = 1e-12
 _SEVERAL: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
 _IDLE: Final = ("open", "free")
 _STATES: Final = "the state, found by the laws of contact and friction: nobody gave directions"
+_WHERE: Final = "where, as formulas name it"
 _JOINTS: Final = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
 
 
@@ -45,10 +46,23 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         ),
         "conditions": [_condition(solution, each) for each in solution.conditions],
         "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
+        _WHERE: list(_where(solution, primes, units)),
         "notes": solution.notes,
     }
     parts = [f"{title}\n{_indented(lines)}" for title, lines in sections.items() if lines]
     return "\n".join([f"{solution.name} at t = 0", *shifts_text(solution.shifts, solution.units, units), *parts])
+
+
+def _where(solution: Solution, primes: Mapping[str, str], units: Units) -> Iterator[str]:
+    """Yield what letters of formulas stand for, but for what is told above by the same formula."""
+    above = {x.expression: f"{name}{primes[name]}" for name, x in solution.accelerations.items()}
+    for name, one in solution.where.items():
+        told = solution.assembled.get(name)
+        if told is not None and told.expression is not None and told.expression is one.expression:
+            continue
+        same = None if one.expression is None else above.get(one.expression)
+        says = f" ({one.says})" if one.says else ""
+        yield f"{name} = {same}" if same else f"{name} {one.told(units)}{says}"
 
 
 def _not_unique(reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:

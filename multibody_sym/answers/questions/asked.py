@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.in_letters.told import is_lettered, told
 from multibody_sym.answers.instant import Solved, with_outputs_put_in
 from multibody_sym.answers.questions.anywhere import TIME
 from multibody_sym.answers.questions.coupled import coupled_formula
@@ -46,6 +47,7 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     solved = with_outputs_put_in(solved)
     _verify_time(solved)
     answers: dict[str, Value] = {}
+    given: dict[str, Value] = {}
     remarks: list[str] = []
     motion, reasons = _Motion(solved, remarks), _Reasons(solved)
     for name in in_order(solved.system.ask, solved.mechanism.symbols):
@@ -63,10 +65,11 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
             except FailedRunError as failed:
                 found = Value(None)
                 remarks.append(f"{name}: it has no answer, since the simulation fails: {failed.message}")
-            answers[name] = found if closed else replace(found, expression=None)
+            given[name] = found if closed else replace(found, expression=None)
+            answers[name] = replace(given[name], expression=None) if is_lettered(solved, given[name]) else given[name]
             reasons.end(name, needed=found.expression is None)
     reasons.told()
-    return {name: answers[name] for name in solved.system.ask}, remarks
+    return {name: given.get(name, answers[name]) for name in solved.system.ask}, remarks
 
 
 def _verify_time(solved: Solved) -> None:
@@ -195,7 +198,7 @@ class _Motion:
             return Value(None)
         unit = self._unit_of(asked)
         if question.when is None and question.after is None:
-            return self.solved.values(self.solved.asked(asked), {"": unit})[""]
+            return told(self.solved, self.solved.asked(asked), {"": unit})[""]
         return replace(self._later(name, question), unit=unit)
 
     def of_modes(self, name: str, question: Ask) -> Value:

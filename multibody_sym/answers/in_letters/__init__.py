@@ -1,0 +1,1 @@
+"""Formulas with named intermediate letters, where loops leave none in what is given alone."""
