@@ -51,8 +51,6 @@ class InLetters:
         self.reduced = Reduced(self.coordinates, self.letters, self.loops, self._name, self._keep)
         self._of_positions()
         self._of_speeds()
-        self._of_accelerations()
-        self._of_forces()
 
     def _name(self, wanted: str) -> Node:
         found = free_name(wanted, self._taken)
@@ -142,14 +140,17 @@ class InLetters:
 
     @cached_property
     def instant(self) -> Instant:
-        """The start over letters."""
+        """The start over letters, all of which have their definitions by then."""
+        self._of_accelerations()
+        self._of_forces()
         return Instant(self.coordinates.motion, self.coordinates.udot, self.loops.multipliers)
 
     def of(self, asked: Callable[[Instant], Mapping[str, Any]], name: str) -> Node | None:
         """Return what is asked for, in letters all of which are defined; None where it is too long."""
+        instant = self.instant
         self.letters.renew()
         try:
-            found = self.letters.written(self.letters.of([asked(self.instant)[name]])[0])
+            found = self.letters.written(self.letters.of([asked(instant)[name]])[0])
         except (NoClosedFormError, ExpressionError, KeyError):
             return None
         if found in self.definitions:

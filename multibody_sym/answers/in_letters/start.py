@@ -7,7 +7,7 @@ from typing import Final
 
 from multibody_sym.algebra.quotients import PRECISE, Letter
 from multibody_sym.answers.in_letters.coordinates import TIME, Coordinates, at_start
-from multibody_sym.answers.in_letters.letters import Letters
+from multibody_sym.answers.in_letters.letters import Letters, substituted
 from multibody_sym.answers.in_letters.record import Definition
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -42,7 +42,7 @@ def letters_of_start(
     What is declared as zero, right angles or a parameter stands for itself.
     """
     letters = _letters_of_model(coordinates, begin, udot)
-    definitions = dict[Node, Definition]()
+    definitions, plain = dict[Node, Definition](), dict[Node, Node]()
     state, mechanism = coordinates.symbolic.state, coordinates.mechanism
     for x in coordinates.all:
         declared = as_node(state.q[x.q]), as_node(state.u[x.u])
@@ -50,9 +50,11 @@ def letters_of_start(
         for k, (node, unit) in enumerate(zip(declared, units, strict=True)):
             if _stands_for_itself(node, x.own[k]):
                 letters.put_in(x.letters[k], x.before[k] + x.sense * node)
+                plain[x.own[k]] = node
             else:
                 given = None if node is x.own[k] else node
                 definitions[x.own[k]] = Definition(letters.values[x.own[k]], given, unit=unit)
+    letters.shown = {letter: substituted(shown, plain) for letter, shown in letters.shown.items()}
     return letters, definitions
 
 
