@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from functools import wraps
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
@@ -38,7 +39,7 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
                 dataclasses.dataclass(**options, init=False)(cls)
                 delattr(cls, "__signature__")
                 delattr(cls, "__setstate__")
-                cls.__init__ = _init(cls, options)
+                cls.__init__ = _told(cls, _init(cls, options))
 
     def begin(self: Any, *values: Any, **named: Any) -> None:
         complete()
@@ -60,6 +61,23 @@ def _init(cls: Any, options: dict[str, Any]) -> Any:
     made = vars(heir(type(cls.__name__, (cls,), {"__doc__": cls.__name__})))["__init__"]
     made.__qualname__ = f"{cls.__qualname__}.__init__"
     return made
+
+
+def _told(cls: Any, made: Any) -> Any:
+    """Return `__init__` for a class that has words of its own, `verify_call`, for arguments that do not fit."""
+    verify = getattr(cls, "verify_call", None)
+    if verify is None:
+        return made
+
+    @wraps(made)
+    def init(self: Any, *values: Any, **named: Any) -> None:
+        try:
+            made(self, *values, **named)
+        except TypeError:
+            verify(values, named)
+            raise
+
+    return init
 
 
 class _Opened:

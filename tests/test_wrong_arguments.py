@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.scalars.node import as_node
 
@@ -50,6 +51,35 @@ DECIMAL = mbs.loads(TEXT.replace("name: s", "name: s\nparameters: {d: 1}"))
 def test_mistakes_are_named(act: Callable[[], Any], message: str) -> None:
     with pytest.raises(mbs.MultibodyError, match=message):
         act()
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda: mbs.Revolute("ground", "bob", "z"), r"takes 2 by their places .* got 3, 'z' the .* axis=\.\."),
+        (lambda: mbs.Revolute("ground"), "Revolute is missing child, the body, point or frame that it carries"),
+        (lambda: mbs.Revolute("ground", child="bob", axes="z"), "Revolute has no field 'axes'; did you mean axis"),
+        (lambda: mbs.Revolute("ground", "bob", parent="a"), "given parent twice: by its place and by its name"),
+        (lambda: mbs.Body(maas=2), "Body has no field 'maas'; did you mean mass"),
+        (mbs.System, "System is missing name, what the system is called"),
+        (lambda: mbs.Shape("rod", 1, 2, 3), "takes 3 by their places .* got 4, 3 the first too many$"),
+    ],
+)
+def test_elements_tell_which_arguments_do_not_fit(act: Callable[[], Any], message: str) -> None:
+    with pytest.raises(mbs.InputError, match=message) as caught:
+        act()
+    assert isinstance(caught.value, TypeError)
+    assert caught.value.number == "A100"
+
+
+def test_every_element_has_words_for_arguments_that_do_not_fit() -> None:
+    public = [getattr(mbs, name) for name in dir(mbs)]
+    classes = [cls for cls in public if isinstance(cls, type) and issubclass(cls, Element)]
+    assert len(classes) > 40
+    for cls in classes:
+        for act in (lambda cls=cls: cls(no_such_field=1), lambda cls=cls: cls(*range(40))):
+            with pytest.raises(mbs.InputError, match=f"^{cls.__name__} (has no field|takes)"):
+                act()
 
 
 def test_arrays_and_single_values_are_welcome() -> None:

@@ -45,6 +45,15 @@ class _Parser(argparse.ArgumentParser):
         for action in (None, "store"):
             self.register("action", action, _Once)
 
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse a word that is not among those of an option, or no command, with the one that is near."""
+        if action.choices is not None and value not in action.choices:
+            known = list(map(str, action.choices))
+            near = _suggestion(str(value), known)
+            if isinstance(action, argparse._SubParsersAction):
+                self.error(f"there is no command {value!r}{near or '; known: ' + ', '.join(known)}")
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r} (choose from {', '.join(known)}){near}")
+
     def print_help(self, _file: Any = None) -> NoReturn:
         raise Shown(self.format_help())
 
@@ -76,16 +85,45 @@ class _Completion(argparse.Action):
 def parsed(words: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; `run` is the function of the command. Raises UsageError and Shown."""
     parser, commands = _parser([word for word in words[:1] if word in COMMANDS] or COMMANDS)
+    _verify_options(words, parser, commands)
     options, unknown = parser.parse_known_args(words)
     if unknown:
-        known = [option for action in commands[options.command]._actions for option in action.option_strings]
-        raise UsageError(f"{options.command} has no option {unknown[0]!r}{_suggestion(unknown[0], known)}")
+        _refuse(unknown[0], options.command, commands[options.command])
     for name, option in ASSIGNED.items():
         if name in options:
             setattr(options, name, assignments(option, getattr(options, name)))
     if isinstance(getattr(options, "at", None), list):  # a state, not a time
         options.at = _place(options.at)
     return options
+
+
+def _verify_options(
+    words: Sequence[str], parser: argparse.ArgumentParser, commands: Mapping[str, argparse.ArgumentParser]
+) -> None:
+    """Raise UsageError for options that a command, or the program, does not have, before others are missed."""
+    place = next((k for k, word in enumerate(words) if not word.startswith("-")), len(words))
+    command = words[place] if place < len(words) else ""
+    for word in words[:place]:
+        if word.partition("=")[0] not in _options(parser):
+            later = any(word.partition("=")[0] in _options(each) for each in commands.values())
+            hint = "; options stand behind a command" if later else _suggestion(word, _options(parser))
+            if command or not later:
+                raise UsageError(f"there is no option {word!r}{hint}")
+    for word in words[place + 1 :] if command in commands else ():
+        if word == "--":
+            return
+        if word.startswith("--") and word.partition("=")[0] not in _options(commands[command]):
+            _refuse(word, command, commands[command])
+
+
+def _options(parser: argparse.ArgumentParser) -> list[str]:
+    return [option for action in parser._actions for option in action.option_strings]
+
+
+def _refuse(word: str, command: str, parser: argparse.ArgumentParser) -> NoReturn:
+    if not word.startswith("-"):
+        raise UsageError(f"{command} takes no further argument {word!r} (see multibody-sym {command} --help)")
+    raise UsageError(f"{command} has no option {word!r}{_suggestion(word, _options(parser))}")
 
 
 def _place(words: Sequence[str]) -> str | Mapping[str, str]:
@@ -141,4 +179,5 @@ def _parser(
             add_changes(one)
         one.set_defaults(run=command.run, command=name)
         one.usage = usage(one)
+        made.update(dict.fromkeys(aliases, one))
     return parser, made

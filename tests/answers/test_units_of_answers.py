@@ -38,6 +38,8 @@ ask:
   share: a/a0
   part: a*k/(m*g*l)
   faster: u_a - w0
+  doubled: 2*a0
+  bent: {find: a0, so: doubled == 1}
 """
 CART = """
 parameters: {M: 2 kg, m: 0.5 kg, l: 0.6 m, k: 30 N/m, c: 2 N*s/m, F0: 4 N, x0: 0.2 m, v0: 0.3 m/s}
@@ -154,6 +156,7 @@ BY_HAND = {
     "pendulum": {
         "energy": "J", "by_hand": "N*m", "pull": "N", "moment": "N*m", "tip": "m", "turn": "rad/s^2", "period": "s",
         "spin": "kg*m^2/s", "Q": "kg*m^2", "share": "", "part": "", "faster": "rad/s", "hinge": "N",
+        "doubled": "rad", "bent": "rad",
     },
     "cart": {"power": "W", "force": "N", "speed": "m/s", "impulse": "kg*m/s", "middle": "m"},
     "atwood": {"tension": "N", "both": "N", "path": "m", "when": "s", "string": "N"},

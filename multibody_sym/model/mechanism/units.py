@@ -177,7 +177,7 @@ def _named(entry: ParameterEntry) -> list[int]:
 def _of_entry(entry: ParameterEntry, found: Mapping[int, Known | None]) -> Known | None:
     if entry.dimension is not None:
         mass, length, time = entry.dimension
-        angle = 0 if entry.dimension in _WITHOUT_ANGLE else None
+        angle = 1 if entry.dimension == DIMENSIONLESS else 0 if entry.dimension in _WITHOUT_ANGLE else None
         firm = bool(mass or length or time > 0)  # an angle or 1/s may be in other units after all: 180/pi, turns
         return Known(Kind(entry.dimension, angle), firm)
     if entry.value is None:
