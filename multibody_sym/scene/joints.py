@@ -20,6 +20,9 @@ from multibody_sym.scene.items import Item, Role
 from multibody_sym.scene.stage import Place, Stage
 from multibody_sym.scene.surfaces import curve_points
 
+_MARGIN: Final = 0.06
+"""How far guides without ends reach beyond those with ends, in the size of these."""
+
 
 @dataclass(frozen=True)
 class Held:
@@ -176,9 +179,22 @@ def wire_of(joint: Held) -> Polyline:
     """Return the curve along which a joint guides its child, in the axes of its parent."""
     assert isinstance(joint.joint, CurveJoint)
     near = joint.values[0] if joint.values else None
-    points = curve_points(joint.stage, joint.joint.curve, near)
-    base = np.array(joint.parent.point)
-    return Polyline(tuple(vector(base + joint.parent.turned(point)) for point in points))
+    curve, base = joint.joint.curve, np.array(joint.parent.point)
+    points = [vector(base + joint.parent.turned(point)) for point in curve_points(joint.stage, curve, near)]
+    if curve.unit_of_parameter != "rad" and joint.stage.ended:
+        points = _beside(joint, points)
+    return Polyline(tuple(points))
+
+
+def _beside(joint: Held, points: list[Vector]) -> list[Vector]:
+    """Return the part of a curve without ends that is beside what has ends, all of it where that is nowhere."""
+    ended = np.array(joint.stage.ended)
+    low, high = ended.min(axis=0), ended.max(axis=0)
+    margin = _MARGIN * float(np.linalg.norm(high - low))
+    seen = [joint.stage.world(joint.parent.body, point) for point in points]
+    inside = [np.all(point >= low - margin) and np.all(point <= high + margin) for point in seen]
+    kept = [point for point, is_near in zip(points, inside, strict=True) if is_near]
+    return kept if len(kept) > 1 else points
 
 
 def _wire(joint: Held) -> Iterator[Item]:

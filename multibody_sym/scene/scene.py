@@ -137,6 +137,7 @@ def _scene(stage: Stage) -> Scene:
     """Return what there is to see on a stage."""
     found = places(stage)
     wires = [item for item in joint_items(stage) if item.role == "guide" and _is_once_around(stage, item)]
+    stage.ended.extend(stage.world(item.body, point) for item in wires for point in item.form.bounds)
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))

@@ -50,6 +50,8 @@ class Stage:
     mechanism: Mechanism
     begin: Start
     lengths: dict[str, float] = field(default_factory=dict)
+    ended: list[Floats] = field(default_factory=list)
+    """Points in the world of guides that have ends, beside which others need not be drawn further."""
 
     @cached_property
     def motion(self) -> Motion:

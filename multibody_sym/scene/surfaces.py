@@ -115,26 +115,43 @@ def curve_points(stage: Stage, curve: Curve, near: float | None, *, once: bool =
     if curve.unit_of_parameter == "rad":
         middle = np.pi if once or near is None else near
         low, high = middle - np.pi, middle + np.pi
+        if not once and near is not None:
+            wider = _defined(stage, curve, (middle - 2.0 * np.pi, middle + 2.0 * np.pi), near)
+            if all(_cusps(*wider)):  # a whole arch
+                return _between_cusps(*wider)
     else:
         reach = max(_reach(stage), 1.3 * abs(near or 0.0))
         low, high = -reach, reach
+    if once:
+        return _defined(stage, curve, (low, high), low)[0]
+    return _between_cusps(*_defined(stage, curve, (low, high), near))
+
+
+def _defined(
+    stage: Stage, curve: Curve, ends: tuple[float, float], near: float | None
+) -> tuple[list[Vector], int]:
+    """Return points of a curve where it is defined, and how many of them come before the parameter `near`."""
     found: list[Vector] = []
     start = 0
-    for way in np.linspace(low, high, _SAMPLES):
+    for way in np.linspace(*ends, _SAMPLES):
         point = [_value(stage, node, curve.leaf, float(way)) for node in curve.place]
         if np.all(np.isfinite(point)):
             found.append(vector(point))
-            start += way < (near if near is not None else low)
-    return found if once else _between_cusps(found, start)
+            start += way < (near if near is not None else ends[0])
+    return found, start
 
 
 def _between_cusps(points: list[Vector], start: int) -> list[Vector]:
     """Return the part of a curve around a place of it that ends where the curve turns straight back."""
+    before, after = _cusps(points, start)
+    return points[max(before, default=0) : min(after, default=len(points) - 1) + 1]
+
+
+def _cusps(points: list[Vector], start: int) -> tuple[list[int], list[int]]:
+    """Return where a curve turns straight back, before a place of it and after."""
     chords = np.diff(np.array(points), axis=0)
     back = [k + 1 for k in range(len(chords) - 1) if float(chords[k] @ chords[k + 1]) < 0.0]
-    first = max((k for k in back if k <= start), default=0)
-    last = min((k for k in back if k > start), default=len(points) - 1)
-    return points[first : last + 1]
+    return [k for k in back if k <= start], [k for k in back if k > start]
 
 
 def _value(stage: Stage, node: Node, leaf: Node, value: float) -> float:

@@ -245,3 +245,18 @@ def test_the_springs_of_legs_are_seen_between_their_halves() -> None:
         lower, upper = (points(of(shown, "body", f"{half}{k}")) for half in ("lower", "upper"))
         assert spring[:, 1].max() < upper[:, 1].min() + 12.0
         assert spring[:, 1].min() > lower[:, 1].max() - 12.0
+
+
+def test_a_cycloid_is_drawn_from_cusp_to_cusp_and_a_slope_beside_it_no_further() -> None:
+    """The arch of a wheel of radius R is 2*pi*R long and 2*R deep; both ways meet again in their common end."""
+    shown = picture("guides/brachistochrone")
+    cycloid, slope = (points(of(shown, "guide", name)) for name in ("cycloid", "slope"))
+    wide, high = np.ptp(cycloid, axis=0)
+    assert wide / high == pytest.approx(np.pi, rel=0.01)
+    assert slope[:, 0].min() > cycloid[:, 0].min() - 0.1 * wide
+    assert slope[:, 0].max() < cycloid[:, 0].max() + 0.1 * wide
+
+
+def test_two_hinges_at_one_place_of_ground_stand_on_one_support() -> None:
+    shown = picture("andrews_squeezer")
+    assert len([m for m in shown.marks if isinstance(m, Hatch) and m.name in ("A5", "A7")]) == 1

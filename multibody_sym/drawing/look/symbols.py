@@ -70,9 +70,21 @@ def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if wheel_at is not None:
         yield Arc(wheel_at, PIN, sheet.pen(item), fill=PAPER, **sheet.named(item, LAYER_JOINT, symbol.at))
         return
-    away = support_side(sheet, item, at)
-    yield from support(sheet, item, at, away, named)
+    if not _is_held(sheet, item, at):
+        yield from support(sheet, item, at, support_side(sheet, item, at), named)
     yield from _pin(sheet, item, symbol)
+
+
+def _is_held(sheet: Sheet, item: Item, at: Floats) -> bool:
+    """Return whether the support of an earlier hinge stands at the same place of ground."""
+    for other in sheet.scene.items:
+        if other is item:
+            return False
+        if not isinstance(other.form, Symbol) or (other.form.kind, other.body) != ("pivot", item.body):
+            continue
+        if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 1.0:
+            return True
+    return False
 
 
 def _is_wheel(item: Item) -> bool:
