@@ -20,6 +20,7 @@ function makePlots(root, data, go) {
     parent.append(canvas, legend);
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", panel.label);
+    canvas.title = "drag to zoom, double click to see all, click to go there";
     const found = { canvas, panel, ...unpack(panel.packed, count) };
     listen(found);
     return found;
@@ -122,6 +123,7 @@ function makePlots(root, data, go) {
     now = t;
     const key = span.join() + "," + (panels[0] ? panels[0].canvas.clientWidth : 0);
     panels.forEach((one, k) => {
+      [one.canvas.dataset.from, one.canvas.dataset.to] = span;
       if (key !== painted || !one.still) {
         const to = paint(one, k === panels.length - 1);
         if (!to) return;

@@ -243,6 +243,7 @@ function spaceStage(root, data) {
     look();
   }
   let held = null;
+  canvas.title = "drag to turn, wheel to zoom";
   canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
   canvas.addEventListener("pointermove", (event) => {
     if (!held) return;

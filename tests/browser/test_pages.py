@@ -72,6 +72,28 @@ def test_animations_play_and_reports_open(file: Path, browser: Any, tmp_path: Pa
         assert played(browser, 0.4) > 0.0
 
 
+def test_a_plot_is_zoomed_by_dragging_and_shown_whole_by_a_double_click(browser: Any, tmp_path: Path) -> None:
+    """From a quarter to three quarters of the panel, whose axis begins 62 and ends 12 pixels from its edges."""
+    from selenium.webdriver import ActionChains
+
+    mbs.report(mbs.load(EXAMPLES / "pendulum.yaml")).write(tmp_path / "report.html")
+    opened(browser, tmp_path / "report.html")
+    canvas = browser.find_element("css selector", "canvas[title^='drag to zoom']")
+
+    def span() -> tuple[float, float]:
+        return float(canvas.get_attribute("data-from")), float(canvas.get_attribute("data-to"))
+
+    whole, way = span(), (canvas.size["width"] - 74) // 4
+    middle = 62 + 2 * way - canvas.size["width"] // 2
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", canvas)
+    drag = ActionChains(browser).move_to_element_with_offset(canvas, middle - way, 0).click_and_hold()
+    drag.move_by_offset(2 * way, 0).release().perform()
+    length = whole[1] - whole[0]
+    assert span() == pytest.approx((whole[0] + length / 4, whole[1] - length / 4), abs=0.02 * length)
+    ActionChains(browser).move_to_element_with_offset(canvas, middle, 0).double_click().perform()
+    assert span() == pytest.approx(whole)
+
+
 def test_a_chain_of_100_links_is_smooth_and_small(browser: Any, tmp_path: Path) -> None:
     report = mbs.report(mbs.loads(CHAIN))
     run = report.findings.run

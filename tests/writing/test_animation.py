@@ -75,6 +75,7 @@ def test_a_page_asks_for_nothing_and_names_end_no_script() -> None:
     page = Page(html)
     assert page.asked == []
     assert page.tags.count("script") == 2
+    assert "drag to zoom" in html
     assert "default-src 'none'" in html
     assert "alert(1)</script>" not in html
 
