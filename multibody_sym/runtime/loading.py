@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from numpy.typing import ArrayLike
@@ -117,8 +118,16 @@ def _elsewhere(
     return Compiled(backend, None, origin, functions, notice, wanted, native, remake)
 
 
-def load(programs: Mapping[str, Program], *, native: bool = False, backend: Backend | None = None) -> Compiled:
+def load(
+    programs: Mapping[str, Program],
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+    rare: Mapping[str, Program] = MappingProxyType({}),
+) -> Compiled:
     """Return `programs` callable by name; what the cache holds is neither printed nor compiled again.
+
+    Among them are those that are `rare`, whose compilation is to be short.
 
     `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises CompilerError instead; "python"
     takes Python. `native`: C for this processor only, whose last digits may differ. Raises OutputError if generated
@@ -127,18 +136,20 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
     from multibody_sym.program.measures import program_hash
 
     verify_backend(backend)
-    signatures = [Signature.of(name, program) for name, program in programs.items()]
-    key = cache.digest("programs", *(part for name, p in programs.items() for part in (name, program_hash(p))))
+    every = {**programs, **rare}
+    signatures = [Signature.of(name, program) for name, program in every.items()]
+    hashes = (part for name, program in every.items() for part in (name, program_hash(program)))
+    key = cache.digest("programs", str(len(programs)), *hashes)
 
     def printed_c() -> Mapping[str, str]:
         from multibody_sym.codegen.c import c_source
 
-        return c_source(programs)
+        return c_source(programs, rare=rare)
 
     def printed_python() -> str:
         from multibody_sym.codegen.python import python_source
 
-        return python_source(programs)
+        return python_source(every)
 
     try:
         made = _in_c_or_python(
@@ -146,7 +157,7 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
             lambda: load_c(signatures, key, printed_c, native=native),
             lambda: load_python(signatures, key, printed_python),
         )
-        return replace(made, wanted=backend, native=native, remake=functools.partial(load, programs))
+        return replace(made, wanted=backend, native=native, remake=functools.partial(load, programs, rare=dict(rare)))
     except OSError as problem:
         raise OutputError(f"generated code cannot be written: {problem}", number="O102") from problem
 

@@ -58,8 +58,8 @@ def compiled(
     from multibody_sym.dynamics.constraints.closing_programs import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
-    derived = programs(mechanism, FORMALISMS[formalism], form).of_runs() | closing_programs(mechanism)
-    made = loading.load(derived, native=native, backend=backend)
+    derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
+    made = loading.load(derived, native=native, backend=backend, rare=closing)
     loading.remember(structure_key(mechanism, formalism, form), made, {})
     return replace(made, remake=partial(compiled, mechanism, formalism, form))
 
