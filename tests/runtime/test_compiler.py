@@ -218,3 +218,16 @@ def test_a_wheel_of_a_platform_brings_the_runtime_compiled(fresh, monkeypatch, t
     assert build_library(find_compiler(), changed).exists()
     assert len(compiled[1]) > 5
     assert compiled[2] == ["model"]
+
+
+def test_units_that_take_no_time_of_a_run_are_compiled_with_less_work(fresh, monkeypatch):
+    monkeypatch.setattr(module, "_FLAGS", (*module._FLAGS, "-O2"))
+    log = fresh / "log"
+    monkeypatch.setenv("CC", str(script(fresh / "logged", f'echo "$@" >> {log}\nexec {REAL} "$@" -O0')))  # sooner
+    build_library(find_compiler(), OSCILLATOR.sources())
+    lines = [line.split() for line in log.read_text().splitlines()]
+    told = {words[words.index("-c") + 1]: words for words in lines if "-c" in words}
+    assert all("-O2" in words for words in told.values())
+    less = {name for name, words in told.items() if words[-5:-4] == ["-O1"]}
+    assert less == {f"{unit}.c" for unit in ("turns", "events", "looks", "singular", "multistep", "pairing")}
+    assert {"model.c", "runtime.c", "explicit.c", "stages.c", "solve.c"} <= set(told) - less
