@@ -26,7 +26,7 @@ _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
     Coordinate: frozenset({"initial", "given", "known"}),
     Speed: frozenset({"initial", "given", "known"}),
     Limit: frozenset({"lower", "upper", "velocity"}),
-    Mode: frozenset({"directions"}),
+    Mode: frozenset({"directions", "shares"}),
 }
 """What no Program follows from: a title, what is handed over as numbers and its unit, what is looked at after a run."""
 

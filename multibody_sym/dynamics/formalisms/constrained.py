@@ -59,6 +59,30 @@ class Solver(Protocol):
 
 
 @dataclass(frozen=True)
+class Sharing:
+    """What rows carry whose multipliers are not unique: `forces` (s), and as few as need be of the `ways` (s) more.
+
+    A way is the parts of some rows, by number; it takes the place of one row.
+    """
+
+    forces: Sequence[S]
+    ways: Sequence[Sequence[tuple[int, S]]]
+
+    def of(self, rows: Matrix) -> list[list[S]]:
+        """Return what each of the ways exerts, by what each of the rows does."""
+        size = range(len(rows[0]) if rows else 0)
+        return [[sum(x * rows[j][i] for j, x in way) for i in size] for way in self.ways]
+
+    def carried(self, taken: Sequence[S]) -> list[S]:
+        """Return the multipliers (s) with so many of each way."""
+        found = list(self.forces)
+        for way, y in zip(self.ways, taken, strict=True):
+            for j, x in way:
+                found[j] = found[j] + x * y
+        return found
+
+
+@dataclass(frozen=True)
 class Constrained:
     """udot (n), multipliers (s) and the report (3) of the solve."""
 
@@ -76,14 +100,17 @@ def constrained(
     *,
     minimum_norm: bool = False,
     friction: Friction | None = None,
+    sharing: Sharing | None = None,
 ) -> Constrained:
     """Return the accelerations and multipliers for f (n), H (s x n) and gamma (s), and `friction` where rows rub.
 
     The accelerations without rows may be huge beside x (a light body that heavy ones hold), and what they round away is
     missing in A x = gamma: a second solve with the residual brings it back. Multipliers of dependent rows are zero,
-    unless those of `minimum_norm` are asked for (`shared`).
+    unless those of `minimum_norm` are asked for (`shared`), or `sharing` says what they are.
     """
     free = factors.weighted(forcing)
+    if friction is not None and sharing is not None:
+        return _rubbing_shared(factors, free, rows, wanted, friction, solve, sharing)
     if friction is not None:
         exerts = _along_reactions(factors, free, rows, wanted, friction, solve) if friction.beside else friction.exerts
         return _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve)
@@ -92,7 +119,10 @@ def constrained(
     near = factors.unweighted(_sums(free, first.solution))
     second = solve(matrix, _missing(wanted, rows, near), len(free))
     udot = _sums(near, factors.unweighted(list(second.solution)))
-    if minimum_norm and rows:
+    if sharing is not None:
+        left = _missing(_sums(first.solution, second.solution), _transposed(matrix), sharing.forces)
+        multipliers = sharing.carried(list(solve(_transposed(sharing.of(matrix)), left, len(rows)).solution))
+    elif minimum_norm and rows:
         multipliers = shared(matrix, _sums(first.solution, second.solution), solve)
     else:
         multipliers = _sums(first.multipliers, second.multipliers)
@@ -120,13 +150,14 @@ def _along_reactions(
 
 def _rubbing(
     factors: MassFactors,
-    free: list[S],
+    free: Sequence[S],
     rows: Matrix,
     wanted: Sequence[S],
     friction: Friction,
     solve: Solver,
     *,
     once: bool = False,
+    lengths: Sequence[S] | None = None,
 ) -> Constrained:
     """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason.
 
@@ -135,7 +166,7 @@ def _rubbing(
     """
     matrix = [factors.weighted(row) for row in rows]
     exerts = [factors.weighted(row) for row in friction.exerts]
-    lengths = _lengths(exerts)
+    lengths = _lengths(exerts) if lengths is None else lengths
     unit = [[x / length for x in row] for row, length in zip(exerts, lengths, strict=True)]
     coupling = [[d / length for d, length in zip(row, lengths, strict=True)] for row in friction.coupling]
     size, count = len(free), len(rows)
@@ -160,6 +191,27 @@ def _rubbing(
     multipliers = [y / length for y, length in zip(_sums(z, other), lengths, strict=True)]
     rank, *rest = report
     return Constrained(udot, multipliers, [rank - size, *rest])
+
+
+def _rubbing_shared(
+    factors: MassFactors,
+    free: Sequence[S],
+    rows: Matrix,
+    wanted: Sequence[S],
+    friction: Friction,
+    solve: Solver,
+    sharing: Sharing,
+) -> Constrained:
+    """Return what `_rubbing` does, as little as need be from what is carried at first: that is a load beside others."""
+    exerts = [factors.weighted(row) for row in friction.exerts]
+    loaded = [x + sum(z * c[i] for z, c in zip(sharing.forces, exerts, strict=True)) for i, x in enumerate(free)]
+    ways = Friction(sharing.of(friction.exerts), friction.coupling)
+    found = _rubbing(factors, loaded, rows, wanted, ways, solve, lengths=[1] * len(rows))
+    return Constrained(found.udot, sharing.carried(found.multipliers), found.report)
+
+
+def _transposed(matrix: Matrix) -> list[list[S]]:
+    return [list(column) for column in zip(*matrix, strict=True)]
 
 
 def _acts(x: S) -> bool:

@@ -17,13 +17,18 @@ from multibody_sym.dynamics.laws.judgement import force_tolerance
 from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
 from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import ROUNDED, null_space
+from multibody_sym.numerics.inner_point import Cone, inner_point
+from multibody_sym.numerics.rank import ROUNDED, null_space, row_space
 
-POLYGON: Final = 16
+_EDGES: Final = 16
 _CUBE: Final = np.array([way for way in product((1.0, 0.0, -1.0), repeat=3) if any(way)])
 _POLYHEDRON: Final = _CUBE / np.linalg.norm(_CUBE, axis=1)[:, None]
 _INSIDE: Final = float(1.0 / np.linalg.norm([1.0, np.sqrt(2.0) - 1.0, np.sqrt(3.0) - np.sqrt(2.0)]))
 """How far the 26 faces of a polyhedron across these directions are from its centre inside the unit sphere."""
+_INNER: Final = float(np.cos(np.pi / _EDGES))
+"""How far the edges of a polygon in a unit circle are from its middle."""
+_OUTER: Final = 1.0
+"""And those of one around it."""
 NEAR: Final = 1e-9
 """Margins below this part of the largest force may be none: whether they can be made larger is asked."""
 SEEN: Final = 1e-9
@@ -39,12 +44,23 @@ def admissible(problem: Scaled, trial: Trial) -> Trial | None:
 
     None where there are none.
     """
-    present, slopes = _limits(problem, trial, POLYGON)
     scale = _scale(problem, trial.z)
+    free = trial.idle.shape[1]
+    t = _within(problem, trial, scale, _INNER)
+    circles = any(part.in_space for part in problem.parts)
+    if t is None and circles and free > 1:
+        t = _within(problem, trial, scale, _OUTER)
+        t = None if t is None else _in_circles(problem, trial, scale, t)
+    return None if t is None else _moved(problem, trial, t * scale)
+
+
+def _within(problem: Scaled, trial: Trial, scale: float, edges: float) -> Floats | None:
+    """Return combinations (j) of open forces, over `scale`, with which all inequalities hold; None without any."""
+    present, slopes = _limits(problem, trial, edges)
     free = trial.idle.shape[1]
     if free == 1:
         low, high = _interval(present / scale, slopes[:, 0])
-        return _moved(problem, trial, np.array([_between(low, high) * scale])) if low <= high + 1e-12 else None
+        return np.array([_between(low, high)]) if low <= high + 1e-12 else None
     if _certainly_none(present / scale, slopes):
         return None
     from scipy.optimize import linprog  # takes longer to import than a run whose forces are unique
@@ -57,7 +73,31 @@ def admissible(problem: Scaled, trial: Trial) -> Trial | None:
         bounds=[*[(None, None)] * free, (-1e-9, 1e-3)],
         method="highs",
     )
-    return _moved(problem, trial, found.x[:free] * scale) if found.status == 0 else None
+    if found.status != 0:
+        return None
+    t = np.asarray(found.x[:free], dtype=float)
+    if any(part.enough for part in problem.parts):  # along what nothing limits a program may go anywhere
+        limited = row_space(slopes, SEEN)
+        t = limited.T @ (limited @ t)
+    return t
+
+
+def _in_circles(problem: Scaled, trial: Trial, scale: float, t: Floats) -> Floats:
+    """Return such combinations with the circles as they are, from those of polygons around them."""
+    present, slopes = _limits(problem, trial, None)
+    forces = trial.forces @ trial.idle
+    values, ways, cones = [present / scale], [slopes], [Cone((), (k,), (1.0,)) for k in range(len(present))]
+    count = len(present)
+    for part in _bounded(problem, trial):
+        row, own = _pressing(problem, part, trial), np.eye(problem.count)[part.rows]
+        both = np.vstack([own, row])
+        values.append(both @ trial.z / scale)
+        ways.append(both @ forces)
+        cones.append(Cone(tuple(range(count, count + len(own))), (count + len(own),), (1.0,)))
+        count += len(both)
+    moved = np.vstack(ways)
+    found = inner_point(np.concatenate(values) + moved @ t, moved, cones)
+    return t + found.taken
 
 
 def _certainly_none(present: Floats, slopes: Floats) -> bool:
@@ -125,7 +165,7 @@ def _unforced(problem: Scaled, trial: Trial) -> Floats:
     Inequalities that hold with equality for all admissible forces take directions away: those whose margins cannot be
     made positive, all of them together in the first pass, the remaining ones in the following ones.
     """
-    margins, slopes = _limits(problem, trial, 0)
+    margins, slopes = _limits(problem, trial, None)
     present = margins / _scale(problem, trial.z)
     touched = np.abs(slopes).max(axis=1, initial=0.0) > SEEN * float(np.abs(slopes).max(initial=0.0))
     held = touched & (present <= NEAR)
@@ -160,20 +200,20 @@ def _stacked(slopes: Floats, held: Flags, touched: Flags) -> Floats:
     return np.column_stack([-slopes, margins])[touched]
 
 
-def _limits(problem: Scaled, trial: Trial, polygon: int) -> tuple[Floats, Floats]:
+def _limits(problem: Scaled, trial: Trial, edges: float | None) -> tuple[Floats, Floats]:
     """Return what must be >= 0: the values (i) of a trial, and their slopes (i, j) by t.
 
-    Circles have so many edges, or are left out.
+    Circles have edges so far from their middles (of their radius), or are left out.
     """
     mode, count = trial.mode, problem.count
     unit = np.eye(count)
     closed = mode.sides[problem.unilateral] > 0
     of_z = [unit[problem.unilateral[closed]]]
     of_a = [unit[problem.unilateral[~closed]]]
-    stuck = sticking(problem, mode, trial.mu)
+    for part in _bounded(problem, trial):
+        if edges is not None or not part.in_space:
+            of_z += _cone(problem, part, trial, edges)
     for part in problem.parts:
-        if stuck[part.rows[0]] and not part.enough and not part.norm and (polygon or not part.in_space):
-            of_z += _cone(problem, part, trial, polygon)
         slip = mode.slips[part.number]
         if not slip or not trial.mu[part.number]:
             continue
@@ -188,21 +228,30 @@ def _limits(problem: Scaled, trial: Trial, polygon: int) -> tuple[Floats, Floats
     return np.concatenate([forces @ trial.z, gaps @ trial.a]), slopes
 
 
-def _polygon(edges: int) -> tuple[Floats, float]:
-    """Return the directions across a polygon's edges, and how far these are from its centre inside the unit circle."""
-    angles = 2.0 * np.pi * np.arange(edges) / edges
-    return np.column_stack([np.cos(angles), np.sin(angles)]), float(np.cos(np.pi / edges))
+def _bounded(problem: Scaled, trial: Trial) -> list[Part]:
+    """Return the parts that stick and whose forces are bounded by sums of normal forces."""
+    stuck = sticking(problem, trial.mode, trial.mu)
+    return [part for part in problem.parts if stuck[part.rows[0]] and not part.enough and not part.norm]
 
 
-def _cone(problem: Scaled, part: Part, trial: Trial, polygon: int) -> list[Floats]:
-    """Return what must be >= 0 of a part that sticks."""
+def _pressing(problem: Scaled, part: Part, trial: Trial) -> Floats:
+    """Return (m) by the forces what those of a part that sticks may be at most."""
     row = np.zeros(problem.count)
     negative = problem.two_sided[part.normals] & (trial.mode.sides[part.normals] < 0)
     row[part.normals] = trial.mu[part.number] * part.base * np.where(negative, -1.0, 1.0)
-    if not part.in_space:
+    return row
+
+
+def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None) -> list[Floats]:
+    """Return what must be >= 0 of a part that sticks."""
+    row = _pressing(problem, part, trial)
+    if edges is None or not part.in_space:
         ways, factor = np.array([[1.0], [-1.0]]), 1.0
+    elif len(part.rows) == 2:
+        angles = 2.0 * np.pi * np.arange(_EDGES) / _EDGES
+        ways, factor = np.column_stack([np.cos(angles), np.sin(angles)]), edges
     else:
-        ways, factor = _polygon(polygon) if len(part.rows) == 2 else (_POLYHEDRON, _INSIDE)
+        ways, factor = _POLYHEDRON, _INSIDE if edges < 1.0 else 1.0
     made = []
     for way in ways:
         limit = factor * row

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
-from multibody_sym.dynamics.formalisms.constrained import Matrix, constrained, correction
+from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, constrained, correction
 from multibody_sym.dynamics.formalisms.equations import Formalism, Friction, TreeDynamics
 from multibody_sym.dynamics.programs.index_2 import index_2_programs
 from multibody_sym.dynamics.programs.quantities import Sources, answered, events
@@ -17,6 +17,7 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.modes import shared_forces
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
@@ -118,8 +119,19 @@ def constrained_motion(
         _solver(trace, mechanism),
         minimum_norm=mechanism.minimum_norm,
         friction=friction_of(dynamics, acting),
+        sharing=_sharing(mechanism, acting),
     )
     return found.udot, _placed(found.multipliers, acting, len(dynamics.rows)), list(found.report)
+
+
+def _sharing(mechanism: Mechanism, acting: Sequence[int]) -> Sharing | None:
+    """Return what those rows that act carry where a mode says so."""
+    found, places = shared_forces(mechanism), {k: place for place, k in enumerate(acting)}
+    if found is None:
+        return None
+    forces, ways = found
+    own = [[(places[j], x) for j, x in ways[k] if j in places] for k in acting]
+    return Sharing([forces[k] for k in acting], own)
 
 
 def _unheld(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:

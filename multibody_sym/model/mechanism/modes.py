@@ -19,9 +19,10 @@ from multibody_sym.model.mechanism.one_way import (
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector, Source
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
-from multibody_sym.scalars.node import ZERO, Node, as_node, negate
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate
 
 _DIRECTION: Final = "direction of "
+_SHARE: Final = "share of "
 
 
 def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mechanism:
@@ -29,7 +30,7 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
 
     `held` are the places of speeds that stay zero there. Rows keep the order of the elements, after the mechanism's.
     """
-    parameters = _with_directions(mechanism.parameters, mode)
+    parameters = _with_chosen(mechanism.parameters, mode)
     rows = list(mechanism.rows)
     for element in mechanism.one_way:
         rows += rows_in_mode(element, mode, parameters)
@@ -42,14 +43,47 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
     )
 
 
-def _with_directions(parameters: ParameterVector, mode: Mode) -> ParameterVector:
-    """Return the vector with the directions in which slip in space starts from rest."""
-    added = (
-        ParameterEntry(_direction_name(name, k), as_node(x), source=Source.CHOSEN)
-        for name, direction in mode.directions.items()
-        for k, x in enumerate(direction)
-    )
+def _with_chosen(parameters: ParameterVector, mode: Mode) -> ParameterVector:
+    """Return the vector with what a run chooses in a mode."""
+    added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen(mode).items())
     return ParameterVector((*parameters.entries, *added))
+
+
+def chosen(mode: Mode) -> dict[str, float]:
+    """Return what a run chooses in a mode, by the names of parameters.
+
+    Directions in which slip in space starts from rest, and what rows carry whose forces are not unique.
+    """
+    found = {
+        _direction_name(name, k): x for name, direction in mode.directions.items() for k, x in enumerate(direction)
+    }
+    for share in mode.shares.elements if mode.shares is not None else ():
+        found |= {_SHARE + row: force for row, force in zip(share.rows, share.forces, strict=True)}
+        for k, way in enumerate(share.ways):
+            found |= {_way_name(share.rows[k], row): x for row, x in zip(share.rows[k:], way, strict=True)}
+    return found
+
+
+def shared_forces(mechanism: Mechanism) -> tuple[list[Node], list[list[tuple[int, Node]]]] | None:
+    """Return by row of a mechanism in a mode what it carries at first, and the ways in which that changes.
+
+    A way is some rows by number, each with its part. None where forces are unique or zero for dependent rows.
+    """
+    mode, slot = mechanism.mode, mechanism.parameters.slot
+    if mode is None or mode.shares is None:
+        return None
+    places = {row.name: k for k, row in enumerate(mechanism.rows)}
+    forces = [ZERO] * len(places)
+    ways = [[(k, ONE)] for k in range(len(places))]
+    for share in mode.shares.elements:
+        for k, row in enumerate(share.rows):
+            forces[places[row]] = slot(_SHARE + row)
+            ways[places[row]] = [(places[other], slot(_way_name(row, other))) for other in share.rows[k:]]
+    return forces, ways
+
+
+def _way_name(row: str, other: str) -> str:
+    return f"{_SHARE}{row} with {other}"
 
 
 def _direction_name(part: str, component: int) -> str:

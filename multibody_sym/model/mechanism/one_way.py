@@ -8,7 +8,7 @@ force along t, at most `static` times the normal force N while it sticks, -`kine
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Final, Literal
 
 from multibody_sym.model.mechanism.rows import Row
@@ -82,6 +82,30 @@ class OneWay:
 
 
 @dataclass(frozen=True)
+class Share:
+    """What rows of one element carry where forces are not unique: `forces` at first (N, of turning N m), by its rows.
+
+    They change by combinations of `ways`, of which the last has as many numbers as there are rows and each before it
+    one less: as little as need be, measured by how many of each it takes.
+    """
+
+    rows: tuple[str, ...]
+    forces: tuple[float, ...]
+    ways: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How all rows of a mode share what they carry together; `room` is how far forces are from their bounds.
+
+    That is a part of the largest force.
+    """
+
+    elements: tuple[Share, ...]
+    room: float
+
+
+@dataclass(frozen=True)
 class Mode:
     """Which one-way elements are active and how they slide.
 
@@ -92,7 +116,8 @@ class Mode:
 
     Where forces are not unique, as of a box that rests on two corners, a mode may say which of them a basic solution
     has: `idle` elements touch and carry nothing; of parts that rest, `carried` is 0 where they exert nothing, 1 or -1
-    where they are at their static limit as if they slid that way.
+    where they are at their static limit as if they slid that way. Or all rows act, and `shares` says what of it each
+    carries.
     """
 
     sides: Mapping[str, int]
@@ -100,3 +125,8 @@ class Mode:
     directions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     carried: Mapping[str, int] = field(default_factory=dict)
     idle: tuple[str, ...] = ()
+    shares: Shares | None = None
+
+    def alike(self, other: Mode) -> bool:
+        """Return whether two modes are the same, whatever each element carries in them."""
+        return replace(self, shares=None) == replace(other, shares=None)

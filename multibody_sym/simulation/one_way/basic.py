@@ -2,7 +2,7 @@
 
 Rows that depend on others are let go: what touches may carry nothing, what rests may exert nothing or be at its static
 limit. Others then have unique forces, and where these leave their bounds another basic solution is taken, or the state
-is another.
+is another. In space, where limits are circles, all rows are kept instead, and share what they carry (`laws.shares`).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import LawState
+from multibody_sym.dynamics.laws.shares import shared
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.numerics.rank import SWITCHED, least_squares, rank
 from multibody_sym.records import dataclass
@@ -71,7 +72,8 @@ def _limit(law: object, *, resting: bool) -> float:
 def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
     """Return the mode of a state; where its forces are not unique, with a basic solution that keeps its bounds.
 
-    Without one that is found the mode as it is. Where reactions in joints press, friction in joints is let go alone.
+    In space, and without one that is found, with shares of all rows. Where reactions in joints press, friction in
+    joints is let go alone.
     """
     mode = problem.mode(state)
     acting = _Acting(problem, mode, state)
@@ -82,11 +84,13 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
         return _with_joints(acting)
     if _rank(problem, rows) == len(rows):
         return mode
+    if any(len(one.rows) > 1 for one in (*resting, *acting.parts(resting=False))):
+        return shared(problem, mode, state)
     kept, idle, loose = _kept(acting, resting)
     for how in _ways(acting, loose):
         if _fits(acting, kept, idle, loose, how):
             return replace(mode, idle=idle, carried={one.part.name: s for one, s in zip(loose, how, strict=True)})
-    return mode
+    return shared(problem, mode, state)
 
 
 def _with_joints(acting: _Acting) -> Mode:

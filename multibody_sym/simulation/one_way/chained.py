@@ -229,7 +229,7 @@ class OneWayRun:
         if blow is None or before.late(facts, [element], [element.name]):
             found = self._decided(t, x, cause, None)
             blow, facts = found.blow, found.facts
-            if blow is None or found.mode != now.mode or found.several:
+            if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
                 return None
         else:
             facts = replace(facts, u=facts.u + blow.jump)

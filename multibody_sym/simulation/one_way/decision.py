@@ -10,6 +10,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
+from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
@@ -112,11 +113,16 @@ def decided(
     found = _found(problem, None if before is None else before.guess or before.mode)
     state = found.states[0] if found.states else None
     mode = None if state is None else _with_hidden(basic_mode(problem, state), hidden)
-    limit = mode is None or before is None or mode == before.mode or _between(facts, mode, before.mode)
+    limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
     if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode, hidden)
     largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right)
     return Decided(facts, mode, largest, found, problem, blow, late)
+
+
+def _goes_on(mode: Mode, before: Mode) -> bool:
+    """Return whether a mode is the one before, in which nothing is left to share in another way."""
+    return mode.alike(before) and (mode.shares is None or mode.shares.room <= CLEAR)
 
 
 def _with_hidden(mode: Mode | None, hidden: tuple[str, ...]) -> Mode | None:
@@ -166,6 +172,6 @@ def _ahead(
         there = posed(later, touching)
         found = _found(there, before.mode).states
         following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
-        if following != mode:
+        if following is None or mode is None or not following.alike(mode):
             return found[0], following
     return state, mode

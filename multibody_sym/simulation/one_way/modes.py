@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.modes import chosen, in_mode
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.numerics.arrays import EPSILON, Floats
@@ -40,11 +40,14 @@ Key = tuple[tuple[tuple[str, int], ...], ...]
 
 
 def key_of(mode: Mode) -> Key:
-    """Return what tells modes apart: not the directions of slip in space, which are numbers of a run."""
+    """Return what tells modes apart: not the directions of slip in space, nor shares, which are numbers of a run."""
     starts = tuple((name, 1) for name in sorted(mode.directions))
+    shared = tuple(
+        (row, len(x.rows)) for x in (mode.shares.elements if mode.shares is not None else ()) for row in x.rows
+    )
     idle = tuple((name, 0) for name in sorted(mode.idle))
     maps = (tuple(sorted(each.items())) for each in (mode.sides, mode.slips, mode.carried))
-    return (*maps, starts, idle)
+    return (*maps, starts, idle, shared)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +92,7 @@ class Modes:
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
         base = self.mechanism.parameters.places
-        directions = iter([x for direction in mode.directions.values() for x in direction])
+        own = chosen(mode)
         found = []
         for entry in entered.parameters:
             if entry.name == INDEPENDENT:
@@ -99,7 +102,7 @@ class Modes:
             elif entry.name in base:
                 found.append(float(values[base[entry.name]]))
             else:
-                found.append(next(directions) if entry.name.startswith("direction of ") else 0.0)
+                found.append(own.get(entry.name, 0.0))
         return np.array(found)
 
     def problem(self, decided: Decided, begun: Begun | None) -> tuple[Problem, ModeProgram]:

@@ -101,7 +101,7 @@ def turn_of(found: Decided, before: Mode, cause: Switching) -> Turn | None:
     lines = all(plain(element) for element in facts.laws.mechanism.one_way)
     if not lines or cause.ends not in ("stops", "slips", "opens") or posed.problem.coupling.any():
         return None
-    if any(x.idle or x.carried or x.directions for x in (mode, before)):
+    if any(x.idle or x.carried or x.directions or x.shares for x in (mode, before)):
         return None
     signs = tuple((part, _sign(facts, part)) for part in posed.parts)
     touching = tuple(element.name for element in posed.elements)
