@@ -9,7 +9,7 @@ onto another branch of the motion: it steps across, and goes on where the way it
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -19,14 +19,14 @@ from multibody_sym.integrators.flow import Flow, Status, Step, StepError, Steppe
 from multibody_sym.integrators.methods.collocation import Collocation
 from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.methods.runge_kutta import RungeKutta
+from multibody_sym.integrators.singular_times import MARGIN, singular_times
 from multibody_sym.integrators.stage_equations import StageEquations
 from multibody_sym.numerics.arrays import Floats
 
 NEAR: Final = 0.5  # of the largest independence about a step: with less in it the step is near a singular position, ...
 NEAR_BY: Final = 0.1  # ... as with less than this part of the largest in the run
 USUAL: Final = 0.01  # what counts as the largest at least
-MARGIN: Final = 0.05  # of the largest about a step: nothing in it may be nearer than that, ...
-LEAST: Final = 1e-8  # ... nor than this
+LEAST: Final = 1e-8  # nothing in a step may be nearer to zero than that, nor than MARGIN
 ROOM: Final = 0.5  # of what the step across needs before it: no step may end with less
 NOISE: Final = 1e-16  # what round-off leaves of rows that are closed, ...
 MANY: Final = 50.0  # ... but where many depend on each other so many times more, ...
@@ -38,8 +38,6 @@ FAR_BEYOND_ROUND_OFF: Final = 1e-10
 ASIDE: Final = 1.2  # times the way to the middle of the widest gap: it is wide enough for what lies there
 MOST_VAIN: Final = 3  # trials of a step that fail, but not as they come too near, before a Jacobian is taken
 DIFFERENCE: Final = 1e-3  # of the distance from a singular position: so far states are moved to differentiate slopes
-LOOKS: Final = 16  # how often the independence is looked at within a step
-_ROUNDS: Final = 5
 
 
 class Approach:
@@ -294,7 +292,8 @@ class Approach:
         """Return an accepted step, with the times of the singular positions that it passed."""
         if self.rows is None or not self.near:
             return step
-        return replace(step, singular=singular_times(step, self.rows.independence))
+        seen = self._least(), self._most_within()
+        return replace(step, singular=singular_times(step, self.rows.independence, seen))
 
     def _strays(self, x: Floats, closed: Floats) -> bool:
         """Tell whether a state has been put onto another branch of the motion: further than round-off puts it."""
@@ -353,36 +352,3 @@ def strays(step: Step, x: Floats, settled: Floats) -> bool:
     """Tell whether a state within a step has settled on another branch of the motion, by over a tenth of the step."""
     moved, whole = (np.abs(change).max(initial=0.0) for change in (settled - x, step.x_new - step.x))
     return bool(moved > FAR * whole)
-
-
-def singular_times(step: Step, independence: Callable[[float, Floats], float]) -> tuple[float, ...]:
-    """Return when a step passes singular positions.
-
-    Beside one the independence goes down, and up again, in proportion to the distance.
-    """
-
-    def at(theta: float) -> float:
-        return independence(step.t + theta * step.h, step.value(theta))
-
-    end = (step.t_new - step.t) / step.h
-    places = [end * k / LOOKS for k in range(LOOKS + 1)]
-    looks = [at(theta) for theta in places]
-    found = []
-    for k, here in enumerate(looks):
-        low, high = max(k - 1, 0), min(k + 1, LOOKS)
-        if (k == 0 or here < looks[low]) and (k == LOOKS or here <= looks[high]):
-            theta, left = _dip(at, (places[low], places[high]), (looks[low], looks[high]))
-            if left < 0.5 * min(looks[low], looks[high]) and left < MARGIN * max(looks):
-                found.append(step.t + theta * step.h)
-    return tuple(found)
-
-
-def _dip(at: Callable[[float], float], places: tuple[float, float], values: tuple[float, float]) -> tuple[float, float]:
-    """Return where between two places a function goes down to zero and up again as steeply, and its value beside it."""
-    (low, high), (at_low, at_high) = places, values
-    theta = low
-    for _ in range(_ROUNDS):
-        theta, width = low + (high - low) * (at_low / (at_low + at_high)), 0.125 * (high - low)
-        low, high = max(theta - width, places[0]), min(theta + width, places[1])
-        at_low, at_high = at(low), at(high)
-    return theta, min(at_low, at_high)

@@ -19,7 +19,10 @@
 #define SHORTER 0.8   /* at most, where it is known what lies ahead */
 #define ASIDE 1.2     /* times the way to the middle of the widest gap: it is wide enough for what lies there */
 #define MOST_VAIN 3   /* trials of a step that fail, but not as they come too near, before a Jacobian is taken */
-#define LOOKS 16      /* how often the independence is looked at within a step */
+#define LOOKS 16      /* how often the independence is looked at within a step, ... */
+#define FEW_LOOKS 4   /* ... if looked at so often it may be zero, ... */
+#define STEEPER 3.0   /* ... going so many times as steeply as between any two looks */
+#define SEEN 1.1      /* at most, what was seen otherwise is beside the looks */
 
 static double smaller(double a, double b)
 {
@@ -350,19 +353,57 @@ static double dip(mbs_run *r, const double *places, const double *values, double
     return theta;
 }
 
+/* Fill in every `stride`-th look but those of every `known`-th. */
+static void look_within(mbs_run *r, double end, int stride, int known, double *looks)
+{
+    for (int k = 0; k <= LOOKS; k += stride)
+        if (known == 0 || k % known)
+            looks[k] = within(r, end * k / LOOKS);
+}
+
+/* Whether the independence may go down to zero and up again between two looks, of every `stride`-th, as steeply as it goes
+   elsewhere. */
+static int may_vanish(const double *looks, int stride, int low, int high)
+{
+    double steepest = 0.0;
+    for (int k = 0; k < LOOKS; k += stride)
+        steepest = larger(steepest, fabs(looks[k + stride] - looks[k]));
+    return !(looks[low] + looks[high] > STEEPER * steepest * ((high - low) / stride));
+}
+
+/* Whether the independence goes one way all along, as a few looks and all slopes of the step have it. */
+static int vanishes_nowhere(const mbs_state *s, const double *looks)
+{
+    int stride = LOOKS / FEW_LOOKS, up = 1, down = 1;
+    for (int k = 0; k < LOOKS; k += stride) {
+        up &= looks[k] <= looks[k + stride];
+        down &= looks[k] >= looks[k + stride];
+        if (may_vanish(looks, stride, k, k + stride))
+            return 0;
+    }
+    double lowest = up ? looks[0] : looks[LOOKS], highest = up ? looks[LOOKS] : looks[0];
+    return (up || down) && least(s) >= lowest / SEEN && most_within(s) <= highest * SEEN;
+}
+
 /* Beside a singular position the independence goes down, and up again, in proportion to the distance. */
 void mbs_find_singular(mbs_run *r)
 {
     mbs_state *s = r->state;
     double looks[LOOKS + 1], largest = 0.0, end = (s->t_new - s->t) / s->h;
     s->passed = 0;
-    for (int k = 0; s->near && k <= LOOKS; ++k) {
-        looks[k] = within(r, end * k / LOOKS);
+    if (!s->near)
+        return;
+    look_within(r, end, LOOKS / FEW_LOOKS, 0, looks);
+    if (vanishes_nowhere(s, looks))
+        return;
+    look_within(r, end, 1, LOOKS / FEW_LOOKS, looks);
+    for (int k = 0; k <= LOOKS; ++k)
         largest = larger(largest, looks[k]);
-    }
-    for (int k = 0; s->near && k <= LOOKS; ++k) {
+    for (int k = 0; k <= LOOKS; ++k) {
         int low = k > 0 ? k - 1 : 0, high = k < LOOKS ? k + 1 : LOOKS;
         if (!((k == 0 || looks[k] < looks[low]) && (k == LOOKS || looks[k] <= looks[high])))
+            continue;
+        if (!may_vanish(looks, 1, low, high))
             continue;
         double places[] = {end * low / LOOKS, end * high / LOOKS}, values[] = {looks[low], looks[high]}, left;
         double theta = dip(r, places, values, &left);
