@@ -11,7 +11,14 @@ system = mbs.System(
     description="A person stands on a scale in a lift that starts and stops smoothly. What does the scale show?",
     gravity=[0, -g, 0],
     bodies={
-        "ground": mbs.Body(motion={"y": h * (t / T - mbs.sin(2 * pi * t / T) / (2 * pi))}),
+        "ground": mbs.Body(
+            motion={"y": h * (t / T - mbs.sin(2 * pi * t / T) / (2 * pi))},
+            surfaces={
+                "left": {"segment": [["-1 m", "2 m", 0], ["-1 m", 0, 0]]},
+                "floor": {"segment": [["-1 m", 0, 0], ["1 m", 0, 0]]},
+                "right": {"segment": [["1 m", 0, 0], ["1 m", "2 m", 0]]},
+            },
+        ),
         "person": mbs.Body(mass=m),
     },
     joints={"scale": mbs.Fixed("ground", "person")},

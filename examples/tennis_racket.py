@@ -15,7 +15,16 @@ system = mbs.System(
         "racket theorem."
     ),
     gravity=[0, 0, -g],
-    bodies={"racket": mbs.Body(mass=m, inertia={"Ixx": A, "Iyy": B, "Izz": C})},
+    bodies={
+        "racket": mbs.Body(
+            mass=m,
+            inertia={"Ixx": A, "Iyy": B, "Izz": C},
+            surfaces={
+                "head": {"disc": "13 cm", "centre": ["20 cm", 0, 0], "inside": True},
+                "handle": {"segment": [["7 cm", 0, 0], ["-32 cm", 0, 0]]},
+            },
+        )
+    },
     joints={"flight": mbs.Free("ground", "racket", initial={"u": [0, 0, toss, 0, spin, wobble]})},
     outputs={
         "energy": "total_energy()",
