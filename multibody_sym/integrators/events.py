@@ -257,7 +257,8 @@ class Watch:
     def _located(self, step: Step, index: int, low: float, high: float, along: Path | None = None) -> float:
         """Return the upper end of [low, high] reduced to round-off of the time by the Illinois method.
 
-        They are parts of the step; at the upper end function `index` has been crossed.
+        They are parts of the step; at the upper end function `index` has been crossed. Where an end is the crossing but
+        for round-off, a look beside it, by what is sought, is the last.
         """
         end = abs(step.t) + abs(step.h)
         least = max(float_info.epsilon * end / step.h, float_info.epsilon)
@@ -267,9 +268,11 @@ class Watch:
             if not high - low > least:
                 break
             change = at_low - at_high
-            middle = low + (high - low) * (at_low / change) if change != 0.0 else low
-            if round_ % 3 == 2 or not low < middle < high:
+            middle = low + (high - low) * (at_low / change) if change != 0.0 else math.nan
+            if round_ % 3 == 2 or not low <= middle <= high:
                 middle = 0.5 * (low + high)
+            else:
+                middle = min(max(middle, low + least), high - least)
             values = self._at(step, middle, along)
             if self._crossed(values)[index]:
                 high, at_high = middle, float(values[index])

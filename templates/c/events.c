@@ -80,18 +80,24 @@ static void evaluate_at(mbs_run *r, mbs_path along, double theta)
 }
 
 /* Reduce [low, high], parts of the step at whose upper end function i has been crossed, to round-off of the time by the
-   Illinois method, with a bisection now and then; returns the upper end. */
+   Illinois method, with a bisection now and then; returns the upper end. Where an end is the crossing but for round-off, a
+   look beside it, by what is sought, is the last. */
 static double located(mbs_run *r, mbs_path along, int i, double low, double high)
 {
     double end = fabs(r->state->t) + fabs(r->state->h), least = MBS_EPSILON * end / r->state->h;
+    least = least > MBS_EPSILON ? least : MBS_EPSILON;
     evaluate_at(r, along, high);
     double at_high = r->values[i], at_low;
     evaluate_at(r, along, low);
     at_low = r->values[i];
-    for (int round = 0, last = 0; round < 200 && high - low > (least > MBS_EPSILON ? least : MBS_EPSILON); ++round) {
+    for (int round = 0, last = 0; round < 200 && high - low > least; ++round) {
         double middle = low + (high - low) * (at_low / (at_low - at_high));
-        if (round % 3 == 2 || !(middle > low && middle < high))
+        if (round % 3 == 2 || !(middle >= low && middle <= high)) {
             middle = 0.5 * (low + high);
+        } else {
+            middle = middle > low + least ? middle : low + least;
+            middle = middle < high - least ? middle : high - least;
+        }
         evaluate_at(r, along, middle);
         if (crossed(r, i)) {
             high = middle;

@@ -73,6 +73,24 @@ def test_functions_beside_the_one_that_crosses_cost_no_further_looks():
     assert looks(60) == looks(1)
 
 
+@pytest.mark.parametrize("place", [0.5, 0.3217, 1 / 3, 0.123456789, 2.7])
+def test_a_crossing_on_a_straight_way_takes_few_looks_to_round_off(place):
+    """The first guess is the crossing but for round-off: halving what is left on its other side would take fifty."""
+    seen = []
+
+    def values(t, x):
+        seen.append(t)
+        return np.array([x[0] - place])
+
+    def moves(t, x):
+        return np.array([x[1], 0.0])
+
+    events = Events(values, (True,))
+    flow = Flow(METHODS["dormand_prince"], moves, 0.0, 5.0, np.array([0.0, 1.0]), events=events)
+    assert list(steps(flow))[-1].t_new == pytest.approx(place, rel=4e-16)
+    assert len(seen) < 45
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_explicit_time_is_seen_by_every_stage(method):
     nominal = METHODS[method].order

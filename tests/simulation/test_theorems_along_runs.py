@@ -166,3 +166,8 @@ simulation: {t_end: 10 s, method: radau_5, rtol: 1e-11, atol: 1e-12, samples: 2}
 """
     misses = mbs.simulate(loaded(text, tmp_path)).verified()
     assert max(miss.relative for miss in misses.values()) < 1e-9
+
+
+@pytest.mark.parametrize("shape", [(1,), (1, 4), (1, 2, 3)])
+def test_the_integral_over_a_stretch_that_ends_at_once_is_nothing(shape: tuple[int, ...]) -> None:
+    np.testing.assert_array_equal(integral(np.ones(shape), np.array([0.3])), np.zeros(shape))

@@ -100,7 +100,7 @@ def integral(values: Floats, t: Floats) -> Floats:
     weights = integrated(1.0)
     of_piece = sum(weights[k] * values[k : 4 * pieces + k : 4] for k in range(4)) if pieces else values[:0]
     of_piece = of_piece + weights[4] * values[4 : 4 * pieces + 1 : 4] if pieces else of_piece
-    lengths = (t[4::4] - t[:-4:4]).reshape(-1, *(1,) * (values.ndim - 1)) if pieces else np.zeros(0)
+    lengths = (t[4::4] - t[:-4:4]).reshape(-1, *(1,) * (values.ndim - 1))
     found: Floats = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(of_piece * lengths, axis=0)])
     return found
 
