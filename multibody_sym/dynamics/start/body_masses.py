@@ -51,7 +51,7 @@ class _Part:
 def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     """Raise ModelError at the first body, with what is welded to it, that has a mass or inertia which no body has."""
     for parts in _welded(mechanism, parameters):
-        if parts[0].name != GROUND:
+        if parts[0].name != GROUND and not _is_particle(parts):
             worst = min(parts, key=lambda part: part.mass)
             with at("bodies", worst.name if worst.mass < 0.0 else parts[0].name):
                 _verify(parts)
@@ -126,6 +126,11 @@ def _part(body: TreeBody, state: State, pose: tuple[Floats, Floats]) -> _Part:
         rotation @ inertia @ rotation.T,
         rotation[:, missing],
     )
+
+
+def _is_particle(parts: Sequence[_Part]) -> bool:
+    """Return whether it is one body, of a mass that can be and without inertia: there is nothing to judge."""
+    return len(parts) == 1 and 0.0 <= parts[0].mass < np.inf and not parts[0].inertia.any()
 
 
 def _verify(parts: Sequence[_Part]) -> None:

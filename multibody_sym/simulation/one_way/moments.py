@@ -68,6 +68,8 @@ def _laws(system: System, fixed: frozenset[Node]) -> Iterator[Node]:
     """Yield what depends on time and parameters alone, the terms of sums each for itself."""
     for part in (system.forces, system.constraints, system.inputs, system.joints, system.bodies):
         for written in expressions(part):
+            if written.node.shadow is not None:  # numbers, which most are
+                continue
             timed: dict[Node, bool] = {}
             for n in postorder([written.node]):
                 known = n is _T or n in fixed or n.shadow is not None
