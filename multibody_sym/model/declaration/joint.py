@@ -173,6 +173,11 @@ class MovingJoint(Joint):
     label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="A")
 
     @property
+    def with_more(self) -> str:
+        """What to write where it is to have more coordinates; empty where nothing gives it more."""
+        return ""
+
+    @property
     def stops(self) -> Limits | None:
         """The limits between which stops hold its coordinate, if there are any."""
         limits = self.limits
@@ -198,7 +203,9 @@ class MovingJoint(Joint):
                 raise ModelError(
                     f"{self._named} has no coordinate to give a name: leave it out", number="M110"
                 ).under("q")
-            raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}", number="M110")
+            advice = self.with_more if len(self.q) > coordinates else ""
+            told = f"{self._named} has {coordinates} coordinates, q names {len(self.q)}{advice}"
+            raise ModelError(told, number="M110")
         if self.initial is not None:
             with at("initial"):
                 self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})

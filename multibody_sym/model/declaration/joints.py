@@ -130,6 +130,10 @@ class PointJoint(MovingJoint):
     def steps(self) -> tuple[Step, ...]:
         return tuple(Translate(_AXES[letter], letter) for letter in self.axes)
 
+    @property
+    def with_more(self) -> str:
+        return "; in space write axes: xyz" if len(self.axes) < 3 else ""
+
 
 @dataclass(frozen=True, kw_only=True)
 class CurveJoint(MovingJoint):

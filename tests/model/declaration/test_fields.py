@@ -15,7 +15,7 @@ from multibody_sym.model.declaration.fields import ListOf, MapOf
 from multibody_sym.model.declaration.file_tree import system_from_tree
 from multibody_sym.model.declaration.forces import Damper, Friction, SpringDamper, Torque
 from multibody_sym.model.declaration.joint import Initial, Limits
-from multibody_sym.model.declaration.joints import JOINTS, Custom, Planar, Revolute, Spherical
+from multibody_sym.model.declaration.joints import JOINTS, Custom, Planar, PointJoint, Revolute, Spherical
 from multibody_sym.model.declaration.values import (
     Condition,
     Count,
@@ -107,6 +107,7 @@ def test_errors_of_fields(field: Any, value: Any, message: str, path: tuple[str,
         (lambda: Revolute("ground", "b", axis="w"), "is no direction", ("axis",)),
         (lambda: Revolute("a", "b", initial={"q": [1, 2]}), "needs 1 initial values here, got 2", ("initial", "q")),
         (lambda: Planar("ground", "b", q=["x"]), "a planar joint has 3 coordinates, q names 1", ()),
+        (lambda: PointJoint("ground", "b", q=["x", "y", "z"]), "q names 3; in space write axes: xyz", ()),
         (lambda: Spherical("a", "b", initial={"q": [1, 0, 0]}), "needs 4 initial values here, got 3", ("initial", "q")),
         (lambda: Spherical("ground", "b", angles="xxy"), "'xxy' names no three successive axes", ("angles",)),
         (lambda: Custom("ground", "b"), "free is missing", ()),
