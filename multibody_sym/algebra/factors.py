@@ -7,9 +7,13 @@ polynomials of mechanics are such, and one greatest common divisor takes far les
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from functools import lru_cache
+from typing import Any, Final
 
 from sympy.polys.heuristicgcd import HeuristicGCDFailed
+from sympy.polys.rings import PolyRing
+
+_REMEMBERED: Final = 1024
 
 Poly = Any
 """A polynomial of a sympy ring with integer coefficients: a map from tuples of exponents to coefficients."""
@@ -61,16 +65,23 @@ def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
 def _in_general(p: Poly) -> Iterator[tuple[Poly, int]]:
     """Yield the factors found by sympy, in a ring of those letters only that occur."""
     used = [k for k, exponents in enumerate(zip(*p, strict=True)) if any(exponents)]
-    small = p.ring.clone(symbols=[p.ring.symbols[k] for k in used])
-    factors = small.from_dict({tuple(m[k] for k in used): c for m, c in p.items()}).factor_list()[1]
-    for factor, exponent in factors:
+    terms = frozenset((tuple(m[k] for k in used), c) for m, c in p.items())
+    for factor, exponent in _found_by_sympy(p.ring.domain, p.ring.order, len(used), terms):
         whole = {}
-        for m, c in factor.items():
+        for m, c in factor:
             exponents = [0] * p.ring.ngens
             for k, e in zip(used, m, strict=True):
                 exponents[k] = e
             whole[tuple(exponents)] = c
         yield _with_positive_lead(p.ring.from_dict(whole)), exponent
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _found_by_sympy(domain: Any, order: Any, letters: int, terms: frozenset[Any]) -> tuple[tuple[Any, int], ...]:
+    """Return the factors of a polynomial by their terms: forms of one formula ask for the same ones again and again."""
+    ring = PolyRing([f"g{k}" for k in range(letters)], domain, order)
+    factors = ring.from_dict(dict(terms)).factor_list()[1]
+    return tuple((tuple(factor.items()), exponent) for factor, exponent in factors)
 
 
 def _with_positive_lead(p: Poly) -> Poly:
