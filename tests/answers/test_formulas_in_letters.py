@@ -257,3 +257,10 @@ def test_letters_are_told_in_text_json_and_notebooks(
         "unit": "",
         "says": "how fast rocker moves for a unit speed of crank_angle",
     }
+
+
+def test_loops_of_many_parts_stay_numbers() -> None:
+    """Seven bodies in three loops: letters of letters would be long to find and longer to read."""
+    found = mbs.solve(mbs.load(EXAMPLES / "andrews_squeezer.yaml"))
+    assert found.where == {}
+    assert all(x.value is not None for x in found.accelerations.values())
