@@ -4,9 +4,9 @@
 
 Chain of hinges with unlike numbers (default 300), written in the model and named: kB of C, CPU seconds of the compiler,
 microseconds of a state derivative; what other numbers compile. Four-bars in a row (default 10, 20, 40): slopes of the
-sizes of C, the compiler's CPU time and the evaluation with both projections from the first to the last. Chain from a
-file (default 1,000 links): CPU seconds of `multibody-sym simulate` with everything cached, beyond importing numpy in
-the same run. Minima; ratios and slopes only are for other machines.
+sizes of C, the compiler's CPU time and the evaluation with both projections from the first to the last; so many with
+unlike numbers. Chain from a file (default 1,000 links): CPU seconds of `multibody-sym simulate` with everything cached,
+beyond importing numpy in the same run. Minima; ratios and slopes only are for other machines.
 """
 
 from __future__ import annotations
@@ -125,6 +125,21 @@ def rows_of_windows(sizes: list[int]) -> None:
     print("slopes of source, compiler, evaluation: " + ", ".join(f"{slope:.2f}" for slope in slopes))
 
 
+def unlike_windows(count: int) -> None:
+    """Print four-bars in a row whose numbers are all unlike beside alike ones, and what other numbers compile."""
+    found = {}
+    for seed in (None, 1, 2):
+        begin = children()
+        ready = runnable(windows(count, seed=seed))
+        found[seed] = source_size(ready), children() - begin, microseconds(ready, ("state_derivative", "put_back"))
+    size, compiler, each = found[1]
+    print(
+        f"{count} unlike windows: {size / 1000:.0f} kB of C, {compiler:.2f} s of compiler, evaluation against alike "
+        f"ones {each / found[None][2]:.3f}; other numbers {found[2][1]:.2f} s of compiler",
+        flush=True,
+    )
+
+
 def warm(count: int, folder: Path) -> None:
     """Print the CPU time of a run of a chain from a file, with everything cached."""
     path = folder / "chain.yaml"
@@ -152,6 +167,7 @@ def main() -> None:
         load(programs(runnable(chain(2, 1, named=False)).mechanism, FORMALISMS["block_ldl"]).as_mapping(), backend="c")
         unlike_numbers(hinges)
         rows_of_windows([max(2, last // 4), max(3, last // 2), last])
+        unlike_windows(last)
         warm(links, Path(cache))
 
 
