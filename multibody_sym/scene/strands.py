@@ -129,7 +129,7 @@ def _reach(stage: Stage, joint: Held, side: float, way: float) -> float:
         return 0.0
     axis = side * np.sign(way) * np.array(place.turned(unit(stage.vector(joint.joint.steps[0].slides[0]))))
     ways = [float(np.subtract(other, place.point) @ axis) for other in (*places(stage)[body], stage.centre(body))]
-    return max(w for w in ways if w < abs(way))
+    return max((w for w in ways if w < abs(way)), default=0.0)
 
 
 def anchor_behind(stage: Stage, element: Any) -> Anchor | None:

@@ -260,3 +260,17 @@ def test_a_cycloid_is_drawn_from_cusp_to_cusp_and_a_slope_beside_it_no_further()
 def test_two_hinges_at_one_place_of_ground_stand_on_one_support() -> None:
     shown = picture("andrews_squeezer")
     assert len([m for m in shown.marks if isinstance(m, Hatch) and m.name in ("A5", "A7")]) == 1
+
+
+def test_a_spring_with_a_length_is_drawn_where_its_slider_is_at_zero() -> None:
+    """Bars of a leg pushed together: nothing is left between them, and the spring has its ends at both frames."""
+    system = mbs.loads(
+        "{multibody_sym: 1, name: leg, bodies: {a: {mass: 1, com: [0.2, 0, 0], inertia: {Izz: 1}},"
+        " b: {mass: 1, com: [-0.2, 0, 0], inertia: {Izz: 1}}}, joints: {A: {type: revolute, parent: ground, child: a,"
+        " axis: z}, S: {type: prismatic, parent: a, child: b, axis: x}},"
+        " forces: {s: {type: spring_damper, joint: S, stiffness: 9, length: 1}}}"
+    )
+    scene = scene_of(system)
+    (spring,) = scene.at().strands
+    assert np.ptp(spring.pieces, axis=(0, 1)) == pytest.approx(0.0)
+    assert draw(scene, scene.at()).width > 0.0
