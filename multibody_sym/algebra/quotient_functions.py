@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from sympy.ntheory import factorint
 
-from multibody_sym.algebra.angles.exponentials import known_power, of_logarithms, square_of_root
+from multibody_sym.algebra.angles.exponentials import known_power, of_hyperbolic, of_logarithms, square_of_root
 from multibody_sym.algebra.angles.squares import trigonometric_forms
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.factors import Poly, factored
@@ -331,14 +331,14 @@ def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
 
 def _opaque(op: str, *arguments: Quotient) -> Quotient:
     """Return a letter for a function's value."""
-    known = _part_of_turn(op, *arguments) if op in ("asin", "acos", "atan", "atan2") else None
+    inverse = op in ("asin", "acos", "atan", "atan2")
+    known = _part_of_turn(op, *arguments) if inverse else of_hyperbolic(op, arguments[0])
     if known is not None:
         return known
-    node = BUILD[op](*(book_form(a) for a in arguments))
-    sample = _PRECISE_OPERATIONS[op](*(a.sample for a in arguments))
+    node, sample = BUILD[op](*map(book_form, arguments)), _PRECISE_OPERATIONS[op](*(a.sample for a in arguments))
     if isinstance(sample, PRECISE.mpc):
         raise NoClosedFormError(f"{op} has no real value")
-    if op in ("asin", "acos", "atan", "atan2"):
+    if inverse:
         arguments[0].field.inverses[node] = arguments
     if op in ("exp", "log"):
         field = arguments[0].field

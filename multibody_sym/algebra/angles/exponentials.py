@@ -50,6 +50,17 @@ def of_logarithms(exponent: Quotient) -> tuple[Quotient, Quotient]:
     return power, rest
 
 
+def of_hyperbolic(op: str, a: Quotient) -> Quotient | None:
+    """Return sinh, cosh or tanh of logarithms without functions, (x - 1/x)/2 for sinh(log(x)); None for all else."""
+    if op not in ("sinh", "cosh", "tanh") or a.is_zero:
+        return None
+    x, rest = of_logarithms(a)
+    if not rest.is_zero:
+        return None
+    odd, even = (x - x.power(-1)) / 2, (x + x.power(-1)) / 2
+    return odd / even if op == "tanh" else odd if op == "sinh" else even
+
+
 def with_one_exponent(
     field: Field, powers: Sequence[tuple[Node, int]], written: Callable[[Quotient], Node]
 ) -> list[tuple[Node, int]]:

@@ -33,13 +33,21 @@ _HIGHEST: Final = 4
 _LITTLE: Final = 1000
 _TURNED: Final = 1e-9
 
+
+def _log(x: Node) -> Node:
+    """Return the logarithm, -log(2) for log(1/2)."""
+    small = x.op == "number" and 0 < x.data < 1
+    return negate(BUILD["log"](divide(ONE, x))) if small else BUILD["log"](x)
+
+
 _INVERSES: Final[dict[str, Callable[[Node], Node]]] = {
-    "exp": BUILD["log"],
+    "exp": _log,
     "log": BUILD["exp"],
     "tanh": lambda x: divide(BUILD["log"](divide(add(ONE, x), add(ONE, negate(x)))), TWO),
     "atan": BUILD["tan"],
     "asin": BUILD["sin"],
     "acos": BUILD["cos"],
+    "sinh": lambda x: BUILD["log"](add(x, BUILD["sqrt"](add(multiply(x, x), ONE)))),
 }
 
 
@@ -191,15 +199,26 @@ class Roots:
             other = add(PI, negate(angle)) if node.op == "sin" else negate(angle)
             for one in (angle, other):
                 yield from self.of_argument(node.args[0], one, 2)
+        elif node.op == "cosh":
+            one = written(value)
+            grown = BUILD["log"](add(one, BUILD["sqrt"](written(value * value - 1))))
+            for both in (grown, negate(grown)):
+                yield from self.of_argument(node.args[0], both)
         elif node.op in _INVERSES:
             yield from self.of_argument(node.args[0], _INVERSES[node.op](written(value)))
 
     def of_argument(self, argument: Node, value: Node, turns: int = 0) -> Iterator[Node]:
-        """Yield the symbol for a value of what is linear in it, an angle up to whole multiples of `turns` x pi."""
+        """Yield the symbol for a value of what is linear in it, an angle up to whole multiples of `turns` x pi.
+
+        A function of a function is undone from without.
+        """
         letters = [letter for letter in self.field.letters if letter.node is not None and letter.node.op == "symbol"]
         known = {letter.node: self.field.letter(letter.node, letter) for letter in letters if letter.node is not None}
         found = exact(self.field, [argument], known)[0]
         k = self.field.position(self.unknown)
+        if argument.op in (*_INVERSES, "cosh") and not turns:
+            yield from self.inverted(argument, exact(self.field, [value], known)[0])
+            return
         if k is None or any(m[k] for m in self.field.in_ring(found.below)):
             return
         parts = self.coefficients(self.field.in_ring(found.above), k)

@@ -28,7 +28,7 @@ from multibody_sym.scalars.node import Node, as_node, symbol
 
 _MOST: Final = 4
 """Coordinates whose equations hang together, and for which this is tried."""
-_LONGEST: Final = 2000
+_LONGEST: Final = 1000
 """Letters of a formula that tells more than its numbers do."""
 
 

@@ -32,9 +32,11 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.declaration.values import AXES
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
@@ -293,18 +295,32 @@ def _component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
 
 
 _WITHOUT_SLIP: Final = ("sticks", "rolls", "grips")
+_WITH_SLIP: Final = ("slides", "slips")
 _WITHOUT_FORCE: Final = ("opens", "slackens", "frees")
 
 
 def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
-    """Yield what vanishes where a state begins: the speed of slipping, the force that presses, or the distance."""
+    """Yield what vanishes where a state begins.
+
+    The speed of slipping, what friction lacks to its limit, or the force
+    that presses, or the distance.
+    """
     for element in acting.mechanism.one_way:
         parts = [part for part in element.frictions if condition.element in (element.name, part.name)]
         if condition.verb in _WITHOUT_SLIP:
             yield from (as_node(acting.rows[part.rows[0].name].phidot) for part in parts if len(part.rows) == 1)
+        elif condition.verb in _WITH_SLIP:
+            yield from (x for part in parts if len(part.rows) == 1 for x in _beyond_limit(acting, element, part))
         elif condition.element == element.name and element.unilateral:
             opens = condition.verb in _WITHOUT_FORCE
             yield as_node(acting.normal(element) if opens else acting.rows[element.normals[0].name].phi)
+
+
+def _beyond_limit(acting: Acting, element: OneWay, part: FrictionPart) -> Iterator[Node]:
+    """Yield what friction lacks to its limit either way."""
+    (static,) = coefficients(acting.motion, part.rows, [part.static])
+    force, most = as_node(acting.friction(part)[0]), as_node(static * acting.pressing(element, part))
+    yield from (subtract(force, most), add(force, most))
 
 
 def boundaries(condition: Node) -> Iterator[Node]:
