@@ -129,7 +129,7 @@ def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Ite
     jacobian = np.array(rows[name].jacobian, dtype=float) if name in rows else np.zeros(0)
     for k, body in enumerate(stage.mechanism.bodies):
         joint = stage.system.joints.get(body.joint_name)
-        if joint is None or joint.kind != "planar" or not jacobian.any():
+        if joint is None or joint.kind != "planar" or len(body.u) != 3 or not jacobian.any():
             continue
         made = held(stage, body.joint_name)
         ways = [stage.turned(made.parent.body, made.parent.turned(axis)) for axis in np.eye(3)]

@@ -164,3 +164,14 @@ def test_what_rubs_is_a_block_and_what_bounces_a_ball(friction: dict[str, float]
         contacts={"c": mbs.Contact(["shoe", "drum.rim"], **friction)},
     )
     assert [i.form.kind for i in drawn.items if i.role == "body" and isinstance(i.form, Symbol)] == [kind]
+
+
+def test_a_body_that_is_moved_in_its_plane_is_no_skate() -> None:
+    """A planar joint with a prescribed motion has no speeds of its own, in which a velocity could be held."""
+    system = mbs.loads(
+        "{multibody_sym: 1, name: moved, bodies: {plate: {mass: 1, inertia: {Izz: 1}}, wheel: {mass: 1, inertia: {Izz:"
+        " 1}}}, joints: {table: {type: planar, parent: ground, child: plate, motion: [t, 0, 0]}, axle: {type: revolute,"
+        " parent: plate, child: wheel, axis: z, q: phi, initial: {u: 2}}},"
+        " constraints: {steady: {type: velocity, zero: u_phi - 2}}}"
+    )
+    assert [item.name for item in scene_of(system).items if getattr(item.form, "kind", "") == "skate"] == []
