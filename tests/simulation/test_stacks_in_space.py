@@ -131,10 +131,14 @@ def rests_or_moves_as_solved(seed: int) -> None:
     Where these have several states a run is in one of them.
     """
     system = mbs.loads(DRAWN)
-    run = mbs.simulate(system, t_end=0.01, samples=11, parameters=drawn(seed))
     state = examined_state(Changes(drawn(seed)).of(system))
     assert state.found is not None
     assert state.posed is not None
+    if not state.modes:  # nothing that slides is found, as where one corner hardly moves: a run says so as well
+        with pytest.raises(mbs.NoSolutionError, match="at the start nothing"):
+            mbs.simulate(system, t_end=0.01, parameters=drawn(seed))
+        return
+    run = mbs.simulate(system, t_end=0.01, samples=11, parameters=drawn(seed))
     udot = accelerations_of(state.posed.dynamics, state.found.states[0].x)
     if float(np.abs(udot).max()) < 1e-9:
         assert float(np.abs(run.q - run.q[0]).max()) == 0.0, seed
