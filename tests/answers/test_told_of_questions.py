@@ -123,7 +123,7 @@ simulation: {t_end: 6 s}
 
 
 def test_by_runs_it_is_told_that_others_were_not_looked_for() -> None:
-    solution = solved(BRAKING, "s: {value: x, when: c sticks}", "need: {find: v, so: s == 5}")
+    solution = solved(BRAKING, "s: {value: x, after: 2.5 s}", "need: {find: v, so: s == 5}")
     assert solution.answers["need"].value == pytest.approx(sqrt(2 * 0.3 * 9.81 * 5), rel=1e-9)
     assert any("first on the way out from 4, others were not looked for" in each for each in solution.conditions)
 
