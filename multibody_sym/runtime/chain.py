@@ -81,9 +81,7 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
             if index is None or latest.failure is not None:
                 return
             if problem.is_over(latest.time) or latest.written == len(samples):
-                samples[latest.written :] = latest.x
-                legs[-1] = replace(legs[-1], end=len(samples))
-                yield replace(latest, written=len(samples))
+                yield _over(latest, latest.x, samples, legs)
                 return
             following = onward(problem, Switch(Begun(latest.time, latest.written), latest.x, index))
             if isinstance(following, Event):
@@ -97,8 +95,18 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
             left = problem.max_steps - progress.statistics.steps
             problem, done = replace(following, max_steps=max(left, 1)), latest
             legs.append(Leg(problem, latest.written, latest.written, latest.time))
+            if problem.is_over(problem.start):  # the end of the run is where it switched
+                yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
+                return
 
     return loop
+
+
+def _over(latest: Progress, x: Floats, samples: Floats, legs: list[Leg]) -> Progress:
+    """Return the progress at the end of the run, what is left of the samples being the state there."""
+    samples[latest.written :] = x
+    legs[-1] = replace(legs[-1], end=len(samples), until=latest.time)
+    return replace(latest, written=len(samples), x=x)
 
 
 def _told(latest: Progress, problem: Problem, samples: Floats) -> Progress:

@@ -119,3 +119,21 @@ def test_a_particle_on_a_rough_table_stops_when_it_does(samples: int) -> None:
     run = mbs.simulate(table, t_end=2, samples=samples, backend="python")
     assert [(change["kind"], change["t"]) for change in run.changes] == [("stick", pytest.approx(1.25, rel=1e-12))]
     assert (run["x"][-1], run["y"][-1]) == pytest.approx((3 * 1.25 / 2, 4 * 1.25 / 2), rel=1e-12)
+
+
+@pytest.mark.parametrize(("short", "backend"), [(1e-14, "c"), (1e-12, "c"), (1e-9, "c"), (1e-12, "python")])
+def test_a_run_that_ends_as_slip_in_space_stops_has_its_last_sample_there(short: float, backend: str) -> None:
+    """The ball rolls with 5/7 of its speed from t = 5/7 on, and no later: the run is too short for more."""
+    end = 5 / 7 * (1 - short)
+    run = mbs.simulate(mbs.loads(BALL), t_end=end, samples=3, rtol=1e-8, backend=backend)
+    assert [change["kind"] for change in run.changes] == ["stick"]
+    assert run.t.tolist() == [0.0, end / 2, end]
+    assert (run["u_free_x"][1], run["u_free_x"][-1]) == pytest.approx((5 - end, 25 / 7), rel=1e-7)
+
+
+@pytest.mark.parametrize("spin", [0, 30])
+def test_when_a_ball_rolls_in_space_can_be_asked(spin: float) -> None:
+    """Slip at first (v, r w) shrinks by 7/2 mu g."""
+    text = BALL.replace("u: [5, 0, 0, 0, 0, 0]", f"u: [5, 0, 0, {spin}, 0, 0]") + "ask: {T: c sticks}\n"
+    solved = mbs.solve(mbs.loads(text))
+    assert solved.answers["T"].value == pytest.approx(math.hypot(5, 0.1 * spin) / 7, rel=1e-9)
