@@ -16,7 +16,7 @@ from math import hypot
 import numpy as np
 
 from multibody_sym.kinematics.loads import apart, applied, span
-from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.motion import Motion, accelerations, pose
 from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.row_sizes import row_terms
 from multibody_sym.kinematics.rows import constraint_jacobian, exerted, row_motions
@@ -151,15 +151,27 @@ def _inertia_force(
 def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:
     """Return Q and its absolute contributions: each load's on each body, each weight, each drive."""
     total, absolute = np.zeros(len(motion.state.u)), np.zeros(len(motion.state.u))
-    acting = [(applied(motion, [load], weight=False), _cancelled(motion, load)) for load in motion.mechanism.loads]
-    for forces, larger in [*acting, (applied(motion, []), 1.0)]:
+    loads = motion.mechanism.loads
+    acting = [(applied(motion, [x], weight=False), _cancelled(motion, x), _levers(motion, x)) for x in loads]
+    for forces, larger, levers in [*acting, (applied(motion, []), 1.0, {})]:
         drives = np.array(forces.of_speed, dtype=float)
         total, absolute = total + drives, absolute + larger * np.abs(drives)
         acted_on = [k for k, wrench in enumerate(forces.of_body) if wrench != NO_WRENCH]
-        for body, wrench in ((partials[k], forces.of_body[k]) for k in acted_on):
-            value, part = body.force(*_in_world(body.rotation, wrench))
-            total, absolute = total + value, absolute + larger * part
+        for k, body in ((k, partials[k]) for k in acted_on):
+            force, moment = _in_world(body.rotation, forces.of_body[k])
+            pressed = float(np.linalg.norm(force))
+            part = body.sizes(pressed, max(float(np.linalg.norm(moment)), levers.get(k, 0.0) * pressed))
+            total, absolute = total + body.force(force, moment)[0], absolute + larger * part
     return total, absolute
+
+
+def _levers(motion: Motion, load: Load) -> dict[int, float]:
+    """Return how far from each body's origin a load acts: with no moment about it, that is a difference of terms."""
+    found: dict[int, float] = {}
+    for marker in load.points:
+        lever = hypot(*pose(motion.state, marker.pose)[1])
+        found[marker.body] = max(found.get(marker.body, 0.0), lever)
+    return found
 
 
 def _cancelled(motion: Motion, load: Load) -> float:

@@ -72,6 +72,11 @@ def test_thousands_of_cases_agree(rows: bool) -> None:
     assert found[0][1] <= LARGEST[rows], found
 
 
+def test_a_force_through_its_own_joint_has_no_moment_but_for_rounding() -> None:
+    """Its moment is a difference of products as large as the force times its lever, and rounds as these do."""
+    assert worst_ratio(random_case(12_832, rows=False, extreme=True), NUMERIC) <= LARGEST[False]
+
+
 def test_a_rope_that_ends_inside_its_wheel_makes_no_case() -> None:
     """Of seed 10277 the first system hangs a body at the centre of a wheel and ties it there: another one is drawn."""
     case = random_case(10277, rows=True)
