@@ -52,15 +52,19 @@ forces: {{pull: {{type: force, on: stool, at: hook, value: [{x}, {y}, {z}]}}}}
 contacts: {{c: {{between: ["stool.p#", ground.plane], static: mu, repeat: {len(self.feet)}}}}}
 """
 
-    def most(self) -> float | None:
-        """Return the largest F at which forces within the polygons balance; None where none do."""
+    def balance(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows and right side of the balance of (x, y, z) of all feet's forces and F."""
         feet, weight = len(self.feet), 3 * self.gravity
         balance = np.zeros((6, 3 * feet + 1))
         for k, foot in enumerate(self.feet):
             for axis, unit in enumerate(np.eye(3)):
                 balance[:, 3 * k + axis] = [*unit, *np.cross(foot, unit)]
         balance[:, -1] = [*self.way, *np.cross(self.hook, self.way)]
-        loads = -np.array([*weight, *np.cross(self.com, weight)])
+        return balance, -np.array([*weight, *np.cross(self.com, weight)])
+
+    def most(self) -> float | None:
+        """Return the largest F at which forces within the polygons balance; None where none do."""
+        feet, (balance, loads) = len(self.feet), self.balance()
         limits = np.zeros((feet, DIRECTIONS, 3 * feet + 1))
         angles = 2 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
         for k in range(feet):
@@ -72,6 +76,31 @@ contacts: {{c: {{between: ["stool.p#", ground.plane], static: mu, repeat: {len(s
         cost = np.append(np.zeros(3 * feet), -1.0)
         found = linprog(cost, A_ub=rows, b_ub=np.zeros(len(rows)), A_eq=balance, b_eq=loads, bounds=bounds)
         return float(found.x[-1]) if found.status == 0 else None
+
+    def limit(self) -> float:
+        """Return the largest F within circles: tangents where the forces pass one, until none does by 1e-10."""
+        feet, (balance, loads) = len(self.feet), self.balance()
+        rows: list[np.ndarray] = []
+
+        def cut(foot: int, x: float, y: float) -> None:
+            rows.append(np.zeros(3 * feet + 1))
+            rows[-1][3 * foot : 3 * foot + 3] = [x / math.hypot(x, y), y / math.hypot(x, y), -self.mu]
+
+        for foot in range(feet):
+            for turn in range(16):
+                cut(foot, math.cos(turn * math.pi / 8), math.sin(turn * math.pi / 8))
+        bounds = [(None, None), (None, None), (0, None)] * feet + [(0, None)]
+        cost = np.append(np.zeros(3 * feet), -1.0)
+        sharp = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+        for _ in range(60):
+            found = linprog(cost, rows, np.zeros(len(rows)), balance, loads, bounds, options=sharp)
+            forces = found.x[:-1].reshape(-1, 3)
+            over = (np.hypot(forces[:, 0], forces[:, 1]) - self.mu * forces[:, 2]) / np.abs(forces).max()
+            if over.max() < 1e-10:
+                return float(found.x[-1])
+            for foot in np.flatnonzero(over > 1e-11):
+                cut(int(foot), *forces[foot, :2])
+        raise AssertionError("tangents did not settle")
 
 
 def random_stool(seed: int) -> Stool:
@@ -110,6 +139,33 @@ def test_up_to_which_force_feet_rest() -> None:
 @pytest.mark.parametrize("start", range(0, 40, 10))
 def test_up_to_which_force_many_stools_rest(start: int) -> None:
     assert sum(compared(seed) for seed in range(start, start + 10)) >= 4
+
+
+def table(com: tuple[float, float], hook: tuple[float, float]) -> Stool:
+    """Return one on four legs that is pulled along x at a height of 0.7 m."""
+    legs = np.array([(0.6 * x, 0.6 * y, 0.0) for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1))])
+    pull, gravity = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -9.81])
+    return Stool(legs, np.array([*com, 0.0]), np.array([*hook, 0.7]), pull, gravity, 0.3)
+
+
+def rests_up_to_the_circles(one: Stool) -> None:
+    ((low, high),) = mbs.range_of_rest(mbs.loads(one.model), "F").rest
+    assert low == 0.0
+    assert high == pytest.approx(one.limit(), rel=1e-9)
+
+
+def test_a_table_rests_up_to_the_largest_force_that_legs_can_take_together() -> None:
+    """Newton's method went to forces with another leg lifted, which that leg's friction would still have helped."""
+    rests_up_to_the_circles(table((5 / 167.72, 2.5 / 167.72), (0.1, 0.05)))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("start", range(0, 40, 10))
+def test_tables_rest_up_to_the_largest_force_that_legs_can_take_together(start: int) -> None:
+    for seed in range(start, start + 10):
+        rng = random.Random(seed)
+        com = (rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05))
+        rests_up_to_the_circles(table(com, (rng.uniform(-0.15, 0.15), rng.uniform(-0.15, 0.15))))
 
 
 def test_what_the_simplex_method_leaves_without_an_answer_is_found() -> None:

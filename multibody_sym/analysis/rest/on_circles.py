@@ -38,6 +38,8 @@ _LEFT: Final = 1e-11
 _DEPENDENT: Final = 1e-10
 _STEP: Final = 1e-6
 _ROUNDED: Final = 1e-10
+_RESISTED: Final = 1e-9
+"""The part of the largest weight of limits up to which no force is missing that keeps a motion from what it goes to."""
 _BEYOND: Final = 1e-9
 """The part of the largest force by which friction on a circle may seem to be beyond it."""
 
@@ -51,7 +53,7 @@ def sharpened(at: Callable[[Sequence[Limit]], ConditionsAt], end: RestEnd, limit
     if end.choice.directions or not any(limit.along is not None for limit in one.limits):
         return one
     try:
-        found = _Newton(at(one.limits), one).found()
+        found = _Newton(at(one.limits), one, at, limits).found()
     except (ArithmeticError, np.linalg.LinAlgError):
         return one
     return found if found is not None and _holds(at(limits)(found.value), limits, found) else one
@@ -140,6 +142,8 @@ class _Newton:
 
     at: ConditionsAt
     end: RestEnd
+    of: Callable[[Sequence[Limit]], ConditionsAt]
+    limits: Sequence[Limit]
 
     @cached_property
     def first(self) -> Conditions:
@@ -259,4 +263,41 @@ class _Newton:
         turned = list(self.end.limits)
         for k, (x, y) in zip(self.slips, ways.reshape(-1, 2).tolist(), strict=True):
             turned[k] = turned[k].turned_to(_along_axis(x, y))
+        if not self.contradicts(X, turned):
+            return None
         return replace(self.end, value=float(X[0]), limits=tuple(turned), on_circles=True)
+
+    def contradicts(self, X: Floats, turned: Sequence[Limit]) -> bool:
+        """Return whether forces that were taken to be none could not resist the motion y either.
+
+        If one of them can, rest is possible beyond, with forces of others than those that give way here.
+        """
+        gone = [k for k in range(self.first.equal.shape[1]) if k not in self.kept]
+        if not gone:
+            return True
+        _, _, y, weights, _ = np.split(X, self.places)
+        in_order = [turned[k] for k in (*self.straight, *self.slips)]
+        given = self.of(in_order)(float(X[0]))
+        if given is None:
+            return False
+        pulled = (self.scales[0][:, None] * given.equal).T @ y + given.cone.T @ weights
+        bounds = self.of([_against(limit, pulled) for limit in self.limits])(float(X[0]))
+        assert bounds is not None
+        own = np.array([not row[self.kept].any() for row in bounds.cone], dtype=bool)
+        left = _nearest_sum(bounds.cone[own][:, gone].T, -pulled[gone])
+        return bool(left <= _RESISTED * float(np.abs(weights).max(initial=0.0)))
+
+
+def _against(limit: Limit, pulled: Floats) -> Limit:
+    """Return the tangent of a limit's circle where a motion pulls most."""
+    if limit.along is None or limit.curve is None:
+        return limit
+    x, y = pulled[list(limit.curve.rubbing)].tolist()
+    return limit.turned_to((x / hypot(x, y), y / hypot(x, y))) if hypot(x, y) > 0.0 else limit
+
+
+def _nearest_sum(columns: Floats, wanted: Floats) -> float:
+    """Return how far a sum of columns, each taken no less than zero times, stays from what is wanted."""
+    from scipy.optimize import nnls  # takes longer to import than most ends need
+
+    return float(nnls(columns, wanted)[1]) if columns.size else float(np.abs(wanted).max(initial=0.0))
