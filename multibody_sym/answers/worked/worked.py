@@ -16,6 +16,7 @@ from multibody_sym.answers.solution import Solution
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.answers.worked.actions import Action
 from multibody_sym.answers.worked.bodies import Force, FreeBody
+from multibody_sym.answers.worked.by_letters import ByLetters
 from multibody_sym.answers.worked.directions import short
 from multibody_sym.answers.worked.elimination import Elimination, Found, arranged
 from multibody_sym.answers.worked.equations import Equations
@@ -105,12 +106,20 @@ class _Work:
         return found | {each.symbol: each.letter for each in self.actions.further}
 
     @cached_property
+    def _by_letters(self) -> ByLetters | None:
+        """What gives the accelerations in letters; None where they are eliminated, or letters too long as well."""
+        found = self.solved.lettered.found if self.reason else None
+        return None if found is None else ByLetters(found, self.mechanism, self.symbols)
+
+    @cached_property
     def notation(self) -> Notation:
         """How everything is spelt."""
         plain = notation_of(self.mechanism, self.symbols, labels=letters_of(self.solved.system.parameters))
         letters = force_letters(self.mechanism, self.symbols, self.unknowns, self.actions.further)
         places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
         spelling = {**plain.spelling, **letters, **self._directions}
+        if self._by_letters is not None:
+            spelling, places = {**self._by_letters.spelling, **spelling}, {**places, **self._by_letters.places}
         return replace(plain, spelling=spelling, places={**plain.places, **places})
 
     @cached_property
@@ -125,6 +134,7 @@ class _Work:
         """The numbers of all symbols."""
         given = self.solved.begin
         found = self._numbers_of(self.solved.numbers)
+        found.update(self._by_letters.values if self._by_letters is not None else {})
         found.update(zip(self.symbols.parameters, given.parameters, strict=True))
         found.update(zip(self.symbols.coordinates, given.q, strict=True))
         found.update(zip(self.symbols.speeds, given.u, strict=True))
@@ -299,7 +309,10 @@ class _Work:
             yield from self._found(found)
 
     def _by_each_other(self) -> Iterator[Line]:
-        """Yield accelerations by those that are left, as relations between them alone give them in formulas."""
+        """Yield what gives the accelerations in letters, else by those that are left, as relations alone give them."""
+        if self._by_letters is not None:
+            yield from self._by_letters.lines()
+            return
         accelerations = self.symbols.accelerations
         alone = Elimination(self.exactly, accelerations, only=accelerations)
         self.exactly.renew()
