@@ -103,10 +103,12 @@ class Solved:
     decided: Decided = field(default_factory=Decided)
     lettered: Lettered = field(default_factory=Lettered)
 
-    def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
+    def values(
+        self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str], least: float = 0.0
+    ) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
 
-        What is not unique has no value, unless multipliers of least norm are asked for and possible.
+        What is not unique has no value, unless least norm is asked for and possible. Forces up to `least` (N) are none.
         """
         numbers, nodes, slots = ask(self.numbers), self._nodes(ask), ask(self.slots)
         others = [ask(other) for other in self.others]
@@ -115,7 +117,7 @@ class Solved:
         found = {}
         for name, number in numbers.items():
             unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
-            rounding = self._rounding(as_node(slots[name]))
+            rounding = max(self._rounding(as_node(slots[name])), least if units.get(name) == "N" else 0.0)
             near = 0.0 if abs(number) <= rounding else float(number)
             closed = unique and name in nodes
             told = unique or (self.mechanism.minimum_norm and not self.beyond)

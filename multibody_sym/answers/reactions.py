@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import Any, Final
 
 from multibody_sym.answers.in_letters.told import told
 from multibody_sym.answers.instant import Solved
@@ -24,6 +24,9 @@ from multibody_sym.scalars.node import ZERO
 
 Components = dict[str, Value]
 Ask = Callable[[Instant], Mapping[str, Any]]
+
+_NOTHING: Final = 1e-12
+"""The part of the largest force of corners up to which their sum is what rounding leaves of it."""
 
 
 def reactions_of(solved: Solved) -> dict[str, Components]:
@@ -148,7 +151,9 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
             return _summed(Acting.at(instant), elements)
 
         units = {**_units(solved.mechanism, elements[0]), **dict.fromkeys(AT, "m")}
-        found[name] = told(solved, of_group, units)
+        acting = Acting.at(solved.numbers)
+        largest = max(abs(float(force)) for element in elements for force in acting.of(element).values())
+        found[name] = told(solved, of_group, units, least=_NOTHING * largest)
         if not found[name]["normal"].unique:  # it may be zero, which acts nowhere
             found[name] |= {at: Value(None, unit="m", unique=False) for at in AT if at in found[name]}
     return found

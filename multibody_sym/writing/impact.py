@@ -8,8 +8,7 @@ from typing import Final
 from multibody_sym.answers.impact.record import ImpactFound, ImpactStep
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.values import Value
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
-from multibody_sym.writing.redundancy import grouped
+from multibody_sym.writing.redundancy import not_unique
 
 _ROUNDING: Final = 1e-12
 _STEPS: Final = 50
@@ -31,7 +30,7 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         "jumps of speeds": _equations(found.jumps, units, "jump of "),
         "speeds after": _equations(found.after, units),
         _JOINTS: _joint_lines(found, units),
-        "not unique, because constraints depend on each other": _not_unique(found),
+        "not unique, because constraints depend on each other": not_unique({**found.impulses, **found.joint_impulses}),
         "apparent masses along the normals": _equations(found.apparent_mass, units),
         "speeds of closing before": _equations(found.closing, units),
         "speeds of opening after": _equations(found.opening, units),
@@ -68,17 +67,6 @@ def _joint_lines(found: ImpactFound, units: Units) -> list[str]:
         for component, value in parts.items()
         if abs(value.value or 0.0) > least
     ]
-
-
-def _not_unique(found: ImpactFound) -> list[str]:
-    both = {**found.impulses, **found.joint_impulses}
-    pairs = [
-        (name, component if component in COMPONENTS else "")
-        for name, parts in both.items()
-        for component, value in parts.items()
-        if not value.unique
-    ]
-    return [grouped(pairs)] if pairs else []
 
 
 def _energies(found: ImpactFound, units: Units) -> list[str]:

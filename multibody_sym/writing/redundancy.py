@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
 
 if TYPE_CHECKING:  # a run needs none of it
     from multibody_sym.checking.check import CheckReport
@@ -59,6 +61,19 @@ def grouped(pairs: Iterable[Sequence[str]]) -> str:
     for name, components in parts.items():
         names.setdefault(" ".join(components), []).append(name)
     return "; ".join(f"{which} of {_listed(each)}" if which else _listed(each) for which, each in names.items())
+
+
+def not_unique(forces: Mapping[str, Mapping[str, Value]]) -> list[str]:
+    """Return which components of forces are not unique, in a line; what has one force alone is named without it."""
+    pairs = []
+    for name, components in forces.items():
+        unsure = [component for component, value in components.items() if not value.unique]
+        if all(component in COMPONENTS for component in unsure):
+            pairs += [(name, component) for component in unsure]
+        else:
+            words = _listed([component.replace("_", " ") for component in unsure])
+            pairs.append((name, words if len(components) > 1 else ""))
+    return [grouped(pairs)] if pairs else []
 
 
 def _listed(names: Sequence[str]) -> str:

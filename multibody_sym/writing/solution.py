@@ -8,9 +8,8 @@ from typing import Final
 from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.values import Value
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.writing.impact import impact_lines
-from multibody_sym.writing.redundancy import grouped
+from multibody_sym.writing.redundancy import not_unique
 from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
 
@@ -40,7 +39,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "forces of constraints": _constraint_lines(solution, units, "rod", "force"),
         "multipliers": _constraint_lines(solution, units, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions, units),
-        "not unique, because constraints depend on each other": _not_unique(solution.reactions),
+        "not unique, because constraints depend on each other": not_unique(solution.reactions),
         "withheld, because constraints do not say where their forces act": withheld_lines(
             solution.withheld, solution.withheld_reasons
         ),
@@ -63,17 +62,6 @@ def _where(solution: Solution, primes: Mapping[str, str], units: Units) -> Itera
         same = None if one.expression is None else above.get(one.expression)
         says = f" ({one.says})" if one.says else ""
         yield f"{name} = {same}" if same else f"{name} {one.told(units)}{says}"
-
-
-def _not_unique(reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
-    """Return the components that are not unique; a constraint with one force is named alone."""
-    pairs = [
-        (name, component if component in COMPONENTS else "")
-        for name, components in reactions.items()
-        for component, value in components.items()
-        if not value.unique
-    ]
-    return [grouped(pairs)] if pairs else []
 
 
 def _indented(lines: Iterable[str]) -> str:

@@ -13,6 +13,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.numerics.outline import outline
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.writing.solution import solution_text
 
 SPACE = """\
 multibody_sym: 1
@@ -178,6 +179,18 @@ def test_a_table_stands_on_four_legs() -> None:
         "P*b + b*g*m >= P*y": "L tips about L3, L4",
     }
     assert found.verdict == "one"
+
+
+PULLED = TABLE.replace("value: [0, 0, -P]", "value: [H, 0, -P]").replace("mu: 0.4,", "mu: 0.3, H: 0 N,")
+
+
+def test_forces_of_legs_that_cancel_are_nothing_and_those_that_are_not_unique_are_named() -> None:
+    """The load pulls by 0 N: what rounding leaves of four legs' friction is none of it."""
+    m, P, x, y = 12.0, 50.0, 0.1, 0.05
+    found = solved(PULLED, g=9.81, m=m, P=P, b=0.6, x=x, y=y)
+    assert found.reactions["L"]["friction_1"].value == 0.0
+    assert found.reactions["L"]["friction_2"].value == 0.0
+    assert "  normal, friction 1, friction 2 of L1, L2, L3, L4\n" in solution_text(found)
 
 
 def test_a_tripod_has_a_force_in_each_leg() -> None:

@@ -20,12 +20,13 @@ def told(
     ask: Callable[[Instant], Mapping[str, Any]],
     units: Mapping[str, str],
     numbers: Collection[str] = (),
+    least: float = 0.0,
 ) -> dict[str, Value]:
     """Return what `ask` finds at the instant as `Solved.values` does, with formulas in letters where there are none.
 
-    What is in `numbers` gets none.
+    What is in `numbers` gets none. Forces up to `least` (N) are none.
     """
-    found = solved.values(ask, units)
+    found = solved.values(ask, units, least)
     return {name: x if name in numbers else _in_letters(solved, ask, name, x) for name, x in found.items()}
 
 
