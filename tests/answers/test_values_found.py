@@ -7,6 +7,7 @@ from math import acos, asin, atan, cos, cosh, log, pi, sin, sqrt, tan
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.answers.questions.finding import zeros
 
 HEAD = """
 multibody_sym: 1
@@ -242,3 +243,71 @@ simulation: {{t_end: 1 s}}
 """))
     assert solution.answers["stiff"].value is None
     assert [x for x in solution.conditions if x.startswith("stiff: any value of k will do: ")]
+
+
+DOME = """
+multibody_sym: 1
+name: dome
+gravity: [0, -g, 0]
+parameters: {g: {value: 9.81, positive: true}, m: 1.5, R: {value: 1.2, positive: true}, v0: {value: 1, positive: true}}
+bodies: {ground: {surfaces: {dome: {disc: R}}}, p: {mass: m}}
+joints: {free: {type: point, parent: ground, child: p, q: [x, y], initial: {q: [0, R], u: [v0, 0]}}}
+contacts: {c: {between: [p, ground.dome]}}
+simulation: {t_end: 0.1}
+ask: {f: {find: v0, so: "reaction(c, normal) == 0"BETWEEN}}
+"""
+SLING = """
+multibody_sym: 1
+name: sling
+gravity: [0, -g, 0]
+parameters: {g: {value: 9.81, positive: true}, m: 1.5, l: {value: 0.9, positive: true}, v0: {value: 6, positive: true}}
+bodies: {p: {mass: m}}
+joints: {f: {type: point, parent: ground, child: p, q: [x, y], initial: {q: [0, -l], u: [v0, 0]}}}
+constraints: {s: {type: rope, path: [ground, p], length: l, slack: true}}
+simulation: {t_end: 0.8}
+ask: {f: {find: v0, so: "min(tension(s)) == 0"BETWEEN}}
+"""
+
+
+_LONG = pytest.mark.long
+
+
+@pytest.mark.parametrize(
+    ("model", "between", "known", "told"),
+    [
+        (DOME, "[1, 6]", sqrt(9.81 * 1.2), "every v0 above, as far as was looked: to 6"),
+        pytest.param(DOME, None, sqrt(9.81 * 1.2), "every v0 above, as far as was looked: to ", marks=_LONG),
+        pytest.param(SLING, "[6, 7]", sqrt(5 * 9.81 * 0.9), "v0 below, as far as was looked: down to 6", marks=_LONG),
+        (SLING, None, sqrt(5 * 9.81 * 0.9), "every v0 below, as far as was looked: down to "),
+    ],
+)
+def test_of_a_range_in_which_the_equation_holds_the_end_is_found(
+    model: str, between: str | None, known: float, told: str
+) -> None:
+    """Off the dome nothing presses, of a slack string the least tension is zero: that was met at a scan point."""
+    asked = model.replace("BETWEEN", f", between: {between}" if between else "")
+    solution = mbs.solve(mbs.loads(asked))
+    assert solution.answers["f"].value == pytest.approx(known, rel=1e-9)
+    assert any(told in each for each in solution.conditions), solution.conditions
+    assert not any("others are" in each for each in solution.conditions)
+
+
+@pytest.mark.parametrize(
+    ("function", "bounds", "known"),
+    [
+        (lambda x: max(x - 2.3, 0.0), (0.0, 5.0), [(2.3, 0.0)]),
+        (lambda x: max(x - 2.3, 0.0) + min(x - 1.2, 0.0), (0.0, 5.0), [(1.2, 2.3)]),
+        (lambda x: max(x - 2.3, 0.0) * (x - 4.1) + 1e-13 * sin(40 * x), (0.0, 5.0), [(2.3, 0.0), (4.1, None)]),
+        (lambda x: x**4 - 1e-40, (-2.0, 5.0), [(1e-10, None)]),
+        (lambda x: 10 ** (3 * x) - 10**1.5, (0.0, 5.0), [(0.5, None)]),
+        (lambda x: x - 2.5, (0.0, 5.0), [(2.5, None)]),
+    ],
+)
+def test_ranges_of_zeros_are_told_from_zeros(function, bounds, known) -> None:  # type: ignore[no-untyped-def]
+    found = zeros(function, 0.9, bounds)
+    if len(known) == 1 and known[0][0] == 1e-10:
+        assert all(zero.through is None for zero in found)
+        return
+    assert [zero.at for zero in found] == pytest.approx([at for at, _ in known], rel=1e-10)
+    ends = [zero.through for zero in found]
+    assert [None if end is None else pytest.approx(end, rel=1e-10) for end in ends] == [end for _, end in known]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice, pairwise
 from math import isfinite, nan
 from typing import Final
@@ -24,14 +25,23 @@ _FINE: Final = 1e-13
 """The part of a root to which it is looked for by runs, which are not more accurate."""
 _NO_ROOT: Final = 1e-5
 """The part of the values beside it that is left at a change of sign which is a jump, or a pole, and no zero."""
+_NOTHING: Final = 1e-10
+"""The part of the largest value met that is zero to rounding, where a function vanishes over a whole range."""
+_RISE: Final = 1e3
+"""How many times what is left in such a range a value beside it is at least."""
+_BESIDE: Final = 0.1
+"""The part of a bracket by which a function must vanish on from its end, for that to be in such a range."""
+_EDGE: Final = 1e-12
+"""The part of the end of such a range to which it is halved."""
 
 
 @dataclass(frozen=True)
 class Zero:
-    """Where a function vanishes, and what is left of it there."""
+    """Where a function vanishes, and what is left of it there; `through`: it does so all the way from there to here."""
 
     at: float
     residual: float
+    through: float | None = None
 
 
 def zeros(
@@ -40,18 +50,36 @@ def zeros(
     """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
 
     Without bounds the one that is met first on ways out from the sample, to both sides; of a function that is `cheap`
-    a few. Where the function is nan, it has no value.
+    a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the end is returned.
     """
     if bounds is not None:
-        edges = [float(x) for x in np.linspace(*bounds, _PARTS + 1)]
-        scanned = pairwise([(x, function(x)) for x in edges])
-        brackets: Iterator[tuple[Point, Point]] = (_with_values(function, a, b) for a, b in scanned)
+        points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
+        walk: Iterator[_Seen] = _between(function, points)
     else:
-        brackets = _outwards(function, sample)
+        walk = _outwards(function, sample)
     fine = _ACCURACY if cheap else _FINE
-    met = (zero for pair in brackets if _changes(*pair) and (zero := _zero(function, *pair, fine)) is not None)
-    found = islice(met, None if bounds is not None else _MOST if cheap else 1)
-    return sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample))
+    met = (zero for seen in walk if (zero := _met(function, seen, fine)) is not None)
+    found = list(islice(met, None if bounds is not None else _MOST if cheap else 1))
+    return _apart(sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample)))
+
+
+def _apart(found: list[Zero]) -> list[Zero]:
+    """Return zeros without those that lie in a range in which all are, of whose two ends the first is kept."""
+    ranges: list[Zero] = []
+    for zero in (each for each in found if each.through is not None):
+        same = next((k for k, other in enumerate(ranges) if _overlap(other, zero)), None)
+        if same is None:
+            ranges.append(zero)
+        else:
+            ranges[same] = replace(ranges[same], through=zero.at)
+    alone = [each for each in found if each.through is None and not any(_overlap(each, x) for x in ranges)]
+    order = [zero.at for zero in found]
+    return sorted([*ranges, *alone], key=lambda each: order.index(each.at))
+
+
+def _overlap(one: Zero, two: Zero) -> bool:
+    ends = [sorted((x.at, x.at if x.through is None else x.through)) for x in (one, two)]
+    return max(low for low, _ in ends) <= min(high for _, high in ends)
 
 
 def vanishes_about(
@@ -84,20 +112,50 @@ def _changes(a: Point, b: Point) -> bool:
     return isfinite(a[1]) and isfinite(b[1]) and (a[1] == 0.0 or a[1] * b[1] < 0.0)
 
 
-def _outwards(function: Callable[[float], float], sample: float) -> Iterator[tuple[Point, Point]]:
+@dataclass(frozen=True)
+class _Seen:
+    """A bracket among the points at which a function was looked at, in their order."""
+
+    a: Point
+    b: Point
+    points: Sequence[Point]
+
+    @property
+    def little(self) -> float:
+        """What is zero to rounding."""
+        return _NOTHING * max((abs(y) for _, y in (*self.points, self.a, self.b) if isfinite(y)), default=0.0)
+
+    def through(self, end: Point, other: Point) -> float:
+        """Return how far the function vanishes from an end of the bracket on, away from the other."""
+        side = 1.0 if end[0] > other[0] else -1.0
+        beyond = sorted((x for x in self.points if (x[0] - end[0]) * side > 0.0), key=lambda x: x[0] * side)
+        last = end[0]
+        for x, y in beyond:
+            if not abs(y) <= self.little:
+                break
+            last = x
+        return last
+
+
+def _between(function: Callable[[float], float], points: list[Point]) -> Iterator[_Seen]:
+    """Yield the brackets of points in turn."""
+    return (_Seen(*_with_values(function, a, b), points) for a, b in pairwise(points))
+
+
+def _outwards(function: Callable[[float], float], sample: float) -> Iterator[_Seen]:
     """Yield the brackets that are met on the way from the sample outwards, to one side and the other in turn."""
     here = (sample, function(sample))
-    if here[1] == 0.0:
-        yield here, here
+    points = [here]
     ends = {1.0: here, -1.0: here}
     step = _FIRST * (abs(sample) or 1.0)
+    if here[1] == 0.0 and all(function(sample + side * step) != 0.0 for side in ends):
+        yield _Seen(here, here, points)
     for _ in range(_WIDENED):
         for side, last in tuple(ends.items()):
             x = last[0] + side * step
             ends[side] = (x, function(x))
-            bracket = _with_values(function, last, ends[side])
-            if _changes(*bracket):
-                yield bracket
+            points.append(ends[side])
+            yield _Seen(*_with_values(function, last, ends[side]), tuple(sorted(points)))
         step *= _GROWTH
 
 
@@ -117,6 +175,36 @@ def _with_values(function: Callable[[float], float], a: Point, b: Point) -> tupl
         if _changes(begin, last):
             break
     return (begin, last) if known is a else (last, begin)
+
+
+def _met(function: Callable[[float], float], seen: _Seen, fine: float) -> Zero | None:
+    """Return the zero in a bracket, the end of a range in which the function vanishes where one ends there."""
+    edge = _edge(function, seen)
+    if edge is not None:
+        return edge
+    return _zero(function, seen.a, seen.b, fine) if _changes(seen.a, seen.b) else None
+
+
+def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
+    """Return the end of a range in which a function vanishes, to rounding, None where none ends in a bracket.
+
+    It vanishes at one end of the bracket, and on from there as well: that tells a range from a zero that was hit.
+    """
+    zero, other = sorted((seen.a, seen.b), key=lambda x: abs(x[1]))
+    if not (isfinite(zero[1]) and isfinite(other[1]) and abs(zero[1]) <= seen.little < abs(other[1])):
+        return None
+    through = seen.through(zero, other)
+    way = _BESIDE * (zero[0] - other[0]) if through != zero[0] else _BESIDE * (other[0] - zero[0])
+    beside = function(zero[0] + way)
+    left = max(abs(zero[1]), abs(beside))
+    if not left <= min(seen.little, abs(other[1]) / _RISE):
+        return None
+    low, high = zero, other[0]
+    while abs(high - low[0]) > _EDGE * max(abs(high), abs(low[0])):
+        x = (low[0] + high) / 2
+        value = function(x)
+        low, high = ((x, value), high) if abs(value) <= 4 * left else (low, x)
+    return Zero(low[0], low[1], through)
 
 
 def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -> Zero | None:

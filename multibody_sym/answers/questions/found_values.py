@@ -119,12 +119,20 @@ class Search:
         told = f"{how}; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
         if self.bounds is None and how == "by runs":
             first = f"the first on the way out from {self.sample:.6g}"
-            return [f"{told}; {first}, others were not looked for (between: ..)"]
+            return [f"{told}; {first}, others were not looked for (between: ..)", *self._range(found[0])]
         return [told, *self._others(found)]
 
     def _others(self, found: list[Zero]) -> list[str]:
-        others = ", ".join(f"{zero.at:.10g}" for zero in found[1:])
-        return [f"others are {others}"] if others else []
+        others = ", ".join(_place(zero) for zero in found[1:])
+        return [*self._range(found[0]), *([f"others are {others}"] if others else [])]
+
+    def _range(self, zero: Zero) -> list[str]:
+        """Return that the equation holds in a whole range, of which the value is an end."""
+        if zero.through is None:
+            return []
+        side = "above" if zero.through > zero.at else "below"
+        what = f"{self.equation} holds there and for every {self.name} {side}"
+        return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.10g}"]
 
     def _verify(self) -> None:
         if any(question.find is not None for question in self._posed.ask.values()):
@@ -270,3 +278,8 @@ class Search:
         except (NoClosedFormError, InputError, *UNDEFINED) as reason:
             self.solved.reasons[str(reason)] = None
         return None
+
+
+def _place(zero: Zero) -> str:
+    """Return where a function vanishes, for people."""
+    return f"{zero.at:.10g}" if zero.through is None else f"{zero.at:.10g} to {zero.through:.10g}"
