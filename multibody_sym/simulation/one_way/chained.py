@@ -42,6 +42,7 @@ from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runs.told import Alone, Told
 
 IMPACT: Final = "impact"
+COLLAPSE: Final = "collapse"
 SEVERAL: Final = "several states"
 _AT_ONCE: Final = 1e-3
 """The part of a mean step within which a return to a mode is no motion."""
@@ -370,7 +371,8 @@ class OneWayRun:
         blow, changes = found.blow, self._begin(stretch)
         changed = {name: word for name, word, _ in changes}
         if blow is not None:
-            self._hit(time, blow, {name: changed.pop(name, IMPACT) for name in blow.impulses}, found.late)
+            words = {x: changed.pop(x, COLLAPSE if x in found.collapsed else IMPACT) for x in blow.impulses}
+            self._hit(time, blow, words, found.late)
         self.changes += [Change(time, name, word, before) for name, word, before in changes if name in changed]
 
     def _begin(self, stretch: Stretch) -> list[tuple[str, str, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import field, replace
 from typing import Final
 
@@ -31,7 +31,7 @@ class Decided:
 
     `largest` is the largest force there, as forces are measured; `found` the states that are possible, of a problem as
     `posed`; both None where the mode was known before and verified. `blow`: what an impact did, None without one;
-    `late`: how much longer (s) what rests now would still have bounced.
+    `late`: how much longer (s) what rests now would still have bounced; of this has `collapsed` what struck in turn.
     """
 
     facts: Facts
@@ -41,6 +41,7 @@ class Decided:
     posed: PosedLaws | None
     blow: Blow | None = None
     late: Mapping[str, float] = field(default_factory=dict)
+    collapsed: frozenset[str] = frozenset()
 
     @property
     def several(self) -> bool:
@@ -61,7 +62,6 @@ class Decided:
         largest = max(float(np.abs(forces).max(initial=0.0)), 1e-3 * float(np.abs(causes).max(initial=0.0)))
         return rounded_up(largest)
 
-
     def carried(self, element: OneWay) -> float:
         """Return the normal force (N) of an element in the first state that was found, 0 where it takes no part."""
         place = None if self.posed is None else self.posed.places.get(element.normals[0].name)
@@ -78,11 +78,12 @@ class Before:
     guess: Mode | None
     bounces: Bounces
 
-    def late(self, facts: Facts, closing: Iterable[OneWay], touching: Collection[str]) -> dict[str, float]:
-        """Return how much longer (s) each element would bounce that comes to rest now, or collapses with others."""
+    def late(self, facts: Facts, closing: Collection[OneWay], touching: Collection[str]) -> dict[str, float]:
+        """Return how much longer (s) each element would strike that comes to rest now, or collapses with others."""
         alone = len(touching) == 1
         left = {x.name: self.bounces.remaining(facts, x, facts.falling(x, self.udot), alone) for x in closing}
         ending = dict.fromkeys(self.bounces.collapsing(facts.t, len(facts.laws.unilateral)), 0.0)
+        ending |= self.bounces.dying(facts, closing)
         return ending | {name: time for name, time in left.items() if time is not None}
 
 
@@ -104,10 +105,15 @@ def decided(
     facts = moved(facts, q=onto_rows(facts, touching))
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing, touching) if before is not None else {}
-    blow = struck(facts, touching, late) if closing else None
+    held = before.bounces.dying(facts, closing).keys() - {*beyond, *hidden} if before is not None else set[str]()
+    if held:
+        touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
+        facts = moved(facts, q=onto_rows(facts, touching))
+    blow = struck(facts, touching, late, held) if closing else None
     if blow is not None:
         facts = moved(facts, u=facts.u + blow.jump)
-        touching = [x.name for x in named(facts, touching) if not _leaves(facts, x, before if late else None)]
+        leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
+        touching = [name for name in touching if name in held or name not in leaving]
     facts = moved(facts, u=at_rest(facts, touching))
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
@@ -117,7 +123,7 @@ def decided(
     if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode, hidden)
     largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right)
-    return Decided(facts, mode, largest, found, problem, blow, late)
+    return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
 
 
 def _goes_on(mode: Mode, before: Mode) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.problem import Equality, Law
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -22,6 +23,12 @@ _TICKS: Final = 1e3 * np.finfo(float).eps
 """The part of the time, too: shorter flights are not resolved."""
 _HEIGHT: Final = 1e4 * np.finfo(float).eps
 """The part of the largest length below which the height of a bounce is lost in rounding."""
+_LONGEST: Final = 12
+"""Impacts in a cycle of them."""
+_CYCLES: Final = 4
+"""Ends of cycles, the ratios of which have to agree."""
+_ALIKE: Final = 1e-2
+"""The part by which they may differ: rounding of where what is nearly at rest strikes is in them."""
 _ROUNDING: Final = 16.0 * np.finfo(float).eps
 """The part of the time by which it has to go on to have done so."""
 
@@ -67,10 +74,46 @@ def _endless(contacts: int) -> int:
 
 
 @dataclass
+class Rhythm:
+    """The last impacts of a run, when each was and what struck: cycles that shrink end as a geometric series does.
+
+    A load lands without a rebound, its counterweight flies on until their rope is taut and jerks it up again. Each of
+    the two rests as the other strikes, so that no coefficient tells the ratio, but the times of the cycles do.
+    """
+
+    _hits: deque[tuple[float, str]] = field(default_factory=lambda: deque(maxlen=_CYCLES * _LONGEST))
+
+    def hit(self, time: float, name: str) -> None:
+        """Note an impact of an element."""
+        self._hits.append((time, name))
+
+    def since(self, time: float) -> float:
+        """Return the time (s) since the last impact."""
+        return time - self._hits[-1][0] if self._hits else np.inf
+
+    def ending(self, time: float, names: Iterable[str]) -> tuple[frozenset[str], float, float]:
+        """Return what strikes in cycles that shrink, with an impact of `names` now, and how long (s) the last one was.
+
+        Then how long (s) all that follow take together. No names where there is no such cycle of several elements.
+        """
+        hits = [*self._hits, *((time, name) for name in names)]
+        for size in range(2, min(_LONGEST, (len(hits) - 1) // (_CYCLES - 1)) + 1):
+            ends = [hits[-1 - k * size] for k in range(_CYCLES)]
+            a, b, c = (ends[k][0] - ends[k + 1][0] for k in range(_CYCLES - 1))
+            if not (0.0 < a < b < c and abs(a * c - b * b) < _ALIKE * b * b):
+                continue
+            same = all(hits[-1 - k][1] == hits[-1 - k - size][1] for k in range((_CYCLES - 2) * size))
+            if same:
+                return frozenset(name for _, name in hits[-size:]), a, a * a / (b - a)
+        return frozenset(), 0.0, 0.0
+
+
+@dataclass
 class Bounces:
     """Since when contacts have been bouncing, by element; what has come to rest begins anew."""
 
     since: dict[str, float] = field(default_factory=dict)
+    rhythm: Rhythm = field(default_factory=Rhythm)
     _hits: deque[tuple[float, str]] = field(default_factory=deque)
     _first: float = np.inf
     _left: dict[str, float] = field(default_factory=dict)
@@ -92,6 +135,7 @@ class Bounces:
     def hit(self, time: float, name: str) -> None:
         """Note an impact of an element."""
         self._first = min(self._first, time)
+        self.rhythm.hit(time, name)
         self._hits.append((time, name))
 
     def collapsing(self, time: float, contacts: int) -> frozenset[str]:
@@ -105,6 +149,25 @@ class Bounces:
             self._hits.popleft()
         many = len(self._hits) > _endless(contacts)
         return frozenset(name for _, name in self._hits) if many else frozenset()
+
+    def dying(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
+        """Return how much longer (s) elements would strike in turn, in cycles that shrink; none where they go on.
+
+        They all touch, and none gets further away in a cycle than what counts as touching, or what is left is less than
+        1e-9 of the time since the first impact.
+        """
+        unseen, fastest = self._unseen(facts.t), max((-facts.rate(x) for x in closing), default=0.0)
+        least = min((facts.allowed_gap(x) for x in facts.near), default=0.0)
+        if not (self.rhythm.since(facts.t) < unseen or fastest * self.rhythm.since(facts.t) < 4.0 * least):
+            return {}
+        names, cycle, left = self.rhythm.ending(facts.t, [x.name for x in closing])
+        taking = [x for x in facts.near if x.name in names]
+        low = all(abs(facts.rate(x)) * cycle < 4.0 * facts.allowed_gap(x) for x in taking)
+        ends = len(taking) == len(names) and (low or max(cycle, left) < unseen)
+        return {x.name: left for x in taking} if ends else {}
+
+    def _unseen(self, time: float) -> float:
+        return max(_REMAINING * (time - self._first), _TICKS * abs(time)) if self._first <= time else 0.0
 
     def remaining(self, facts: Facts, element: OneWay, falling: float, alone: bool) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
@@ -176,8 +239,13 @@ def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
     return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
 
 
-def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) -> Blow | None:
-    """Return the impact of what touches, without a rebound of what is `resting`; None if its laws have no solution."""
+def struck(
+    facts: Facts, touching: Collection[str], resting: Collection[str], held: Collection[str] = ()
+) -> Blow | None:
+    """Return the impact of what touches, without a rebound of what is `resting`; None if its laws have no solution.
+
+    What is `held` stays together, whichever way its impulse acts.
+    """
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
         ImpactProblem,
@@ -195,7 +263,7 @@ def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) ->
         bounces[place] = 0.0 if element.name in resting else restitution(facts, element)
         allowed[place] = facts.allowed_speed(element.normals[0])
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
-    rows = replace(problem.problem, right=-speeds)
+    rows = replace(problem.problem, right=-speeds, laws=_laws(problem, held))
     law: ImpactLaw = "poisson" if problem.parts else "newton"
     sequence: Sequence = "one_by_one" if bounces.any() else "simultaneous"
     returned = _returned(facts, problem)
@@ -213,6 +281,13 @@ def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) ->
         dict(zip(problem.names, found.impulses.tolist(), strict=True)),
         found.notes,
     )
+
+
+def _laws(problem: PosedLaws, held: Collection[str]) -> tuple[Law, ...]:
+    """Return the laws of rows, by which what is `held` holds both ways."""
+    together = {element.normals[0].name for element in problem.elements if element.unilateral and element.name in held}
+    named = zip(problem.names, problem.problem.laws, strict=True)
+    return tuple(Equality() if name in together else law for name, law in named)
 
 
 def _returned(facts: Facts, problem: PosedLaws) -> tuple[float, ...]:

@@ -1,0 +1,60 @@
+"""What strikes in turn, each at rest without a rebound as the other strikes, comes to rest after endlessly many."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import multibody_sym as mbs
+
+MACHINE = """
+multibody_sym: 1
+name: jerked
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m1: 2, m2: 3, h: 0.8, H: 5}
+bodies:
+  ground:
+    points: {o: [0, H, 0], r: [0.4, 0, 0], l: [-0.4, 0, 0]}
+    surfaces: {floor: {plane: [0, 0, 0], normal: y}}
+  a: {mass: m1}
+  b: {mass: m2}
+joints:
+  A: {type: prismatic, parent: ground.l, child: a, axis: y, q: y1, initial: {q: 1}}
+  B: {type: prismatic, parent: ground.r, child: b, axis: y, q: y2, initial: {q: h}}
+pulleys: {P: {at: ground.o, radius: 0.4}}
+constraints: {s: {type: rope, path: [a, P, b], slack: true}}
+contacts: {c: {between: [b, ground.floor], open: true}}
+outputs: {E: total_energy()}
+ask: {t1: c closes, ymax: {max: y1}}
+"""
+
+
+def rest(m1: float, m2: float) -> float:
+    """Return when both rest: b lands with v, a flies for 2 v/g, the jerk leaves k v and b is back 2 k v/(k' g) later.
+
+    Here k = m1/(m1 + m2), k' = (m2 - m1)/(m1 + m2), and each cycle is the one before times k.
+    """
+    k, slower = m1 / (m1 + m2), (m2 - m1) / (m1 + m2)
+    v = math.sqrt(2 * slower * 9.81 * 0.8)
+    return v / (slower * 9.81) + (2 * v / 9.81 + 2 * k * v / (slower * 9.81)) / (1 - k)
+
+
+@pytest.mark.parametrize(("m1", "m2", "backend"), [(2, 3, "c"), (1, 4, "c"), (2, 2.5, "c"), (2, 3, "python")])
+def test_a_weight_that_lands_and_is_jerked_up_again_and_again_rests(m1: float, m2: float, backend: str) -> None:
+    end = rest(m1, m2)
+    values = {"m1": m1, "m2": m2}
+    run = mbs.simulate(mbs.loads(MACHINE), parameters=values, t_end=1.1 * end, samples=12, backend=backend)
+    assert [run[x][-1] for x in ("u_y1", "u_y2", "y2")] == [0.0, 0.0, pytest.approx(0.0, abs=1e-13)]
+    assert run["y1"][-1] == pytest.approx(1.8, rel=1e-13)
+    assert max(event["t"] for event in run.events) == pytest.approx(end, rel=1e-8)
+    assert (run.events[-1]["kind"], run.events[-1]["element"]) == ("collapse", "s")
+    assert sum(event.get("lost", 0.0) for event in run.events) == pytest.approx(run["E"][0] - run["E"][-1], rel=1e-10)
+    assert run["E"][0] - run["E"][-1] == pytest.approx((m2 - m1) * 9.81 * 0.8, rel=1e-12)
+
+
+def test_questions_about_what_strikes_in_turn_have_answers() -> None:
+    """It is highest as b has landed and a flies on: 0.8 + v^2/(2 g) above where it was, v^2 = 2 (g/5) 0.8."""
+    answers = mbs.solve(mbs.loads(MACHINE + "simulation: {t_end: 3}\n")).answers
+    assert answers["t1"].value == pytest.approx(math.sqrt(2 * 0.8 * 5 / 9.81), rel=1e-9)
+    assert answers["ymax"].value == pytest.approx(1 + 0.8 + 0.8 / 5, rel=1e-9)
