@@ -99,7 +99,9 @@ In `outputs`, `stop` and `ask` expressions name what the motion does.
 {table(("quantity", "value", "SI unit"), quantities)}
 ## States
 
-In `stop` and `ask`, and as moments, a state that begins is a condition.
+In `stop` and `ask`, and as moments, a state that begins is a condition: it did not hold, and now it does. One that
+holds from the start on begins when it comes back; a question about one that never does has the answer 0 s, which
+is told. States are not joined by `and` and `or`.
 
 {table(("condition", "states in which it holds"), states)}
 ## Units

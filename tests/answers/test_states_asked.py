@@ -58,6 +58,36 @@ def test_a_formula_of_a_path_holds_as_long_as_the_state_does() -> None:
     assert beyond.expression is None
 
 
+SLING = """
+parameters: {g: 9.81 m/s^2, m: 1.5 kg, l: 0.9 m}
+bodies: {p: {mass: m}}
+joints: {f: {type: point, parent: ground, child: p, q: [x, y], initial: {q: [0, -l], u: [5 m/s, 0]}}}
+constraints: {s: {type: rope, path: [ground, p], length: l, slack: true}}
+simulation: {t_end: 1.2 s}
+"""
+
+
+def test_what_holds_at_the_start_begins_when_it_comes_back() -> None:
+    """A stone on a string, thrown with 5 m/s, flies free from cos = (v^2/(g l) - 2)/3 above its nail to the circle."""
+    g, l = 9.81, 0.9
+    rise = (25 / (g * l) - 2) / 3
+    v2 = g * l * rise  # m v^2/l = m g cos there; the parabola is at the circle again after 4 v sin/g
+    flight = 4 * math.sqrt(v2) * math.sqrt(1 - rise**2) / g
+    asked = "ask: {off: s slackens, back: s tautens, at: {value: t, when: s tautens}, flight: back - off}"
+    answers = mbs.solve(mbs.loads(HEAD + SLING + asked)).answers
+    assert answers["flight"].value == pytest.approx(flight, rel=1e-8)
+    assert answers["back"].value == pytest.approx(answers["at"].value, rel=1e-9)
+    assert answers["back"].value == pytest.approx(answers["off"].value + flight, rel=1e-8)
+
+
+def test_what_holds_from_the_start_and_never_begins_is_told() -> None:
+    model = SLING.replace("t_end: 1.2", "t_end: 0.2") + "ask: {back: s tautens, at: {of: p, at: s tautens}}"
+    solution = mbs.solve(mbs.loads(HEAD + model))
+    assert [solution.answers[name].value for name in ("back", "at")] == pytest.approx([0.0, 5.0], rel=1e-12)
+    said = "s tautens from the start on, and does not begin to later, before t_end of the simulation"
+    assert [f"{name}: {said}" for name in ("back", "at")] == [x for x in solution.conditions if said in x]
+
+
 @pytest.mark.parametrize("section", ["stop: {a: string slackens}", "ask: {a: string slackens}"])
 def test_what_has_no_state_is_told(section: str) -> None:
     with pytest.raises(mbs.ModelError, match="'string' is no contact, rope that may slacken, stop or friction"):

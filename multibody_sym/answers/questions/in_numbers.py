@@ -14,7 +14,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.states import Moment
+from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
@@ -71,6 +71,9 @@ class InNumbers:
         time = self.motion.moment(moment, question.value)
         if time is None:
             raise _never(moment)
+        if time == 0.0 and isinstance(moment, StateCondition):
+            told = f"{moment} from the start on, and does not begin to later, before t_end of the simulation"
+            self.told.extend([told] if told not in self.told else [])
         return time
 
     def _course(self, question: Ask) -> float:

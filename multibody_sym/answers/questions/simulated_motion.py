@@ -78,6 +78,7 @@ class Simulated:
     def moment(self, moment: Moment, asked: Node | None = None) -> float | None:
         """Return the first time at which a moment comes, 0 if it is there at the start, None if not before `t_end`.
 
+        A state that holds at the start comes when it begins again, if it does.
         An expression that is `asked` at that moment has its value from the same run, if one ends there.
         """
         if isinstance(moment, StateCondition):
@@ -125,22 +126,25 @@ class Simulated:
         return self.value(_along("velocity", point, direction), time)
 
     def begins(self, condition: StateCondition) -> float | None:
-        """Return the first time at which a state begins, 0 if it holds at the start, None if not before `t_end`."""
+        """Return the first time after the start at which a state begins, None if not before `t_end`.
+
+        One that holds at the start, and does not begin again, does so at 0.
+        """
         run = self._simulated(self.system, None)
         words = dict(run.ready.state.words)
-        if condition.holds(words):
-            return 0.0
+        from_start = held = condition.holds(words)
         for change in run.changes:
             words[change["element"]] = change["kind"]
-            if condition.holds(words):
+            before, held = held, condition.holds(words)
+            if held and not before:
                 return float(change["t"])
-        return None
+        return 0.0 if from_start else None
 
     def _begins(self, condition: StateCondition, asked: Node) -> float | None:
         run = self._until(condition, asked)
-        if condition.holds(dict(run.ready.state.words)):
-            return 0.0
-        return None if run.stop is None else float(run.stop["t"])
+        if run.stop is not None:
+            return float(run.stop["t"])
+        return 0.0 if condition.holds(dict(run.ready.state.words)) else None
 
     def changes_before(self, time: float) -> float | None:
         """Return when a state first changes before a time, None where none does."""
