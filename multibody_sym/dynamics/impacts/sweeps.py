@@ -12,13 +12,14 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.judgement import fulfils
+from multibody_sym.dynamics.laws.judgement import fulfils, holds_equations
 from multibody_sym.dynamics.laws.mode_solve import solve_mode
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, LawMode, LawProblem
 from multibody_sym.dynamics.laws.proposals import SPHERE
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
 from multibody_sym.dynamics.laws.scaled import Part, Scaled, scaled
 from multibody_sym.dynamics.laws.search import modes_of
+from multibody_sym.dynamics.laws.uniqueness import admissible
 from multibody_sym.numerics.arrays import Floats
 
 MOST: Final = 2000
@@ -35,8 +36,16 @@ def swept(problem: LawProblem) -> LawMode | None:
     """Return the mode that sweeps come near, with slips in space turned if need be, in which static friction holds."""
     system = scaled(problem)
     mu = np.array([part.static for part in system.parts], dtype=float)
-    modes = ((mode, solve_mode(system, modes_of(system, mode), mu)) for mode in _modes(system))
-    return next((mode for mode, trial in modes if fulfils(system, trial)), None)
+    return next((mode for mode in _modes(system) if _may_hold(system, mode, mu)), None)
+
+
+def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
+    """Return whether a mode fulfils the laws, with other impulses than those of a basic solution if need be."""
+    trial = solve_mode(system, modes_of(system, mode), mu)
+    if fulfils(system, trial) or not trial.idle.shape[1] or not holds_equations(system, trial):
+        return fulfils(system, trial)
+    other = admissible(system, trial)
+    return other is not None and fulfils(system, other)
 
 
 def _modes(system: Scaled) -> Iterator[LawMode]:

@@ -11,6 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
@@ -32,6 +33,8 @@ class Decided:
     `largest` is the largest force there, as forces are measured; `found` the states that are possible, of a problem as
     `posed`; both None where the mode was known before and verified. `blow`: what an impact did, None without one;
     `late`: how much longer (s) what rests now would still have bounced; of this has `collapsed` what struck in turn.
+    `hindered` says why an impact could not be solved: then there is no mode, for what strikes would go on into what it
+    strikes.
     """
 
     facts: Facts
@@ -42,6 +45,7 @@ class Decided:
     blow: Blow | None = None
     late: Mapping[str, float] = field(default_factory=dict)
     collapsed: frozenset[str] = frozenset()
+    hindered: str = ""
 
     @property
     def several(self) -> bool:
@@ -109,7 +113,10 @@ def decided(
     if held:
         touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
         facts = moved(facts, q=onto_rows(facts, touching))
-    blow = struck(facts, touching, late, held) if closing else None
+    try:
+        blow = struck(facts, touching, late, held) if closing else None
+    except NoSolutionError as error:
+        return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
     if blow is not None:
         facts = moved(facts, u=facts.u + blow.jump)
         leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]

@@ -239,12 +239,10 @@ def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
     return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
 
 
-def struck(
-    facts: Facts, touching: Collection[str], resting: Collection[str], held: Collection[str] = ()
-) -> Blow | None:
-    """Return the impact of what touches, without a rebound of what is `resting`; None if its laws have no solution.
+def struck(facts: Facts, touching: Collection[str], resting: Collection[str], held: Collection[str] = ()) -> Blow:
+    """Return the impact of what touches, without a rebound of what is `resting`.
 
-    What is `held` stays together, whichever way its impulse acts.
+    What is `held` stays together, whichever way its impulse acts. Raises NoSolutionError if its laws have no solution.
     """
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
@@ -252,7 +250,6 @@ def struck(
         Sequence,
     )  # brings scipy, as `laws.search` does
     from multibody_sym.dynamics.impacts.strike import strike
-    from multibody_sym.errors import NoSolutionError
 
     problem = posed(facts, touching)
     own = [element for element in problem.elements if element.unilateral]
@@ -267,10 +264,7 @@ def struck(
     law: ImpactLaw = "poisson" if problem.parts else "newton"
     sequence: Sequence = "one_by_one" if bounces.any() else "simultaneous"
     returned = _returned(facts, problem)
-    try:
-        found = strike(ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names))
-    except NoSolutionError:
-        return None
+    found = strike(ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names))
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
     return Blow(
         facts.speeds(found.x),
