@@ -8,6 +8,7 @@ from typing import Any, Final, cast
 
 import numpy as np
 
+from multibody_sym.dynamics.constraints.row_values import verify_lengths
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing, struck_rows
 from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
@@ -20,6 +21,7 @@ from multibody_sym.dynamics.start.state import closed_at, rows_at
 from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ModelError, NoSolutionError, Where, at
 from multibody_sym.kinematics.impacts import resting
+from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.state import state_of
@@ -74,9 +76,10 @@ def posed_impact(system: System) -> PosedImpact:
     begin = start(before, project=system.simulation.project)
     _, begin = closed_at(before, begin, project=system.simulation.project)
     straight, sides = straightened(declared, begin.q, begin.u, begin.parameters)
+    state = state_of(straight, float, 0.0, begin.q, begin.u, begin.parameters)
+    verify_lengths(motion_of(straight, state))
     rows = rows_at(straight, begin)
     elements = _elements(straight, impact, rows)
-    state = state_of(straight, float, 0.0, begin.q, begin.u, begin.parameters)
     blow = Blow(straight, state, impact, tuple(elements))
     _verify_met(blow, rows.scale.length)
     _verify_begun(blow, rows.scale.length)

@@ -10,6 +10,7 @@ from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.ropes import NoDirectionError
 from multibody_sym.kinematics.rows import row_motion
+from multibody_sym.model.declaration.contacts import verify_rod_length
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import UNDEFINED
@@ -17,7 +18,7 @@ from multibody_sym.scalars.traversal import leaves
 
 
 def verify_lengths(motion: Motion) -> None:
-    """Raise ModelError naming the first rod or rope whose declared length is negative wherever bodies are."""
+    """Raise ModelError naming the first rod or rope whose length is negative, or a rod's zero, wherever bodies are."""
     for k, row in enumerate(motion.mechanism.rows):
         declared = row.declared_length
         if declared is None or any(leaf.data[0] == "q" for leaf in leaves([declared], "slot")):
@@ -29,6 +30,8 @@ def verify_lengths(motion: Motion) -> None:
                 continue
             if length < 0.0:
                 raise ModelError(f"its length is {length:g} m at the start, and no length is negative", number="M109")
+            if row.multiplier == "rod":
+                verify_rod_length(length)
 
 
 def verify_values(motion: Motion) -> None:

@@ -38,7 +38,7 @@ NEAR: Final = 1e-6
 """Values that are all given change as little as possible where rows are missed by less than this part of their size."""
 _LEAST: Final = 0.01
 """No speed counts as smaller than this part of the largest, from which it has its rounding."""
-_ROUNDING: Final = 1e-14
+ROUNDING: Final = 1e-14
 """Smaller changes of given values, against one or the value, are not told."""
 _ELEMENTS: Final = 6
 _SPEEDS: Final = 12
@@ -214,7 +214,7 @@ def _compared(
     declared: Floats, items: Sequence[_Item], values: Floats, held: Sequence[_Item], concerned: Sequence[_Item]
 ) -> Assembled:
     """Return what was held and found: what rows concern, and what moved along because it shares mass with that."""
-    changed = np.abs(values - declared) > _ROUNDING * np.maximum(1.0, np.abs(declared))
+    changed = np.abs(values - declared) > ROUNDING * np.maximum(1.0, np.abs(declared))
     found = [item for item in items if item not in held and (item in concerned or changed[list(item.places)].any())]
     given = [pair for item in found if item.given for pair in zip(item.names, item.places, strict=True)]
     shifts = {name: float(values[k] - declared[k]) for name, k in given if changed[k]}

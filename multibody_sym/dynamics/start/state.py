@@ -16,6 +16,7 @@ from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
 from multibody_sym.dynamics.laws.problem import Found, LawProblem
 from multibody_sym.dynamics.programs.literals import with_constants
+from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
@@ -247,8 +248,18 @@ def _nearly_closed(
     if any(abs(rows.gap(element)) > _CLOSED * rows.scale.length for element in near):
         with suppress(NoSolutionError):
             closed = start(_closing(base, near), overrides, project=project)
-            found = start(_fixed(base, closed, begin), overrides, project=project)
+            found = _told(base, begin, start(_fixed(base, closed, begin), overrides, project=project))
     return near, found
+
+
+def _told(base: Mechanism, begin: Start, found: Start) -> Start:
+    """Return a start whose coordinates were put onto what it nearly closes, which tells what that changed."""
+    pairs = zip(base.coordinates, begin.q, found.q, strict=True)
+    moved = {c.name: (c.given, x - q) for c, q, x in pairs if abs(x - q) > ROUNDING * max(1.0, abs(q))}
+    shifts = {name: begin.shifts.get(name, 0.0) + by for name, (given, by) in moved.items() if given}
+    held = tuple(name for name in begin.held if name not in moved)
+    assembled = tuple(dict.fromkeys((*begin.assembled, *moved)))
+    return replace(found, shifts={**begin.shifts, **shifts}, held=held, assembled=assembled)
 
 
 def _is_near(rows: OneWayRows, element: OneWay) -> bool:

@@ -13,6 +13,7 @@ from multibody_sym.model.declaration.contacts import (
     Contact,
     verify_coefficients,
     verify_restitution,
+    verify_rod_length,
 )
 from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
@@ -30,7 +31,10 @@ class Distance(Element):
     between: tuple[str, ...] = holds(
         ListOf(Text(), 2, 2), says="the two points that the rod joins", such="[a.pin, b.pin]"
     )
-    value: Node = holds(Scalar("m"), says="how far apart they stay", such="l")
+    value: Node = holds(Scalar("m"), says="how far apart they stay, not 0", such="l")
+
+    def verify(self) -> None:
+        verify_rod_length(self.value.shadow)
 
 
 @dataclass(frozen=True)

@@ -130,3 +130,14 @@ def verify_restitution(name: str, value: Node | None) -> None:
             "is lost)",
             number="M109",
         ).under(name)
+
+
+def verify_rod_length(length: float | None) -> None:
+    """Raise ModelError for a rod whose length (m), as far as it is known, is zero: nothing says which way it pulls."""
+    if length == 0:
+        raise ModelError(
+            "a rod of no length has no direction in which it pulls; points that stay together are joined by a joint "
+            "(type: revolute, spherical; cut: true if it closes a loop), a point that stays on a line by "
+            "type: point_on_line",
+            number="M109",
+        ).under("value")

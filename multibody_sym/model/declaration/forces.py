@@ -32,7 +32,7 @@ class Force(Element):
     on: str = holds(Text(), says="the body on which it acts", such="block")
     value: Point = holds(Vector("N"), says="its components along the axes of frame", such="[F*cos(a), F*sin(a), 0]")
     at: str | None = holds(
-        Text(), None, says="the point where it acts; the centre of mass if left out", such="block.corner"
+        Text(), None, says="the point of it where it acts; its centre of mass if left out", such="block.corner"
     )
     frame: str = holds(Text(), "ground", says="the body along whose axes the components are", such="ground")
 
@@ -232,7 +232,7 @@ class Drag(Element):
 
     on: str = holds(Text(), says="the body that is slowed down", such="bob")
     at: str | None = holds(
-        Text(), None, says="the point where it acts; the centre of mass if left out", such="bob.tail"
+        Text(), None, says="the point of it where it acts; its centre of mass if left out", such="bob.tail"
     )
     linear: Node = holds(Scalar("kg/s"), 0, says="force for each m/s of its speed", such="c1")
     quadratic: Node = holds(Scalar("kg/m"), 0, says="force for each (m/s)^2 of its speed", such="c2")

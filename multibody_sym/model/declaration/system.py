@@ -94,7 +94,7 @@ class System(Element):
     )
     outputs: Mapping[str, Node] = holds(
         MapOf(Scalar()), None, such='{pull: "reaction(hinge, fy)"}',
-        says="outputs by name: expressions that runs and solve report",
+        says="outputs by name: expressions that runs report; solve tells those that ask names",
     )
     stop: Mapping[str, Node | StateCondition] = holds(
         MapOf(StopCondition()), None, says="conditions by name that end a run", such="{fall: y < 0}"

@@ -175,6 +175,5 @@ def _force_point(element: Force | Drag, references: References) -> Marker:
     with at("at"):
         point = element.at.removeprefix(f"{element.on}.")
         body = references.system.bodies.get(element.on, BARE)
-        if point != element.at and point in (*body.points, *body.frames) and element.at not in body.points:
-            raise ModelError(f"name the point alone, at: {point}; its body stands in on")
-        return references.marker(f"{element.on}.{element.at}")
+        whole = point != element.at and point in (*body.points, *body.frames) and element.at not in body.points
+        return references.marker(element.at if whole else f"{element.on}.{element.at}")

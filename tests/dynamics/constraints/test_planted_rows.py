@@ -77,9 +77,9 @@ def two_distances(loop: Loop, factor: float) -> Plants:
     """Two rods between the same points; the second is `factor` times as long."""
     names = [body.name for body in loop.case.mechanism.bodies if body.name != "ground"]
     first, second = (f"{name}.a" for name in loop.rng.permutation(["ground", *names])[:2])
-    probe = loop.with_rows({"P1": mbs.Distance([first, second], 0)})
+    probe = loop.with_rows({"P1": mbs.Distance([first, second], 1)})
     motion = motion_of(probe.mechanism, loop.at(probe))
-    length = -float(row_motions(motion)[0].phi)
+    length = 1.0 - float(row_motions(motion)[0].phi)
     if length < 0.05:
         raise ValueError("a rod has no direction there")
     return {"P1": mbs.Distance([first, second], length), "P2": mbs.Distance([second, first], factor * length)}

@@ -78,7 +78,7 @@ ERRORS = [
     ),
     ([("forces/push", PUSH | {"on": "rood"})], "no body is called 'rood'; did you mean rod?", "forces.push.on"),
     ([("forces/push", PUSH | {"at": "top"})], "'rod' has no point or frame 'top'", "forces.push.at"),
-    ([("forces/push", PUSH | {"at": "rod.F"})], "name the point alone, at: F;", "forces.push.at"),
+    ([("forces/push", PUSH | {"at": "crank.pin"})], "'rod' has no point or frame 'crank.pin'", "forces.push.at"),
     ([("forces/push", PUSH | {"frame": "crnk"})], "no body is called 'crnk'; did you mean crank?", "forces.push.frame"),
     (
         [("forces/s", {"type": "spring_damper", "stiffness": "1", "between": ["rod", "crank.x"]})],
@@ -122,6 +122,12 @@ ERRORS = [
     ([("pulleys/wheel/radius", "m")], "the expression is a quantity in kg; here one in m is wanted", "pulleys.wheel"),
     ([("parameters/g", "9.81 m/s"), ("gravity", ["0", "-g", "0"])], "here one in m/s^2 is wanted", "gravity.1"),
 ]
+
+
+@pytest.mark.parametrize("kind", [PUSH, {"type": "drag", "on": "rod", "linear": "2"}])
+def test_a_point_of_the_loaded_body_may_be_named_alone_or_with_its_body(kind: dict[str, Any]) -> None:
+    alone, whole = (resolved(("forces/push", kind | {"at": at})).loads[-1].at for at in ("F", "rod.F"))
+    assert alone == whole
 
 
 @pytest.mark.parametrize(("changes", "message", "path"), ERRORS)
