@@ -36,6 +36,8 @@ class Condition:
 
     `size` is (x, y) where this is one half of |x| <= y; a condition with both halves is `whole`. `circle` is (x,
     ..., z) where this says sqrt(x^2 + ...) <= z. With `under_root` it says that a root is real, which others rest on.
+    `pivot`: it is the sign of what forces are divided by, and where another condition is the same, this one says what
+    happens: no force that turns its sign there lets anything go.
     """
 
     value: Quotient
@@ -45,6 +47,7 @@ class Condition:
     whole: bool = False
     circle: tuple[Quotient, ...] | None = None
     under_root: bool = False
+    pivot: bool = False
 
     def __str__(self) -> str:
         """Return the comparison in the model's own language; raises NoClosedFormError where it is too long."""
@@ -310,8 +313,9 @@ def _without_doubles(said: Sequence[_Said]) -> list[_Said]:
         same = next((x for x in found if (x.value - each.value).is_zero), None)
         if same is None:
             found.append(each)
-        elif each.condition.strict and not same.condition.strict:
-            found[found.index(same)] = _Said(replace(same.condition, strict=True), same.factors)
+        elif each.condition.pivot or (each.condition.strict and not same.condition.strict):
+            broken = (each if each.condition.pivot else same).condition.broken
+            found[found.index(same)] = _Said(replace(same.condition, strict=True, broken=broken), same.factors)
     return found
 
 

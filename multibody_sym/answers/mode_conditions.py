@@ -185,7 +185,8 @@ def pivots(mechanism: Mechanism, forms: ClosedForms) -> Iterator[Condition]:
                 given = forms.give(names.index(element.normals[0].name))
             except NoClosedFormError:
                 continue
-            yield Condition(_turned(given), True, f"{element.name}: no state or several, as with Painleve's rod")
+            broken = f"{element.name}: no state or several, as with Painleve's rod"
+            yield Condition(_turned(given), True, broken, pivot=True)
 
 
 def _turned(a: Quotient) -> Quotient:

@@ -115,3 +115,30 @@ def test_a_wedge_stays_under_its_load_up_to_twice_the_angle_of_friction() -> Non
     limit = math.tan(math.radians(20) / 2)
     assert state(WEDGE, "base", MU=limit * (1 + 1e-9)) == "stick"
     assert state(WEDGE, "base", MU=limit * (1 - 1e-9)) != "stick"
+
+
+SELF_ENERGISING = """\
+multibody_sym: 1
+name: lever_brake
+parameters: {J: {value: 0.8, positive: true}, R: {value: 0.25, positive: true}, a: {value: 0.3, positive: true},
+  c: {value: 0.1, positive: true}, L: {value: 0.9, positive: true}, F: {value: 50, positive: true},
+  mu: {value: 0.4, positive: true}, omega: 30}
+bodies:
+  ground: {points: {axle: [a, -c-R, 0]}}
+  lever: {mass: 1, inertia: {Izz: 0.1}, com: [L/2, 0, 0], points: {shoe: [a, -c, 0], grip: [L, 0, 0]}}
+  drum: {mass: 20, inertia: {Izz: J}, surfaces: {rim: {disc: R, axis: z}}}
+joints:
+  pin: {type: revolute, parent: ground, child: lever, q: theta}
+  axle: {type: revolute, parent: ground.axle, child: drum, q: phi, initial: {u: omega}}
+forces: {hand: {type: force, on: lever, at: grip, value: [0, -F, 0]}}
+contacts: {shoe: {between: [lever.shoe, drum.rim], static: mu}}
+"""
+
+
+def test_beyond_the_sign_of_what_forces_are_divided_by_no_shoe_opens() -> None:
+    """The laws find no state there: what the condition says happens is what does."""
+    found = mbs.solve(mbs.loads(SELF_ENERGISING))
+    assert "a > c*mu" in found.conditions
+    assert found.limits["a > c*mu"] == "shoe: no state or several, as with Painleve's rod"
+    with pytest.raises(mbs.NoSolutionError, match="nothing that may act, stick or slide fulfils the laws"):
+        mbs.solve(mbs.loads(SELF_ENERGISING.replace("mu: {value: 0.4", "mu: {value: 3.5")))
