@@ -1,4 +1,4 @@
-"""What a start changes to close contacts that it nearly closes is told, as for loops; a start deep inside is refused."""
+"""What a start changes to close contacts that it nearly closes is told, as for loops; one deep inside is refused."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def test_what_closing_a_contact_changes_is_told(height: float) -> None:
     told = f"given start values were changed to satisfy the constraints: y by {-height:.3g} m"
     solved, checked, run = mbs.solve(system), mbs.check(system), mbs.simulate(system, t_end=0.01)
     assert solved.shifts == pytest.approx({"y": -height}, abs=1e-15)
-    assert checked.shifts == pytest.approx({"y": -height}, abs=1e-15) and "y" in checked.assembled
+    assert checked.shifts == pytest.approx({"y": -height}, abs=1e-15)
+    assert "y" in checked.assembled
     assert run.ready.shifts == pytest.approx({"y": -height}, abs=1e-15)
     assert all(told in text for text in (solution_text(solved), check_text(checked), run_summary(run)))
 

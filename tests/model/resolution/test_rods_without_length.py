@@ -26,7 +26,7 @@ constraints: {trip: {type: distance, between: [cube.toe, ground.ridge], value: 0
 @pytest.mark.parametrize("value", ["0", "0 mm", "2 - 2"])
 def test_a_literal_zero_is_told_with_its_line(value: str) -> None:
     tree = read_text(FILE.replace("value: 0", f"value: {value}"), "ridge.yaml")
-    with pytest.raises(ModelError, match="a rod of no length has no direction .* joined by a joint") as caught:
+    with pytest.raises(ModelError, match=r"a rod of no length has no direction .* joined by a joint") as caught:
         system_from_tree(tree.data)
     assert located(caught.value, tree, "ridge.yaml").where.line == 9
     assert caught.value.number == "M109"
