@@ -94,6 +94,21 @@ def test_what_has_no_state_is_told(section: str) -> None:
         mbs.solve(thrown(section))
 
 
+@pytest.mark.parametrize("verb", ["slips", "rolls", "grips", "tautens", "stops", "frees"])
+@pytest.mark.parametrize("section", ["stop", "ask"])
+def test_states_that_an_element_never_has_are_refused(section: str, verb: str) -> None:
+    """A contact slides, a drum slips: `c1 slips` ran to the end and found none."""
+    said = f"'c1 {verb}': it has no such state; say c1 sticks or c1 slides or c1 opens"
+    with pytest.raises(mbs.ModelError, match=said):
+        mbs.solve(thrown(f"{section}: {{a: c1 {verb}}}"))
+
+
+@pytest.mark.parametrize("section", ["stop: {a: t>1 and c1 sticks}", "ask: {a: {of: block, at: t > 1 or c1 sticks}}"])
+def test_states_that_are_joined_with_conditions_are_told_to_stand_alone(section: str) -> None:
+    with pytest.raises(mbs.ModelError, match=r"states are not joined with conditions .* such as c1 sticks"):
+        mbs.solve(thrown(section))
+
+
 def test_states_are_written_back() -> None:
     system = thrown("stop: {rests: c1 sticks}\nask: {turn: c1 sticks, speed: {of: block, at: c1 slides}}")
     again = mbs.loads(mbs.dumps(system))

@@ -31,7 +31,7 @@ from multibody_sym.model.declaration.fields import fields_of
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.mechanism.mass import OWN_POINTS
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
 from multibody_sym.records import dataclass
@@ -104,11 +104,6 @@ class _Reasons:
         self.shared.update({f"{', '.join(names)}: {reason}": None for reason, names in self.names.items()})
 
 
-def _named(mechanism: Mechanism) -> list[str]:
-    """Return the names of all that has a state."""
-    return [name for x in mechanism.one_way for name in dict.fromkeys((x.name, *(part.name for part in x.frictions)))]
-
-
 def _moments(question: Ask) -> Iterator[tuple[str, Moment]]:
     """Yield the moments that a question names, by their keys."""
     for key in ("when", "at", "until"):
@@ -134,7 +129,7 @@ def _verify(solved: Solved, question: Ask) -> None:
 
 def _verify_moment(solved: Solved, moment: Moment) -> None:
     if isinstance(moment, StateCondition):
-        moment.verify(_named(solved.mechanism))
+        moment.verify(possible_words(solved.mechanism.one_way))
     elif isinstance(moment, Mapping):
         quaternions = {k for body in solved.mechanism.bodies for places in body.quaternions for k in places}
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]

@@ -28,6 +28,7 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "frees": ("free",),
 }
 """What an element begins to do, and the words of the states in which it does: a rope closes as it becomes taut."""
+_JOINED: Final = re.compile(r"\s(and|or)\s")
 _STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(VERBS)})\s*")
 
 
@@ -45,15 +46,27 @@ class StateCondition:
         """Return whether it holds where elements are in the states that `words` tell."""
         return words.get(self.element) in VERBS[self.verb]
 
-    def verify(self, names: Iterable[str]) -> None:
-        """Raise ModelError where no element of that name holds one way only."""
-        known = list(names)
+    def verify(self, known: Mapping[str, Iterable[str]]) -> None:
+        """Raise ModelError where no element of that name holds one way only, or it is never in such a state.
+
+        `known` are the words of the states in which such elements may be, by their names.
+        """
         if self.element not in known:
+            if _JOINED.search(self.element):
+                raise ModelError(
+                    f"{str(self)!r}: states are not joined with conditions by 'and' and 'or'; name the state alone, "
+                    f"such as {self.element.split()[-1]} {self.verb}",
+                    number="M106",
+                )
             raise ModelError(
                 f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states"
                 f"{suggestion(self.element, known)}",
                 number="M106",
             )
+        words = set(known[self.element])
+        if not words.intersection(VERBS[self.verb]):
+            fitting = " or ".join(f"{self.element} {verb}" for verb, its in VERBS.items() if words.intersection(its))
+            raise ModelError(f"{str(self)!r}: it has no such state; say {fitting}", number="M106")
 
 
 def state_condition(value: Any) -> StateCondition | None:

@@ -20,6 +20,17 @@ def mode_words(elements: Iterable[OneWay], mode: Mode) -> dict[str, str]:
     return {name: word for element in elements for name, word in _words(element, mode)}
 
 
+def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
+    """Return the words of all states in which elements, and friction parts with a name of their own, may be."""
+    found: dict[str, set[str]] = {}
+    for element in elements:
+        found.setdefault(element.name, set()).update(element.words if element.unilateral else element.words[:1])
+        for part in element.frictions:
+            rests, moves = _rubbing(element, part)
+            found.setdefault(part.name, set()).update((rests, *(moves + ending for ending in _ENDINGS.values())))
+    return found
+
+
 def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
     active = not element.unilateral or mode.sides.get(element.name, INACTIVE) != INACTIVE
     rubbing = [part for part in element.frictions if part.enough or not (part.static is part.kinetic is ZERO)]
@@ -32,9 +43,12 @@ def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
 
 def _word(element: OneWay, part: FrictionPart, mode: Mode) -> str:
     slip = mode.slips.get(part.name, STICKS)
-    rests, moves = "stick", "slide"
-    if part.name.endswith(".rolling") or (element.kind == "contact" and element.path[0] == "constraints"):
-        rests, moves = "roll", "slip"
-    elif element.kind == "rope":
-        rests, moves = "grip", "slip"
+    rests, moves = _rubbing(element, part)
     return rests if slip == STICKS else moves + _ENDINGS[slip]
+
+
+def _rubbing(element: OneWay, part: FrictionPart) -> tuple[str, str]:
+    """Return the words for friction that holds, and for what moves against it."""
+    if part.name.endswith(".rolling") or (element.kind == "contact" and element.path[0] == "constraints"):
+        return "roll", "slip"
+    return ("grip", "slip") if element.kind == "rope" else ("stick", "slide")

@@ -16,6 +16,7 @@ from multibody_sym.model.declaration.system import System, expressions, verify_s
 from multibody_sym.model.declaration.tables import Table, bends
 from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
+from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
@@ -167,11 +168,11 @@ def _stops(system: System, bodies: Sequence[TreeBody]) -> dict[str, Node]:
 
 def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:
     """Return the states that end a run. Raises ModelError for those of unknown elements."""
-    names = [name for element in elements for name in (element.name, *(part.name for part in element.frictions))]
+    known = possible_words(elements)
     found = {name: x for name, x in system.stop.items() if isinstance(x, StateCondition)}
     for name, condition in found.items():
         with at("stop", name):
-            condition.verify(dict.fromkeys(names))
+            condition.verify(known)
     return found
 
 
