@@ -9,6 +9,8 @@ import pytest
 from scipy.optimize import brentq
 
 import multibody_sym as mbs
+from multibody_sym.dynamics.laws import states
+from multibody_sym.dynamics.laws.states import States
 from multibody_sym.expressions.printer import text
 from multibody_sym.numerics.outline import outline
 from multibody_sym.scalars.functions import evaluate_float
@@ -191,6 +193,14 @@ def test_forces_of_legs_that_cancel_are_nothing_and_those_that_are_not_unique_ar
     assert found.reactions["L"]["friction_1"].value == 0.0
     assert found.reactions["L"]["friction_2"].value == 0.0
     assert "  normal, friction 1, friction 2 of L1, L2, L3, L4\n" in solution_text(found)
+
+
+def test_that_nothing_fulfils_the_laws_is_not_said_of_slip_in_any_direction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method finds directions of slip in space: where it found none, nothing is proved."""
+    monkeypatch.setattr(States, "_locally", lambda *_: None)
+    monkeypatch.setattr(states, "candidates", lambda *_: iter(()))
+    with pytest.raises(mbs.NoSolutionError, match=r"no state was found .* it is not proved that there is none"):
+        solved(PULLED, H=50.0)
 
 
 def test_a_tripod_has_a_force_in_each_leg() -> None:

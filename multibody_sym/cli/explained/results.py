@@ -86,7 +86,7 @@ constraints: {string: {type: rope, path: [a, b]}}
     "N107": Explained(
         "No state fulfils all laws",
         "With these values nothing that may act, stick or slide fulfils the laws of contact and friction together, as "
-        "for bodies that jam (Painleve).",
+        "for bodies that jam (Painleve); or none was found, as where slip in space may begin in any direction.",
         "Lower the friction, or start from another state.",
     ),
     "N108": Explained(

@@ -67,7 +67,11 @@ class StartState:
             assert self.found is not None
             raise NoSolutionError(
                 "at the start nothing that may act, stick or slide fulfils the laws of contact and friction together: "
-                f"{self.found.searched}",
+                f"{self.found.searched}"
+                if self.found.proved
+                else "at the start no state was found in which what may act, stick or slide fulfils the laws of "
+                "contact and friction together, and it is not proved that there is none; start from a little beyond, "
+                "or with the speed at which it slides",
                 where=Where(path=self.declared.one_way[0].path),
                 number="N107",
             )
