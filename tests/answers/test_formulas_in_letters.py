@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.in_letters.letters import Letters
 from multibody_sym.cli.main import main
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
@@ -23,7 +25,7 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.writing.notebook import solution_markdown
 from multibody_sym.writing.solution import solution_text
@@ -264,3 +266,16 @@ def test_loops_of_many_parts_stay_numbers() -> None:
     found = mbs.solve(mbs.load(EXAMPLES / "andrews_squeezer.yaml"))
     assert found.where == {}
     assert all(x.value is not None for x in found.accelerations.values())
+
+
+def test_a_loop_whose_closure_is_long_is_left_before_it_is_written() -> None:
+    """Of loops in space with more than thirty terms all that follows grows too long, which took most of the time."""
+    letters = Letters({})
+    names = [symbol(f"x{k}") for k in range(31)]
+    for k, name in enumerate(names):
+        letters.add(name, 1.0 + k / 7)
+    assert evaluate_float([letters.simplified(as_node(sum(names[:29])))], letters.values)[0] == pytest.approx(
+        sum(1.0 + k / 7 for k in range(29)), rel=1e-12
+    )
+    with pytest.raises(NoClosedFormError, match="how a loop closes is too long"):
+        letters.simplified(as_node(sum(names)))

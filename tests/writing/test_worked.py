@@ -116,7 +116,9 @@ def test_latex_of_an_equation() -> None:
 
 @pytest.mark.long
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
-@pytest.mark.parametrize("name", ["textbook/t8_blocks_in_a_row", "slider_crank", "four_bar", "furuta"])
+@pytest.mark.parametrize(
+    "name", ["textbook/t7_atwood", "textbook/t8_blocks_in_a_row", "slider_crank", "four_bar", "furuta"]
+)
 def test_latex_compiles(name: str, tmp_path: Path) -> None:
     (tmp_path / "steps.tex").write_text(worked_latex(steps(EXAMPLES / f"{name}.yaml")), encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "steps.tex"]

@@ -20,6 +20,8 @@ from multibody_sym.scalars.traversal import flatten, leaves, postorder
 
 _WORK: Final = 50_000
 _MOST_TERMS: Final = 40
+_MOST_OF_LOOP: Final = 30
+"""Terms of an equation that closes a loop; of loops in space with as many all that follows grows too long."""
 _LONGEST: Final = 400
 _ANGLES: Final = 2_000
 _AGREEMENT: Final = 1e-9
@@ -56,8 +58,11 @@ class Letters:
         return exact(self.field, map(as_node, nodes), self.known)
 
     def simplified(self, node: Node) -> Node:
-        """Return an expression in its book form, over all letters."""
-        return book_form(exact(self.field, [node], self.plain)[0])
+        """Return an expression in its book form, over all letters; raises NoClosedFormError where it is too long."""
+        (found,) = exact(self.field, [node], self.plain)
+        if found.size > _MOST_OF_LOOP:
+            raise NoClosedFormError("how a loop closes is too long for formulas in letters")
+        return book_form(found)
 
     def renew(self) -> None:
         """Let as much work be done again."""

@@ -31,7 +31,8 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import Vec, dot, subtract
 
 _AXES: Final = "xyz"
-_MOST_DEPENDENT: Final = 5
+MOST_DEPENDENT: Final = 5
+"""How many places at most loops decide in formulas that are read."""
 _LARGEST_BLOCK: Final = 3
 """How many equations at most are looked for that have as many unknowns."""
 
@@ -132,7 +133,7 @@ class Loops:
         names = [coordinates.mechanism.speeds[x.u].name for x in coordinates.all]
         order = sorted(range(len(names)), key=lambda k: (names[k] not in assembled, -k))
         self.dependent = sorted(order[k] for k in _independent(sizes[kept].T[order]))
-        if len(self.dependent) > _MOST_DEPENDENT:
+        if len(self.dependent) > MOST_DEPENDENT:
             raise NoClosedFormError("loops have more parts than anyone reads formulas of")
         self.free = [k for k in range(len(names)) if k not in self.dependent]
         self.blocks = self._blocks()

@@ -11,6 +11,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.in_letters.loops import MOST_DEPENDENT
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.solution import Solution
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -312,6 +313,8 @@ class _Work:
         """Yield what gives the accelerations in letters, else by those that are left, as relations alone give them."""
         if self._by_letters is not None:
             yield from self._by_letters.lines()
+            return
+        if len(self.equations.relations) > MOST_DEPENDENT:
             return
         accelerations = self.symbols.accelerations
         alone = Elimination(self.exactly, accelerations, only=accelerations)
