@@ -13,7 +13,7 @@ from site_pages.markdown import block, cell, code, paragraphs, table
 def parsers() -> dict[str, argparse.ArgumentParser]:
     """Return the parser of each command by its name; other names of it are told in its section."""
     made = options._parser()[1]
-    return {options._name(command): made[options._name(command)] for command in options.COMMANDS}
+    return {name: made[name] for name in options.COMMANDS}
 
 
 def commands() -> str:
@@ -42,7 +42,7 @@ def _methods() -> str:
 
 def _section(name: str) -> str:
     parser = parsers()[name]
-    module = next(one for one in options.COMMANDS if options._name(one) == name)
+    module = options.command_module(name)
     rows = [_row(action) for action in parser._actions if not isinstance(action, argparse._HelpAction)]
     usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
     doc = paragraphs(inspect.getdoc(module)).partition(": ")[2]
