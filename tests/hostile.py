@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from multibody_sym.errors import suggestion
+
 PAYLOADS = [
     "__import__('os').system('touch pwned')", "eval('1')", "exec('x=1')", "open('/etc/passwd')",
     "compile('1','','eval')", "globals()", "breakpoint()", "().__class__.__bases__[0].__subclasses__()",
@@ -68,6 +70,7 @@ FRAGMENTS = [
 
 def watched(events: list[str]) -> None:
     """Note from now on whatever this process does that reading text has no need of (it cannot be undone)."""
+    suggestion("wort", ["word"])  # loads what messages need
     harmless = {"open", "os.scandir", "os.listdir", "object.__getattr__", "sys._getframe"}
 
     def hook(event: str, args: tuple[object, ...]) -> None:

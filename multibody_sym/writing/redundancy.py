@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.expressions.values import Value
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 
 if TYPE_CHECKING:  # a run needs none of it
     from multibody_sym.checking.check import CheckReport
@@ -65,6 +64,8 @@ def grouped(pairs: Iterable[Sequence[str]]) -> str:
 
 def not_unique(forces: Mapping[str, Mapping[str, Value]]) -> list[str]:
     """Return which components of forces are not unique, in a line; what has one force alone is named without it."""
+    from multibody_sym.model.mechanism.mechanism import COMPONENTS  # a run that is recalled needs none of it
+
     pairs = []
     for name, components in forces.items():
         unsure = [component for component, value in components.items() if not value.unique]
