@@ -48,7 +48,7 @@ def solved_in_c(monkeypatch: pytest.MonkeyPatch):
     return lambda library: monkeypatch.setattr(interpreter, "solve", library.solve)
 
 
-@pytest.mark.parametrize("level", ["-O0", "-O1", "-O2", "-O3"])
+@pytest.mark.parametrize("level", ["-O0", pytest.param("-O1", marks=pytest.mark.long), "-O2", "-O3"])
 def test_arithmetic_has_the_bits_of_the_interpreter_at_every_level(tmp_path, solved_in_c, level) -> None:
     programs, makers = batch(1000, ARITHMETIC, count=6)
     library = Library(c_source(programs), tmp_path, level)
@@ -60,7 +60,7 @@ def test_arithmetic_has_the_bits_of_the_interpreter_at_every_level(tmp_path, sol
 def test_all_operations_have_the_bits_of_the_interpreter(tmp_path, solved_in_c, monkeypatch, longest) -> None:
     """-fno-builtin: both sides call the same functions; else the compiler evaluates those of constants by itself."""
     monkeypatch.setattr(c_function, "_LONGEST", longest)
-    programs, makers = batch(2000, ARITHMETIC + FUNCTIONS, count=8)
+    programs, makers = batch(2000, ARITHMETIC + FUNCTIONS, count=5)
     library = Library(c_source(programs), tmp_path, "-O2", "-fno-builtin")
     solved_in_c(library)
     assert_same_bits(library, programs, makers)

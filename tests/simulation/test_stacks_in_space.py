@@ -60,7 +60,7 @@ def on_feet(count: int, push: str) -> str:
     )
 
 
-@pytest.mark.parametrize("count", [4, 6])
+@pytest.mark.parametrize("count", [4, pytest.param(6, marks=pytest.mark.long)])
 def test_a_table_slips_on_all_its_feet_when_the_push_is_what_friction_holds(count: int) -> None:
     """Where feet press follows the push, so that friction has no moment about the vertical."""
     run = mbs.simulate(mbs.loads(on_feet(count, "[10*t, 20, 0]")), t_end=7.7)
@@ -147,11 +147,11 @@ def rests_or_moves_as_solved(seed: int) -> None:
 
 
 def test_drawn_crates_rest_or_move_as_solved() -> None:
-    for seed in range(5):
+    for seed in range(3):
         rests_or_moves_as_solved(seed)
 
 
 @pytest.mark.long
-def test_fifty_drawn_crates_rest_or_move_as_solved() -> None:
-    for seed in range(5, 55):
+def test_many_drawn_crates_rest_or_move_as_solved() -> None:
+    for seed in range(3, 55):
         rests_or_moves_as_solved(seed)

@@ -16,6 +16,7 @@ import numpy as np
 
 from multibody_sym.drawing.style import ROD
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol
 from multibody_sym.scene.items import Item, Placed, PlacedStrand
@@ -135,9 +136,9 @@ def _bear(made: _Settling) -> None:
             touching.setdefault(item.body, []).extend([*_normals(made, other, at)][:1])
     for body, normals in touching.items():
         if normals:
-            way, *_ = np.linalg.lstsq(np.array(normals), np.full(len(normals), ROD / 2), rcond=None)
+            way = least_squares(np.array(normals), np.full(len(normals), ROD / 2))
             if float(np.linalg.norm(way)) < ROD:  # between faces that leave it no room it stays where it is
-                made.bodies[body] = np.asarray(way)
+                made.bodies[body] = way
 
 
 def _is_loose_rod(made: _Settling, body: int) -> bool:
