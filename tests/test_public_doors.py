@@ -25,7 +25,7 @@ def assert_closed(folder: Path, seed: int, payloads: int, wrong: int, monkeypatc
 
 
 def test_payloads_and_wrong_arguments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert_closed(tmp_path, 1, 4, 400, monkeypatch)
+    assert_closed(tmp_path, 1, 6, 600, monkeypatch)
 
 
 @pytest.mark.long

@@ -75,6 +75,7 @@ def test_a_run_counts_as_check_does() -> None:
     assert run.redundancy.rank == checked().rank
 
 
+@pytest.mark.long
 def test_a_run_without_redundant_rows_counts_alike() -> None:
     """Without its last hinge the chain has five bodies, 30 speeds, and 25 rows that leave five freedoms."""
     opened = bricard("absolute")

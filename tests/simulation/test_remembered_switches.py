@@ -120,6 +120,7 @@ def test_what_is_remembered_changes_no_bit_of_a_run(monkeypatch: pytest.MonkeyPa
 CHATTERING = {"k": 0.0, "A": 0.08, "B": 0.0, "s1": 0.3, "m": 1.0, "v": 0.0}
 
 
+@pytest.mark.long
 def test_nor_of_a_run_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     options = {"t_end": 0.9, "rtol": 1e-4, "samples": 11, "backend": "python"}
     first, other, taken = both_ways(monkeypatch, PAIR, parameters=CHATTERING, **options)

@@ -71,6 +71,7 @@ def test_a_table_slips_on_all_its_feet_when_the_push_is_what_friction_holds(coun
     assert float(np.abs(run.q[before] - run.q[0]).max()) == 0.0
 
 
+@pytest.mark.long
 def test_a_box_on_a_box_slips_when_it_does_and_the_lower_one_stays() -> None:
     run = mbs.simulate(mbs.loads(STACK), t_end=3.1)
     slips = math.sqrt((0.3 * 5 * 9.81) ** 2 - 4) / 5
