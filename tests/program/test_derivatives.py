@@ -31,7 +31,7 @@ def differences(program: Program, output: str, name: str, arrays: Arrays) -> np.
     columns = []
     for k in range(arrays[place].size):
         quotients = []
-        for h in (2e-4, 1e-4):
+        for h in (2e-5, 1e-5):
             step = np.zeros(arrays[place].size)
             step[k] = h
             values = []
