@@ -1,4 +1,4 @@
-"""The shape of the package: no import cycle, hidden ones neither, and caps on files, folders and functions."""
+"""The shape of the package: no import cycle, caps on files, folders and functions, and no early import of scipy."""
 
 from __future__ import annotations
 
@@ -79,3 +79,14 @@ def test_no_function_is_long() -> None:
         if length(function) > LONGEST_FUNCTION
     }
     assert long == {}
+
+
+def test_scipy_is_imported_only_by_what_computes_with_it() -> None:
+    """It takes half a second to import, and most commands need none of it."""
+    early = [
+        name
+        for name, tree in MODULES.items()
+        for node in tree.body
+        if isinstance(node, (ast.Import, ast.ImportFrom)) and ast.unparse(node).split()[1].startswith("scipy")
+    ]
+    assert early == []

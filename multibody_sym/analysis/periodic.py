@@ -8,16 +8,18 @@ multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is 
 from __future__ import annotations
 
 from sys import float_info
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import DOP853
 
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.records import dataclass
+
+if TYPE_CHECKING:
+    from scipy.integrate import DOP853
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6
@@ -48,6 +50,8 @@ def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multiplie
 
     Raises NoSolutionError where the motion cannot be followed, or does not repeat itself in all that A depends on.
     """
+    from scipy.integrate import DOP853  # scipy takes longer to import than most linearizations take
+
     found, tangents = flow.linearized(q, u), flow.tangents(q, u)
     sizes = len(q), len(u), len(tangents.places)
 

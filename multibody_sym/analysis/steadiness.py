@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import eig, expm
 
 from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
@@ -291,6 +290,8 @@ def displaced(mechanism: Mechanism, q: Floats, sigma: Floats) -> Floats:
 
 def _after(A: Floats, first: Floats, t: float) -> Floats:
     """Return x(t) of x' = A x + first, x(0) = 0."""
+    from scipy.linalg import expm  # scipy takes longer to import than most answers take
+
     size = len(A)
     whole = np.zeros((size + 1, size + 1))
     whole[:size, :size], whole[:size, size] = A, first
@@ -307,6 +308,8 @@ def _changed(here: Floats, rounding: Floats, there: Floats, rounding_there: Floa
 
 def _tells(A: Floats, change: Floats, noise: Floats) -> bool:
     """Return whether a change of A tells on one of its eigenvalues, however small beside the others that is."""
+    from scipy.linalg import eig  # as above
+
     values, left, right = eig(A, left=True, right=True)
     overlap = np.abs(np.sum(left.conj() * right, axis=0))
     moved = np.abs(np.einsum("ik,ij,jk->k", left.conj(), change, right))

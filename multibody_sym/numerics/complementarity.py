@@ -14,7 +14,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.blas import dger
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -121,6 +120,8 @@ class _Tableau:
         return int(candidates[0])
 
     def _pivot(self, leaving: int, column: Floats) -> None:
+        from scipy.linalg.blas import dger  # scipy takes longer to import than a run that needs no pivot
+
         row = self.rows[leaving] / column[leaving]
         column = column.copy()
         column[leaving] -= 1.0

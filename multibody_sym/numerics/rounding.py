@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import eig, matrix_balance
 
 from multibody_sym.numerics.arrays import EPSILON, Floats
 
@@ -45,6 +44,8 @@ def eigenvalues(matrix: Floats, rounding: Floats) -> npt.NDArray[np.complex128]:
     """
     if not matrix.size:
         return np.zeros(0, dtype=complex)
+    from scipy.linalg import eig  # scipy takes longer to import than most answers take
+
     balanced, scale = _balanced(without_rounding(matrix, rounding))
     noise = rounding * scale[None, :] / scale[:, None]
     size = float(np.linalg.norm(balanced, 2))
@@ -59,6 +60,8 @@ def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
     """Return D^-1 A D of nearly equal rows and columns, and the diagonal of D. Raises FloatingPointError."""
     if not float(np.abs(matrix).max()) < _LARGEST:
         raise FloatingPointError("the matrix holds what is too large to compute with")
+    from scipy.linalg import matrix_balance  # as above
+
     balanced, (scale, _) = matrix_balance(matrix, separate=True, permute=False)
     return balanced, scale
 

@@ -9,7 +9,6 @@ from math import isfinite, nan
 from typing import Final
 
 import numpy as np
-from scipy.optimize import brentq
 
 from multibody_sym.records import dataclass
 
@@ -211,6 +210,8 @@ def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -
     """Return the zero in a bracket, None where the function jumps there."""
     if a[1] == 0.0:
         return Zero(a[0], 0.0)
+    from scipy.optimize import brentq  # scipy takes longer to import than most answers take
+
     known = dict((a, b))
 
     def remembered(x: float) -> float:

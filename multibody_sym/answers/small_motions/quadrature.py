@@ -10,8 +10,6 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from scipy.optimize import brentq
-
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.kinematics.energy import kinetic_energy, moved_by_time, potential_energy, working, works_unseen
@@ -92,6 +90,8 @@ class Energy:
         q0, u0 = self.begin.q[0], self.begin.u[0]
         if u0 == 0.0 and abs(q0 - near) <= _BESIDE * size:
             return float(q0)
+        from scipy.optimize import brentq  # scipy takes longer to import than most answers take
+
         inside, outside = near - side * _BESIDE * size, near + side * _BESIDE * size
         if not self.square(inside) > 0.0 > self.square(outside):
             return None

@@ -14,7 +14,6 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.linalg.blas import dtrsm
 
 from multibody_sym.dynamics.laws.problem import STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
@@ -308,6 +307,8 @@ def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats
     """Return R^-1 B or R^-T B; LAPACK's own routine waits for threads even where the matrix is small."""
     if not R.size or not right.size:
         return np.zeros(right.shape)
+    from scipy.linalg.blas import dtrsm  # scipy takes longer to import than an answer without one-way laws
+
     return np.asarray(dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
 
 
