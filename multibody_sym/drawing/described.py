@@ -24,7 +24,7 @@ def description(scene: Scene, placed: Placed, shown: Shown) -> str:
         _listed("Contacts", _named(item for item in scene.items if item.role == "contact")),
         _listed("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
         _listed("Lengths and angles", _once([*(d.label for d in scene.dimensions), *(a.label for a in scene.angles)])),
-        _listed("Forces", _once(a.name for a in scene.arrows if a.role not in _REACTIONS)),
+        _listed("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),
         _listed("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),
         _listed("Not unique, because constraints depend on each other", shown.not_unique),
         _listed("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),

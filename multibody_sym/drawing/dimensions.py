@@ -27,6 +27,8 @@ _PARTS: Final = (0.5, 0.34, 0.66)
 """Where along a dimension line its letters are tried."""
 _OFF_MIDDLE: Final = 12.0
 """Cost of letters at the end of their line, doubled; in points of distance."""
+_ACROSS: Final = 40.0
+"""Cost of a line across a load, a spring or a rope; in points of distance."""
 _SMALL: Final = np.radians(4.0)
 """An angle below is told in letters: an arc of it could not be seen."""
 _NONE: Final = 0.5
@@ -113,6 +115,7 @@ class _Line:
         cost += 60.0 * float(room.touched(self.box, room.near(self.centre[None], wide))[0])
         if cost < limit:
             cost += 2.0 * room.crowded(*self.ends)
+        cost += _ACROSS * float(cost < limit and room.acts_across(*self.ends))
         for line in self._extensions():
             if cost < limit:
                 cost += 1.5 * room.crowded(line[0] + 3.0 * self.away, line[1])

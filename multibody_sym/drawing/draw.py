@@ -57,8 +57,12 @@ def draw(
 
 
 def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Placed]:
-    """Return the scene with those arrows that are to be seen: gravity, declared loads and given motions always."""
+    """Return the scene with those arrows that are to be seen: gravity, declared loads and given motions always.
+
+    The speeds of the start are seen there alone.
+    """
     kept = [k for k, arrow in enumerate(scene.arrows) if shown.forces or arrow.role not in _UNSEEN]
+    kept = [k for k in kept if scene.arrows[k].role != "velocity" or placed.time == 0.0]
     arrows = (*(scene.arrows[k] for k in kept), *shown.reactions)
     vectors = np.vstack([placed.vectors[kept].reshape(-1, 3), *(arrow.vector for arrow in shown.reactions)])
     return replace(scene, arrows=arrows), replace(placed, vectors=vectors)

@@ -14,6 +14,8 @@ AIR: Final = 1.2
 """Points that stay free between letters and lines."""
 _CLOSE: Final = 1.6
 """Within this distance (pt) two lines are hard to tell apart."""
+_ACTING: Final = frozenset(("force", "torque", "impulse", "spring", "damper", "spring_damper", "rope"))
+"""What dimension lines stay clear of."""
 _STRIDE: Final = 3.0
 """Distance (pt) of the places at which a line is compared with others."""
 
@@ -66,6 +68,7 @@ class Room:
         self._segments: list[Floats] = []
         self._letters: list[tuple[float, ...]] = []
         self._areas: list[Floats] = []
+        self._acting: list[Floats] = []
         self._reaches = np.zeros((0, 4))
         for mark in marks:
             self.take(mark)
@@ -89,6 +92,8 @@ class Room:
                 self._letters.append(part.box[1:])
             else:
                 self._segments.append(segments_of(part))
+                if part.role in _ACTING:
+                    self._acting.append(self._segments[-1])
                 if part.fill is not None and len(part.points) > 2:
                     self._areas.append(np.asarray(part.points))
 
@@ -111,6 +116,10 @@ class Room:
         wide = boxes + AIR * np.array([-1.0, -1.0, 1.0, 1.0])
         return crossings(wide, lines) + overlaps(wide, self.letters)
 
+    def acts_across(self, start: Floats, stop: Floats) -> bool:
+        """Return whether a line crosses the arrow of a load, a spring or a rope."""
+        return bool(self._acting) and crossed(start, stop, np.vstack(self._acting)) > 0
+
     def covered(self, points: Floats) -> Floats:
         """Return in how many filled areas each of the points (m, 2) lies: (m,)."""
         total = np.zeros(len(points))
@@ -127,6 +136,19 @@ class Room:
         close = (distances(places, lines).min(1) < _CLOSE).sum() if len(lines) else 0
         text = crossings(self.letters, np.array([[*start, *stop]])).sum()
         return float(close * _STRIDE + 40.0 * text)
+
+
+def crossed(start: Floats, stop: Floats, lines: Floats) -> int:
+    """Return how many lines (n, 4) a line crosses."""
+    one, two, way = lines[:, :2], lines[:, 2:], stop - start
+
+    def turn(a: Floats, b: Floats) -> Floats:
+        found: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+        return found
+
+    apart = turn(way, one - start) * turn(way, two - start) < 0.0
+    across = turn(two - one, start - one) * turn(two - one, stop - one) < 0.0
+    return int((apart & across).sum())
 
 
 def distances(points: Floats, lines: Floats) -> Floats:

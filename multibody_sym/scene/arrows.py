@@ -24,6 +24,10 @@ from multibody_sym.scene.joints import held
 from multibody_sym.scene.stage import Stage
 
 _LONGEST: Final = 12
+_FREE: Final = ("point", "planar")
+"""Joints that leave a body free to fly."""
+_SPEED: Final = "v_0"
+"""The letter of a speed at the start that has none."""
 _TURNED: Final = re.compile(r"-?(\w+)\*(cos|sin)\((.+)\)")
 """A component of what is turned by an angle."""
 
@@ -75,6 +79,7 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
             yield from make(stage, load)
     yield from _impulses(stage)
     yield from _ground_moves(stage)
+    yield from _thrown(stage)
 
 
 def _item(
@@ -170,6 +175,22 @@ def _impulses(stage: Stage) -> Iterator[Arrow]:
             own = stage.turned(axes, stage.vector(impact.impulse))
             at, path = Anchor(place.body, place.point), stage.system.impact.path(name)
             yield ArrowItem("impulse", name, letter_of(name, impact.impulse), path, at, vector(own)), _constant(own)
+
+
+def _thrown(stage: Stage) -> Iterator[Arrow]:
+    """Yield the speeds that are given at the start to what moves freely."""
+    for name, joint in stage.system.joints.items():
+        made, given = held(stage, name), getattr(joint, "initial", None)
+        if joint.kind not in _FREE or given is None or given.u is None:
+            continue
+        axes = [axis for step in joint.steps for axis in step.slides]
+        speeds = [as_node(0.0) if node is None else node for node in given.u[: len(axes)]]
+        ways = [made.parent.turned(unit(stage.vector(axis))) for axis in axes]
+        own = sum((stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)), np.zeros(3))
+        at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
+        world = vector(stage.turned(made.parent.body, own))
+        letter = letter_of(_SPEED, tuple(speeds))
+        yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
 
 
 def _constant(value: Floats) -> Law:

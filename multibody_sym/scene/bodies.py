@@ -9,14 +9,13 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.contacts import Contact
 from multibody_sym.model.declaration.joints import CurveJoint, Fixed, Prismatic, Screw
 from multibody_sym.model.mechanism.mass import GROUND, mass_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import principal_axes
 from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Form, Polyline, Sphere, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
-from multibody_sym.scene.joints import held, is_led, wire_of
+from multibody_sym.scene.joints import bounces, held, is_ball, is_led, wire_of
 from multibody_sym.scene.places import same
 from multibody_sym.scene.stage import Stage
 from multibody_sym.scene.strands import anchor_behind
@@ -123,11 +122,10 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
     joint = stage.carrying(name)
     if body.inertia is None and mass_of(body).mass.shadow == 0 and joint is not None and joint.steps:
         return "nut_body"
-    touching = [contact for contact in stage.system.contacts.values() if name in contact.between]
     if isinstance(joint, Prismatic) and is_led(stage, joint):
         return "bob"
     if isinstance(joint, Prismatic):
-        return "bob" if touching and all(map(_bounces, touching)) else "block"
+        return "bob" if is_ball(stage, name) else "block"
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
     if isinstance(joint, Fixed) and stage.is_ground(joint.parent):
@@ -139,14 +137,9 @@ def _touches_face(stage: Stage, name: str) -> bool:
     """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
     for contact in stage.system.contacts.values():
         others = [end for end in contact.between if end != name]
-        if name in contact.between and not _bounces(contact) and any(_is_flat(stage, other) for other in others):
+        if name in contact.between and not bounces(contact) and any(_is_flat(stage, other) for other in others):
             return True
     return False
-
-
-def _bounces(contact: Contact) -> bool:
-    """Return whether what touches bounces without rubbing, as a ball does."""
-    return contact.restitution.shadow != 0 and contact.static is None and contact.kinetic is None
 
 
 def _is_flat(stage: Stage, reference: str) -> bool:

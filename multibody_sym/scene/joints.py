@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.model.declaration.contacts import Contact
 from multibody_sym.model.declaration.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.declaration.joint import Joint, Limits
 from multibody_sym.model.declaration.joints import CurveJoint, Custom
@@ -151,16 +152,32 @@ def _way(joint: Held, axis: Vector) -> float:
 
 
 def _hangs(joint: Held, axis: Vector) -> bool:
-    """Return whether the child hangs or falls along gravity and nothing pushes it aside, so that no rail is seen."""
+    """Return whether the child hangs or falls along gravity and nothing pushes it aside, so that no rail is seen.
+
+    Where there is no gravity a ball flies straight.
+    """
     stage, body = joint.stage, joint.stage.body(joint.joint.child)
     along = stage.turned(joint.parent.body, axis)
     size = float(np.linalg.norm(stage.gravity))
-    if size == 0.0 or abs(float(along @ stage.gravity)) < 0.999 * size:
+    if size == 0.0:
+        return is_ball(stage, body)
+    if abs(float(along @ stage.gravity)) < 0.999 * size:
         return False
     if any(isinstance(f, Friction) and f.joint == joint.name for f in stage.system.forces.values()):
         return False
     others = [other for name, other in stage.system.joints.items() if name != joint.name]
     return not any(body in (stage.body(other.parent), stage.body(other.child)) for other in others)
+
+
+def is_ball(stage: Stage, name: str) -> bool:
+    """Return whether a body without a size touches others and bounces from all of them without rubbing."""
+    touching = [contact for contact in stage.system.contacts.values() if name in contact.between]
+    return bool(touching) and all(map(bounces, touching))
+
+
+def bounces(contact: Contact) -> bool:
+    """Return whether what touches bounces without rubbing, as a ball does."""
+    return contact.restitution.shadow != 0 and contact.static is None and contact.kinetic is None
 
 
 def _screw(joint: Held) -> Iterator[Item]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,14 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.drawing.draw import draw
-from multibody_sym.drawing.picture import Arrow, Hatch, Mark, Picture, Stroke, Text
+from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Picture, Stroke, Text
+from multibody_sym.drawing.room import crossed
 from multibody_sym.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@cache
 def picture(name: str) -> Picture:
     scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
     return draw(scene, scene.at())
@@ -66,8 +69,18 @@ def test_a_skate_stands_along_the_only_direction_in_which_it_moves() -> None:
 
 def test_wheels_in_space_have_the_names_of_their_contacts_on_the_ground() -> None:
     shown = picture("bicycle")
-    hub, contact = text_at(shown, "rear"), text_at(shown, "rear contact")
+    hub, contact = text_at(shown, "rear wheel"), text_at(shown, "rear contact")
     assert contact[1] < hub[1] - 25.0
+
+
+def test_names_of_wheels_stand_outside_of_them_and_those_of_their_hinges_nearer_to_these() -> None:
+    shown = picture("bicycle")
+    boxes = {(m.role, m.name): np.reshape(m.box[1:], (2, 2)) for m in shown.marks if isinstance(m, Text)}
+    for wheel in ("rear", "front"):
+        hub = points(of(shown, "joint", f"{wheel}_wheel")).mean(axis=0)
+        places = (np.clip(hub, *boxes[key]) for key in (("joint", f"{wheel}_wheel"), ("body", wheel)))
+        near, far = (np.hypot(*(place - hub)) for place in places)
+        assert near + 10.0 < far
 
 
 def test_radii_of_drums_are_shown_in_the_drum() -> None:
@@ -274,3 +287,65 @@ def test_a_spring_with_a_length_is_drawn_where_its_slider_is_at_zero() -> None:
     (spring,) = scene.at().strands
     assert np.ptp(spring.pieces, axis=(0, 1)) == pytest.approx(0.0)
     assert draw(scene, scene.at()).width > 0.0
+
+
+def test_the_letter_of_a_rough_incline_stands_where_the_block_slides() -> None:
+    shown = picture("textbook/t5_incline")
+    block = points(of(shown, "body", "block")).mean(axis=0)
+    assert np.hypot(*(text_at(shown, "\u03bc") - block)) < 40.0
+
+
+def test_what_rolls_on_a_curve_or_has_one_has_its_dot_where_it_touches() -> None:
+    """The ellipse at its lowest place, on the floor; the disc in a hollow a radius from its middle, on the curve."""
+    shown = picture("guides/rolling_ellipse")
+    (dot,) = of(shown, "contact", "rolls")
+    (rim,) = of(shown, "body", "wheel")
+    lowest = min(np.asarray(rim.points), key=lambda place: place[1])  # type: ignore[attr-defined]
+    assert np.asarray(dot.centre) == pytest.approx(lowest, abs=2.0)  # type: ignore[attr-defined]
+    shown = picture("guides/disc_in_a_parabolic_hollow")
+    (dot,) = of(shown, "contact", "rolls")
+    disc = next(mark for mark in of(shown, "body", "disc") if isinstance(mark, Arc))
+    assert np.hypot(*(np.asarray(dot.centre) - disc.centre)) == pytest.approx(disc.radius, abs=0.5)  # type: ignore[attr-defined]
+    assert dot.centre[0] > disc.centre[0]  # type: ignore[attr-defined]  # on the side of the slope that rises
+
+
+@pytest.mark.parametrize(
+    ("name", "length", "acting"),
+    [("textbook/beam", "beam.length", "load"), ("oscillations/coupled_pendulums", "first.com", "spring")],
+)
+def test_no_dimension_line_crosses_a_load_or_a_spring(name: str, length: str, acting: str) -> None:
+    shown = picture(name)
+    lines = [np.asarray(m.points) for m in of(shown, "dimension", length) if isinstance(m, Arrow)]
+    strokes = [np.asarray(m.points) for m in shown.marks if m.name == acting and isinstance(m, (Arrow, Stroke))]
+    pieces = np.vstack([np.hstack((points[:-1], points[1:])) for points in strokes])
+    assert lines
+    assert all(crossed(line[0], line[-1], pieces) == 0 for line in lines)
+
+
+def test_a_ball_that_flies_without_gravity_has_no_rail_and_a_racket_in_a_guide_has() -> None:
+    shown = picture("impacts/moving_racket")
+    assert {mark.name for mark in shown.marks if isinstance(mark, Hatch)} == {"hand"}
+
+
+def test_a_centre_of_force_has_its_name_and_a_tie_of_no_length_has_none() -> None:
+    shown = picture("kepler")
+    (sun,) = [mark for mark in of(shown, "attraction", "sun") if isinstance(mark, Arc)]
+    assert np.hypot(*(text_at(shown, "sun") - sun.centre)) < 30.0
+    assert not [m for m in picture("oscillations/governor").marks if isinstance(m, Text) and m.name == "sleeve"]
+
+
+def test_what_is_thrown_shows_its_speed_at_the_start_alone() -> None:
+    """At 50 degrees; half a second later it is elsewhere and flies another way."""
+    scene = scene_of(mbs.load(EXAMPLES / "questions/over_a_wall.yaml"))
+    (speed,) = [mark for mark in draw(scene, scene.at()).marks if isinstance(mark, Arrow) and mark.role == "velocity"]
+    rise, way = np.ptp(np.asarray(speed.points), axis=0)[::-1]
+    assert np.degrees(np.arctan2(rise, way)) == pytest.approx(50.0)
+    later = draw(scene, scene.at(t=0.5))
+    assert not [mark for mark in later.marks if mark.role == "velocity"]
+
+
+def test_what_is_free_in_the_plane_shows_whether_it_turns() -> None:
+    def bows(name: str) -> int:
+        return sum(isinstance(m, Arrow) and len(m.points) > 2 for m in of(picture(name), "joint", "free"))
+
+    assert (bows("textbook/pulled_box"), bows("textbook/least_pull")) == (1, 0)

@@ -12,7 +12,7 @@ from multibody_sym.drawing.lettering import letters
 from multibody_sym.drawing.look.shapes import wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Stroke, Wish, simple
-from multibody_sym.drawing.room import segments_of
+from multibody_sym.drawing.room import crossed, segments_of
 from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, MOTION, REACTION, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -50,7 +50,7 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
             pen = REACTION if item.role == "couple" else FORCE
             yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
-            pen = REACTION if item.role == "reaction" else FORCE
+            pen = {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE)
             at = at + taken.aside(at, sheet.projection.page(vector))
             pushes = item.role == "force" and item.path[0] == "forces" and _pushes(sheet, at, vector, lines)
             yield from force_marks(sheet, at, vector, item.label, named, pen, pushes=pushes)
@@ -83,21 +83,8 @@ def _pushes(sheet: Sheet, at: Floats, vector: Floats, lines: Floats) -> bool:
     if points is None:
         return False
     shaft = points[1] - points[0]
-    away, into = (_crossed(start + _CLEAR * shaft, start + shaft, lines) for start in (at, at - (1.0 + _CLEAR) * shaft))
+    away, into = (crossed(start + _CLEAR * shaft, start + shaft, lines) for start in (at, at - (1.0 + _CLEAR) * shaft))
     return into < away
-
-
-def _crossed(start: Floats, stop: Floats, lines: Floats) -> int:
-    """Return how many lines (n, 4) a line crosses."""
-    one, two, way = lines[:, :2], lines[:, 2:], stop - start
-
-    def turn(a: Floats, b: Floats) -> Floats:
-        found: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-        return found
-
-    apart = turn(way, one - start) * turn(way, two - start) < 0.0
-    across = turn(two - one, start - one) * turn(two - one, stop - one) < 0.0
-    return int((apart & across).sum())
 
 
 @dataclass

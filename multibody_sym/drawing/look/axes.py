@@ -13,8 +13,11 @@ from multibody_sym.drawing.picture import Arc, Arrow, Mark, Wish
 from multibody_sym.drawing.style import BLACK, LAYER_ARROW, LAYER_TEXT, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Axes
+from multibody_sym.scene.items import Item
 
 _LENGTH: Final = 22.0
+_TURN: Final = 11.0
+"""The radius of the bow of what turns (pt)."""
 _APART: Final = 58.0
 
 
@@ -33,3 +36,17 @@ def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
             yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
             prefer = (float(way[0]), float(way[1]))
             yield Wish((at + way)[None, :], letters(name), prefer=prefer, layer=LAYER_TEXT, **named)
+        if len(item.form.axes) == 2 and len(item.form.names) == 3:
+            yield from _turn(sheet, item, at, named)
+
+
+def _turn(sheet: Sheet, item: Item, at: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield the bow of what turns in the plane too, from the first axis towards the second, with its letter."""
+    assert isinstance(item.form, Axes)
+    first, second = (sheet.way(item.body, axis) for axis in item.form.axes)
+    angles = np.linspace(0.15, 1.42, 12)[:, None]
+    points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
+    yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
+    middle, way = points[len(points) // 2][None, :], first + second
+    name = letters(item.form.names[-1])
+    yield Wish(middle, name, prefer=(float(way[0]), float(way[1])), clear=1.5, layer=LAYER_TEXT, **named)

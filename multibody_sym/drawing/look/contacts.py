@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from multibody_sym.drawing.look.sheet import Sheet, unit2
+from multibody_sym.drawing.room import distances
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Block, Disc, Face, Polyline, Sphere, Symbol
 from multibody_sym.scene.items import Item
 
-_NEAR = 4.0
+_NEAR: Final = 4.0
+_SURFACE: Final = 4
+"""How many names lead to a surface: bodies, the body, surfaces, its own."""
 
 
 def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
@@ -49,6 +54,8 @@ def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
     """Return where something round touches a face or something round."""
     if isinstance(a.form, Block) and isinstance(b.form, Face):
         return _lowest(sheet, a, a.form, b, b.form)
+    if isinstance(a.form, Polyline) and isinstance(b.form, Face) and a.form.closed and len(a.path) == _SURFACE:
+        return _lowest(sheet, a, a.form, b, b.form)
     if not isinstance(a.form, (Disc, Sphere)):
         return None
     centre, radius = sheet.at(a.body, a.form.centre), a.form.radius * sheet.projection.scale
@@ -66,7 +73,18 @@ def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
             return centre + radius * way
         if apart > 1.0 and abs(apart - abs(radius - size)) < _NEAR:
             return centre - radius * way if size > radius else centre + radius * way
-    return None
+    return _on_curve(sheet, centre, radius, b) if isinstance(b.form, Polyline) and sheet.flat else None
+
+
+def _on_curve(sheet: Sheet, centre: Floats, radius: float, item: Item) -> Floats | None:
+    """Return the place of a curve that is nearest to the middle of something round, None if that does not touch."""
+    points = sheet.page(item.body, item.form.bounds)
+    lines = np.hstack((points[:-1], points[1:]))
+    line = lines[int(np.argmin(distances(centre[None], lines)[0]))]
+    along = line[2:] - line[:2]
+    part = float((centre - line[:2]) @ along) / max(float(along @ along), 1e-12)
+    place = line[:2] + np.clip(part, 0.0, 1.0) * along
+    return place if abs(float(np.linalg.norm(place - centre)) - radius) < _NEAR else None
 
 
 def _rim_on_face(sheet: Sheet, a: Item, b: Item) -> Floats | None:
@@ -88,8 +106,8 @@ def _rim_on_face(sheet: Sheet, a: Item, b: Item) -> Floats | None:
     return np.asarray(sheet.projection.page(place)) if near else None
 
 
-def _lowest(sheet: Sheet, a: Item, box: Block, b: Item, face: Face) -> Floats | None:
-    """Return the middle of what of a box is nearest to a face, None if it is not near."""
+def _lowest(sheet: Sheet, a: Item, box: Block | Polyline, b: Item, face: Face) -> Floats | None:
+    """Return the middle of what of a box or an outline is nearest to a face, None if it is not near."""
     normal, corners = sheet.way(b.body, face.normal), sheet.page(a.body, box.bounds)
     heights = (corners - sheet.at(b.body, face.through)) @ normal
     low = float(heights.min())

@@ -19,11 +19,13 @@ from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
 from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MARKED, MOTION, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Axes, Disc, Face, Rail, Symbol
-from multibody_sym.scene.items import Anchor, AngleMark, Dimension, Item
+from multibody_sym.scene.items import Anchor, AngleMark, Dimension, Item, PlacedStrand
 
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
 _COORDINATE: Final = 24.0
+_SAME: Final = 3.0
+"""Within this distance (pt) places are one."""
 _NEAR_BLOCK: Final = 22.0
 """How far from its block (pt) the name of a slider stands on what it slides along."""
 _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit")
@@ -46,11 +48,17 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
         yield _name(sheet, item)
     for placed in sheet.placed.strands:
         pieces = drawn_pieces(sheet, placed)
-        if len(pieces) and np.all(np.isfinite(pieces)):
+        if len(pieces) and np.all(np.isfinite(pieces)) and _is_named(placed, pieces):
             longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
-            middle = longest[0] + 0.3 * (longest[1] - longest[0]), longest[0] + 0.7 * (longest[1] - longest[0])
-            strand = placed.strand
-            yield Wish(np.array(middle), letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+            strand, middle = placed.strand, longest[0] + np.outer((0.3, 0.7), longest[1] - longest[0])
+            centres = [end for anchor, end in zip(strand.anchors, longest, strict=False) if anchor.body in sheet.ground]
+            about = np.array(centres) if strand.kind == "attraction" and centres else middle
+            yield Wish(about, letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+
+
+def _is_named(placed: PlacedStrand, pieces: Floats) -> bool:
+    """Return whether a strand is long enough to be named: joints at one place are tied by a line that is not seen."""
+    return placed.strand.kind != "tie" or float(np.ptp(pieces, axis=(0, 1)).max()) > _SAME
 
 
 def word_marks(sheet: Sheet) -> Iterator[Mark]:
@@ -71,8 +79,8 @@ def _name(sheet: Sheet, item: Item) -> Wish:
     if item.role == "contact" and isinstance(item.form, Symbol):
         place = touching_place(sheet, item, item.form)
         bounds = bounds if place is None else place[None, :]
-    ring = isinstance(item.form, Disc) and item.form.hollow
-    about = bounds if len(bounds) == 2 or ring else bounds.mean(axis=0)[None, :]
+    round_it = isinstance(item.form, Disc) and (item.form.hollow or _turns_at_middle(sheet, item, item.form))
+    about = bounds if len(bounds) == 2 or round_it else bounds.mean(axis=0)[None, :]
     if item.role == "body" and isinstance(item.form, Face) and item.form.ends is None and sheet.flat:
         about = wedge(sheet, item, item.form).mean(axis=0)[None, :]
     if isinstance(item.form, Symbol):
@@ -81,8 +89,21 @@ def _name(sheet: Sheet, item: Item) -> Wish:
     return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
 
 
+def _turns_at_middle(sheet: Sheet, item: Item, disc: Disc) -> bool:
+    """Return whether a hinge, whose name stands there, is in the middle of a body that is round."""
+    centre = sheet.at(item.body, disc.centre)
+    signs = (i for i in sheet.scene.items if i.role == "joint" and item.role == "body" and item.body in i.bodies)
+    places = (sheet.at(i.body, i.form.at) for i in signs if isinstance(i.form, Symbol))
+    return any(float(np.linalg.norm(place - centre)) < _SAME for place in places)
+
+
 def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floats:
     """Return what the name of a symbol stands beside (n, 2): the rail of a slider, the arrow of what is driven."""
+    if symbol.kind == "friction":
+        sliders = (i for i in sheet.scene.items if i.role == "joint" and {*i.bodies} == {*item.bodies})
+        for other in sliders:
+            if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
+                return _beside(sheet, other, other.form, sheet.page(other.body, other.form.bounds))
     pins = ring_pins(sheet, item, symbol) if symbol.kind in ("pin", "pivot") else None
     if pins is not None:
         return sheet.page(item.body, pins[1:])
