@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final
 
@@ -19,7 +19,7 @@ from multibody_sym.codegen.layout import (
     wrapped,
 )
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
-from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_SOURCES, filled, runtime_files
+from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_PARTS, filled, runtime_files, runtime_sources
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, Callee, Output
 
@@ -34,26 +34,28 @@ def c_source(
     prefix: str = "mbs",
     samples: Samples | None = None,
     rare: Mapping[str, Program] = MappingProxyType({}),
+    parts: Collection[str] = RUNTIME_PARTS,
 ) -> dict[str, str]:
-    """Return model.c, model.h and the files of the runtime by name, and selftest.c where `samples` are given.
+    """Return model.c, model.h and the runtime's files for its `parts` by name, and selftest.c for given `samples`.
 
     Each program becomes the function `<prefix>_<name>`; `<prefix>_programs` lists them all under one type. Those that
     are `rare` come last: they are called so seldom that the compiler's work on them takes longer than it saves.
     The same Programs give the same bytes in every process.
     Raises ProgramError where there is no program, or a name is none.
     """
-    files = runtime_files()
+    files = runtime_files(parts)
     used = {name for header in RUNTIME_HEADERS for name in re.findall(r"\bmbs_\w+", files[header])}
     taken = [f"{prefix}_programs", f"{prefix}_program_count", *sorted(used)]
     every = functions({**programs, **rare}, f"{prefix}_", f"{prefix}__", taken)
     often = len(functions(programs, f"{prefix}_", f"{prefix}__", taken).functions) if rare else None
-    files |= {"model.c": _model(every, [*programs, *rare], prefix, often), "model.h": _header(every, prefix)}
+    model = _model(every, [*programs, *rare], prefix, often, runtime_sources(parts))
+    files |= {"model.c": model, "model.h": _header(every, prefix)}
     if samples is not None:
         files["selftest.c"] = _selftest(programs, samples, prefix)
     return files
 
 
-def _model(every: Functions, names: Sequence[str], prefix: str, often: int | None) -> str:
+def _model(every: Functions, names: Sequence[str], prefix: str, often: int | None, runtime: Sequence[str]) -> str:
     """Return model.c; from function number `often` on the compiler does not work on its code."""
     exported = list(zip(names, every.exported, strict=True))
     printed = [Printer(function, every, prefix).text(write) for function in every.functions]
@@ -62,7 +64,7 @@ def _model(every: Functions, names: Sequence[str], prefix: str, often: int | Non
     return filled(
         "c/model.c.in",
         title=_TITLE,
-        runtime=" ".join(RUNTIME_SOURCES),
+        runtime=" ".join(runtime),
         summary="\n".join(f" * {line}" for name, f in exported for line in summary(name, f.program)),
         prefix=prefix,
         functions="\n\n".join(printed),

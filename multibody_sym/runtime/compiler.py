@@ -14,7 +14,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from importlib.util import find_spec
+from itertools import accumulate
 from pathlib import Path
 from typing import Final
 
@@ -137,8 +139,8 @@ def _runs(path: str) -> bool:
 def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
     """Return the cached shared library of `model.c` and the runtime's files in `sources` (file name -> text).
 
-    The objects of the runtime are kept, since all models share them. What several processes need at the same time one
-    of them compiles. Raises CompilerError, and OSError if nothing can be written.
+    The objects of the runtime are kept, since models share them. What several processes need at the same time one of
+    them compiles. Raises CompilerError, and OSError if nothing can be written.
     """
     version = compiler.version()
     origin = "\0".join([*compiler.command, *compiler.flags, version, compiler.identity])
@@ -157,13 +159,24 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
 def objects_to_bring(sources: Mapping[str, str]) -> bytes:
     """Return the content of the file `BROUGHT` for the runtime's files in `sources` (file name -> text).
 
-    Its first line tells what it was made from; for other sources, flags or machines it is not used.
+    Its first line tells of each what it was made from, and its size; for other sources, flags or machines none is used.
     Raises CompilerError.
     """
     with tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
-        build = _Build(find_compiler(), sources, "", Path(place))
-        build.write_sources()
-        return b"\n".join([build.made_of().encode("ascii"), build.packed_runtime()])
+        objects = _Build(find_compiler(), sources, "", Path(place)).objects()
+    sizes = json.dumps([[made_of, len(content)] for made_of, content in objects.items()])
+    return b"\n".join([sizes.encode("ascii"), b"".join(objects.values())])
+
+
+def _brought() -> dict[str, bytes]:
+    """Return the objects that the package brings, each by what it was made from."""
+    try:
+        head, _, contents = Path(__file__).with_name(BROUGHT).read_bytes().partition(b"\n")
+    except OSError:
+        return {}
+    sizes: list[tuple[str, int]] = json.loads(head)
+    ends = list(accumulate(size for _, size in sizes))
+    return {made_of: contents[end - size : end] for (made_of, size), end in zip(sizes, ends, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -177,84 +190,83 @@ class _Build:
 
     def library(self) -> bytes:
         """Return the content of the shared library."""
-        self.write_sources()
-        runtime = self._runtime()
+        self._write_sources()
+        self._bring_runtime()
         self._compile(["model"])
         try:
-            self._link(runtime)
+            self._link()
         except CompilerError:  # the kept objects may be another linker's
-            self._link(self._compiled_runtime())
+            self._compile_runtime(self._units)
+            self._link()
         return self._written("model.so")
 
-    def write_sources(self) -> None:
+    def objects(self) -> dict[str, bytes]:
+        """Return the objects of the runtime, each by what it was made from."""
+        self._write_sources()
+        self._compile(self._units)
+        return {self._made_of(unit): self._written(f"{unit}.o") for unit in self._units}
+
+    def _write_sources(self) -> None:
         """Write what is compiled into the folder."""
         for file, text in self.sources.items():
             (self.place / file).write_text(text, encoding="ascii")
 
-    def _runtime(self) -> list[str]:
-        """Bring the objects of the runtime into the folder; return their names."""
-        kept = cache.content(self._runtime_key()) or self._brought()
-        if kept is None:
-            with cache.alone(self._runtime_key()):
-                kept = cache.content(self._runtime_key())  # another process has made them meanwhile
-                if kept is None:
-                    return self._compiled_runtime()
-        return self._unpacked(kept)
-
-    def _brought(self) -> bytes | None:
-        """Return the objects that the package brings, if they are of these sources, flags and machine."""
-        try:
-            made_of, _, packed = Path(__file__).with_name(BROUGHT).read_bytes().partition(b"\n")
-        except OSError:
-            return None
-        return packed if made_of.decode("ascii", "replace") == self.made_of() else None
-
-    def _compiled_runtime(self) -> list[str]:
-        packed, key = self.packed_runtime(), self._runtime_key()
-        cache.store(key, cache.keep(packed, key, ".objects"), {})
-        return [f"{unit}.o" for unit in self._units()]
-
-    def packed_runtime(self) -> bytes:
-        """Compile the runtime and return its objects, one after the other, after their names and sizes."""
-        self._compile(self._units())
-        contents = {f"{unit}.o": self._written(f"{unit}.o") for unit in self._units()}
-        sizes = json.dumps([[name, len(content)] for name, content in contents.items()])
-        return b"\n".join([sizes.encode("ascii"), b"".join(contents.values())])
-
+    @cached_property
     def _units(self) -> list[str]:
+        """The names of the runtime's sources, without the ending."""
         return [name.removesuffix(".c") for name in self.sources if name.endswith(".c") and name != "model.c"]
 
-    def _unpacked(self, packed: bytes) -> list[str]:
-        head, _, contents = packed.partition(b"\n")
-        sizes: list[tuple[str, int]] = json.loads(head)
-        begin = 0
-        for name, size in sizes:
-            (self.place / name).write_bytes(contents[begin : begin + size])
-            begin += size
-        return [name for name, _ in sizes]
+    def _bring_runtime(self) -> None:
+        """Bring the objects of the runtime into the folder."""
+        brought = _brought()
+        missing = [unit for unit in self._units if not self._put(unit, brought.get(self._made_of(unit)))]
+        missing = [unit for unit in missing if not self._put(unit, cache.content(self._key(unit)))]
+        if missing:
+            with cache.alone(cache.digest("runtime", self.origin)):
+                # another process may have made them meanwhile
+                self._compile_runtime([unit for unit in missing if not self._put(unit, cache.content(self._key(unit)))])
 
-    def _runtime_key(self) -> str:
-        return cache.digest("runtime", self.origin, self.made_of())
+    def _put(self, unit: str, content: bytes | None) -> bool:
+        """Write a unit's object into the folder where there is one; tell whether there is."""
+        if content is not None:
+            (self.place / f"{unit}.o").write_bytes(content)
+        return content is not None
 
-    def made_of(self) -> str:
-        """Return a hash of the runtime's sources, the flags and the kind of machine."""
-        texts = [self.sources[name] for name in sorted(self.sources) if name not in ("model.c", "model.h")]
-        return cache.digest(sys.platform, *_machine(), *self.compiler.flags, *_SELDOM, *_LESS, *texts)
+    def _compile_runtime(self, units: Sequence[str]) -> None:
+        self._compile(units)
+        for unit in units:
+            cache.store(self._key(unit), cache.keep(self._written(f"{unit}.o"), self._key(unit), ".o"), {})
+
+    def _key(self, unit: str) -> str:
+        return cache.digest("unit", self.origin, self._made_of(unit))
+
+    def _made_of(self, unit: str) -> str:
+        """Return a hash of a unit of the runtime, of what it includes, the flags and the kind of machine."""
+        return cache.digest(sys.platform, *_machine(), *self._flags(unit), self.sources[f"{unit}.c"], self._headers)
+
+    @cached_property
+    def _headers(self) -> str:
+        names = (name for name in sorted(self.sources) if name.endswith(".h") and name != "model.h")
+        return cache.digest(*(self.sources[name] for name in names))
+
+    def _flags(self, unit: str) -> tuple[str, ...]:
+        flags = self.compiler.flags
+        return (*flags, *_LESS) if unit in _SELDOM and "-O2" in flags else flags
 
     def _compile(self, units: Sequence[str]) -> None:
         """Compile files at the same time."""
-        less = _SELDOM if "-O2" in self.compiler.flags else ()
-        self._run([[*(_LESS if unit in less else ()), "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
+        self._run([[*self._flags(unit), "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
 
-    def _link(self, runtime: Sequence[str]) -> None:
-        self._run([["-shared", "model.o", *runtime, "-lm", "-o", "model.so"]])
+    def _link(self) -> None:
+        objects = [f"{unit}.o" for unit in ("model", *self._units)]
+        self._run([[*self.compiler.flags, "-shared", *objects, "-lm", "-o", "model.so"]])
 
     def _run(self, arguments: Sequence[Sequence[str]]) -> None:
         limit = _SECONDS + sum(map(len, self.sources.values())) / _BYTES_PER_SECOND
-        start = [*self.compiler.command, *self.compiler.flags]
-        _run([[*start, *words] for words in arguments], self.place, limit)
+        _run([[*self.compiler.command, *words] for words in arguments], self.place, limit)
 
     def _written(self, name: str) -> bytes:
+        """Return the content of a file that the compiler was to write; raises CompilerError."""
         try:
             return (self.place / name).read_bytes()
         except FileNotFoundError:

@@ -143,8 +143,9 @@ def load(
 
     def printed_c() -> Mapping[str, str]:
         from multibody_sym.codegen.c import c_source
+        from multibody_sym.codegen.parts import parts_of
 
-        return c_source(programs, rare=rare)
+        return c_source(programs, rare=rare, parts=parts_of(every))
 
     def printed_python() -> str:
         from multibody_sym.codegen.python import python_source

@@ -177,8 +177,6 @@ def open_library(path: Path, signatures: Sequence[Signature]) -> Mapping[str, Na
     library.mbs_work.restype = ctypes.c_longlong
     library.mbs_integrate.restype = ctypes.c_longlong
     library.mbs_integrate_each.restype = None
-    library.mbs_follow.restype = ctypes.c_longlong
-    library.mbs_room.restype = ctypes.c_longlong
     count = ctypes.c_int.in_dll(library, "mbs_program_count").value
     structures = (ProgramStruct * count).in_dll(library, "mbs_programs")
     found = {structure.name.decode("ascii"): structure for structure in structures}

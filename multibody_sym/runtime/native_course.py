@@ -107,7 +107,9 @@ class NativeCourse:
             most=_MOST,
         )
         self.handle = ctypes.byref(self._structure)
-        self._structure.room = self._array(np.empty(int(self._modes[0].library.mbs_room(self.handle))))
+        room = self.now.library.mbs_room
+        room.restype = ctypes.c_longlong
+        self._structure.room = self._array(np.empty(room(self.handle)))
         self.work = max(mode.work for mode in self._modes)
 
     @classmethod

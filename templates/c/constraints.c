@@ -140,6 +140,22 @@ int mbs_project(mbs_run *r, double t, double *x, double goal)
     return status;
 }
 
+int mbs_moved_far(const mbs_run *r, const double *before, const double *settled, double allowed)
+{
+    double moved = 0.0, step = 0.0;
+    int component = 0;
+    for (int i = 0; i < r->n; ++i) {
+        double change = fabs(settled[i] - before[i]), whole = fabs(before[i] - r->x[i]);
+        if (change > moved) {
+            moved = change;
+            component = i;
+        }
+        if (whole > step)
+            step = whole;
+    }
+    return moved > 0.1 * step + allowed && moved > 1e-10 * (1.0 + mbs_largest(r->n, settled)) ? component : -1;
+}
+
 /* A state between steps that was moved by over a tenth of the step has settled on another branch of the motion. */
 static int strays(const mbs_run *r, const double *before, const double *settled)
 {

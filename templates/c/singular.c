@@ -98,22 +98,6 @@ void mbs_note_independence(mbs_run *r, double t)
     s->greatest = larger(s->greatest, s->latest);
 }
 
-int mbs_moved_far(const mbs_run *r, const double *before, const double *settled, double allowed)
-{
-    double moved = 0.0, step = 0.0;
-    int component = 0;
-    for (int i = 0; i < r->n; ++i) {
-        double change = fabs(settled[i] - before[i]), whole = fabs(before[i] - r->x[i]);
-        if (change > moved) {
-            moved = change;
-            component = i;
-        }
-        if (whole > step)
-            step = whole;
-    }
-    return moved > 0.1 * step + allowed && moved > 1e-10 * (1.0 + mbs_largest(r->n, settled)) ? component : -1;
-}
-
 /* The part of the speeds by which round-off may falsify a state. */
 static double round_off(const mbs_state *s)
 {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hand_models import TEMPLATES, planar_pendulum
 
-from multibody_sym.codegen.templates import RUNTIME_SOURCES, runtime_files
+from multibody_sym.codegen.templates import RUNTIME_SOURCES, STAND_INS, runtime_files
 from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native import open_library
@@ -79,7 +79,7 @@ def compiled(place, *arguments):
 @needs_compiler
 def test_the_compiler_has_nothing_to_warn_of():
     warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-pedantic", "-Werror"]
-    run = compiled(TEMPLATES, "-O2", *warnings, "-fsyntax-only", *RUNTIME_SOURCES)
+    run = compiled(TEMPLATES, "-O2", *warnings, "-fsyntax-only", *RUNTIME_SOURCES, *STAND_INS)
     assert (run.returncode, run.stderr) == (0, "")
 
 

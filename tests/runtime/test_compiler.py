@@ -1,6 +1,5 @@
 """The compiler: how it is found, that it is neither trusted nor waited for without end."""
 
-import json
 import os
 import shutil
 import time
@@ -164,9 +163,7 @@ def test_what_is_about_to_be_linked_may_be_deleted_from_the_cache(fresh, monkeyp
 
 
 def test_kept_objects_that_cannot_be_linked_are_compiled_once_more(fresh, monkeypatch):
-    names = [name.replace(".c", ".o") for name in OSCILLATOR.sources() if name.endswith(".c") and name != "model.c"]
-    bad = json.dumps([[name, 3] for name in names]).encode() + b"\n" + b"bad" * len(names)
-    monkeypatch.setattr(cache, "content", lambda _: bad)
+    monkeypatch.setattr(cache, "content", lambda _: b"bad")
     assert build_library(find_compiler(), OSCILLATOR.sources()).exists()
 
 
@@ -216,8 +213,7 @@ def test_a_wheel_of_a_platform_brings_the_runtime_compiled(fresh, monkeypatch, t
     assert compiled == [["model"]]
     changed = {**OSCILLATOR.sources(), "solve.c": runtime["solve.c"] + "\n"}
     assert build_library(find_compiler(), changed).exists()
-    assert len(compiled[1]) > 5
-    assert compiled[2] == ["model"]
+    assert compiled[1:] == [["solve"], ["model"]]
 
 
 def test_units_that_take_no_time_of_a_run_are_compiled_with_less_work(fresh, monkeypatch):

@@ -141,8 +141,8 @@ def filled(tmp_path_factory):
 @pytest.fixture(scope="module")
 def runtime(filled):
     """The files of the cache that hold the compiled runtime."""
-    (objects,) = filled.glob("*.objects")
-    return [objects, *(key for key in filled.glob("*.json") if objects.name in key.read_text())]
+    objects = list(filled.glob("*.o"))
+    return [*objects, *(key for key in filled.glob("*.json") if any(o.name in key.read_text() for o in objects))]
 
 
 def truncated(data):
@@ -158,7 +158,7 @@ def emptied(_):
 
 
 @pytest.mark.parametrize(
-    ("pattern", "damage"), [("*.so", truncated), ("*.json", garbage), ("*.objects", emptied), ("*", truncated)]
+    ("pattern", "damage"), [("*.so", truncated), ("*.json", garbage), ("*.o", emptied), ("*", truncated)]
 )  # every damage to either kind of file: test_cache
 def test_a_damaged_cache_is_rebuilt(fresh, filled, pattern, damage):
     # files that this process has not loaded: those it has, the system does not read again
