@@ -1,11 +1,12 @@
 """A mode of an impact at once, by sweeps over its contacts: each obeys its own law beside the impulses of the others.
 
-Slow and nearly sure where directions of slip in space make the search for modes miss: what it comes near is solved
-exactly, and judged, by that search.
+Nearly sure where directions of slip in space make proposals miss, and sooner than trying all modes: what they come near
+is solved exactly, and judged, by the search for modes.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
@@ -17,10 +18,11 @@ from multibody_sym.dynamics.laws.mode_solve import solve_mode
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, LawMode, LawProblem
 from multibody_sym.dynamics.laws.proposals import SPHERE
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
-from multibody_sym.dynamics.laws.scaled import Part, Scaled, scaled
+from multibody_sym.dynamics.laws.scaled import Part, Places, Scaled, scaled
 from multibody_sym.dynamics.laws.search import modes_of
 from multibody_sym.dynamics.laws.uniqueness import admissible
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 MOST: Final = 2000
 _TURNS: Final = 2.0 * np.pi * np.arange(24) / 24
@@ -32,11 +34,32 @@ CARRIES: Final = 1e-9
 """Part of the largest impulse below which there is none, and of the largest speed below which nothing slips."""
 
 
-def swept(problem: LawProblem) -> LawMode | None:
-    """Return the mode that sweeps come near, with slips in space turned if need be, in which static friction holds."""
+def settled(problem: LawProblem) -> LawMode:
+    """Return the mode that sweeps come to, or are at when there were too many; static friction holds."""
+    system = scaled(problem)
+    small = reduced(system)
+    parts = [_own(part, small) for part in system.parts]
+    f = np.zeros(len(small.own))
+    for _ in range(MOST):
+        before = f.copy()
+        _sweep(system, small, parts, f)
+        if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
+            break
+    return _mode(system, small, f)
+
+
+def turned(problem: LawProblem, mode: LawMode) -> LawMode | None:
+    """Return a mode with one of its slips in space turned, in which static friction holds; None where none does."""
     system = scaled(problem)
     mu = np.array([part.static for part in system.parts], dtype=float)
-    return next((mode for mode in _modes(system) if _may_hold(system, mode, mu)), None)
+    return next((other for other in _ways_off(mode) if _may_hold(system, other, mu)), None)
+
+
+def _ways_off(mode: LawMode) -> Iterator[LawMode]:
+    for k, slip in enumerate(mode.directions):
+        for way in () if slip is None else WAYS[len(slip)]:
+            other = tuple(float(x) for x in way)
+            yield replace(mode, directions=(*mode.directions[:k], other, *mode.directions[k + 1 :]))
 
 
 def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
@@ -48,36 +71,32 @@ def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
     return other is not None and fulfils(system, other)
 
 
-def _modes(system: Scaled) -> Iterator[LawMode]:
-    """Yield the mode that sweeps come to, or are at when there were too many; then with each slip in space turned."""
-    small = reduced(system)
-    f = np.zeros(len(small.own))
-    for _ in range(MOST):
-        before = f.copy()
-        _sweep(system, small, f)
-        if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
-            break
-    mode = _mode(system, small, f)
-    yield mode
-    for k, slip in enumerate(mode.directions):
-        for way in () if slip is None else WAYS[len(slip)]:
-            turned = tuple(float(x) for x in way)
-            yield replace(mode, directions=(*mode.directions[:k], turned, *mode.directions[k + 1 :]))
+@dataclass(frozen=True)
+class _Own:
+    """A friction part, where its own impulses are among all, and the most that one of them changes its speed."""
+
+    part: Part
+    places: Places
+    stiff: float
 
 
-def _sweep(system: Scaled, small: Reduced, f: Floats) -> None:
+def _own(part: Part, small: Reduced) -> _Own:
+    places = small.place[part.rows]
+    return _Own(part, places, float(np.linalg.norm(small.K[np.ix_(part.rows, places)], 2)))
+
+
+def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None:
     """Let each contact take the impulses that its law wants beside all others."""
     for k in system.unilateral:
         i = small.place[k]
         if small.K[k, i] > 0.0:
             f[i] = max(0.0, f[i] - (small.a0[k] + small.K[k] @ f) / small.K[k, i])
-    for part in system.parts:
-        own = small.place[part.rows]
-        stiff = float(np.linalg.norm(small.K[np.ix_(part.rows, own)], 2))
-        if stiff > 0.0:
-            wanted = f[own] - (small.a0[part.rows] + small.K[part.rows] @ f) / stiff
-            size = float(np.linalg.norm(wanted))
-            f[own] = wanted * min(1.0, _limit(part, small, f) / size) if size else 0.0
+    for own in parts:
+        if own.stiff > 0.0:
+            rows = own.part.rows
+            wanted = f[own.places] - (small.a0[rows] + small.K[rows] @ f) / own.stiff
+            size = math.hypot(*wanted)
+            f[own.places] = wanted * min(1.0, _limit(own.part, small, f) / size) if size else 0.0
 
 
 def _limit(part: Part, small: Reduced, f: Floats) -> float:

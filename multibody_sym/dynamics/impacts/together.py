@@ -14,7 +14,7 @@ import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
 from multibody_sym.dynamics.impacts.problem import Stage
-from multibody_sym.dynamics.impacts.sweeps import swept
+from multibody_sym.dynamics.impacts.sweeps import settled, turned
 from multibody_sym.dynamics.laws.judgement import fulfils
 from multibody_sym.dynamics.laws.mode_solve import solve_mode
 from multibody_sym.dynamics.laws.problem import Equality, LawProblem, LawState
@@ -118,12 +118,9 @@ def _search(
     here = {some.rows.index(k): value for k, value in given.items()}
     right = _consistent(account, some, (wanted - now)[some.rows])
     problem = _with_given(replace(some.problem, right=right), here)
-    found = find(problem, every=False)
-    if not found.states and (mode := swept(problem)) is not None:
-        found = find(problem, mode, every=False)
-    if not found.states:
+    state, count = _state(problem), len(some.rows)
+    if state is None:
         return None
-    state, count = found.states[0], len(some.rows)
     shared, unsure = _shared(problem, state)
     z = np.zeros(len(now))
     z[some.rows] = shared[:count]
@@ -134,6 +131,20 @@ def _search(
     account.add(stage, pressed, some.of_all(state.mode.slips, account.rows), (z, state.x))
     account.unsure |= {some.rows[k] for k in unsure if k < count}
     return z
+
+
+def _state(problem: LawProblem) -> LawState | None:
+    """Return a state that fulfils the laws, near where sweeps come to if need be, else of all modes; None without."""
+    found = find(problem, every=False, most=0)
+    if found.states:
+        return found.states[0]
+    mode = settled(problem)
+    found = find(problem, mode, every=False, most=0)
+    if not found.states:
+        found = find(problem, every=False)
+    if not found.states and (other := turned(problem, mode)) is not None:
+        found = find(problem, other, every=False)
+    return found.states[0] if found.states else None
 
 
 def _consistent(account: Account, some: Chosen, right: Floats) -> Floats:

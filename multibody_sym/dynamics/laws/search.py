@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from multibody_sym.dynamics.laws.enumeration import MOST
 from multibody_sym.dynamics.laws.judgement import labelled, slipping
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
 from multibody_sym.dynamics.laws.problem import (
@@ -36,10 +37,11 @@ def find(
     every: bool = True,
     drift: Drift | None = None,
     left: Mapping[int, float] | None = None,
+    most: int = MOST,
 ) -> Found:
     """Return the states that fulfil all laws, from a previous state or mode where that is still near.
 
-    With `every` all modes are tried as long as there are no more than 10,000; without it one state is enough, they are
+    With `every` all modes are tried as long as there are no more than `most`; without it one state is enough, they are
     tried only where none is found, and forces that are not unique are not told. Of two coefficients the static one
     holds for what does not slip: parts at rest have it first, those that slip then get the kinetic one, until no more
     slip. Where two modes fit at the limit, `left` decides, where exact numbers tell what is left there, too little for
@@ -48,7 +50,7 @@ def find(
     Raises NoSolutionError for rows that are not finite.
     """
     _verify_finite(problem)
-    search = _Search(scaled(problem), every, drift, left or {})
+    search = _Search(scaled(problem), every, drift, left or {}, most)
     ends = search.run(*_begin(search.problem, previous))
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
@@ -93,11 +95,16 @@ class _End:
 
 class _Search:
     def __init__(
-        self, problem: Scaled, every: bool, drift: Drift | None = None, left: Mapping[int, float] | None = None
+        self,
+        problem: Scaled,
+        every: bool,
+        drift: Drift | None = None,
+        left: Mapping[int, float] | None = None,
+        most: int = MOST,
     ) -> None:
         self.problem, self.drift, self.left = problem, drift, left or {}
         self.exact = every or drift is not None
-        self.states = States(problem, every)
+        self.states = States(problem, every, most)
 
     def run(self, near: list[Near], known: Rounds = ()) -> list[_End]:
         """Return the states, from those with static coefficients on to those in which no more parts slip.

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.enumeration import MOST, candidates, count_modes
+from multibody_sym.dynamics.laws.enumeration import candidates, count_modes
 from multibody_sym.dynamics.laws.judgement import flipped, fulfils, holds_equations, labelled, violations
 from multibody_sym.dynamics.laws.mode_solve import Trial, roughly, solve_mode
 from multibody_sym.dynamics.laws.problem import STICKS
@@ -42,8 +42,8 @@ class Near:
 class States:
     """One problem being searched: how many modes were tried, and whether nothing was left out."""
 
-    def __init__(self, problem: Scaled, every: bool) -> None:
-        self.problem, self.every = problem, every
+    def __init__(self, problem: Scaled, every: bool, most: int) -> None:
+        self.problem, self.every, self.most = problem, every, most
         self.proved, self.tried = True, 0
 
     @cached_property
@@ -64,7 +64,7 @@ class States:
                 self.proved &= self._is_convex(mu)
                 return found
         count = count_modes(self.problem, mu)
-        if count > MOST:
+        if count > self.most:
             self.proved &= contradicts and self._copositive(mu)
             return found
         self.tried += count
