@@ -1,19 +1,32 @@
-"""Polynomials in irreducible factors.
+"""Polynomials in irreducible factors, and what two of them share.
 
 What is of the first degree in some letter, p = A x + B, is gcd(A, B) times a factor that is irreducible. Most
 polynomials of mechanics are such, and one greatest common divisor takes far less time than a general factorisation.
+
+Most pairs of polynomials share nothing, which is seen in the integers modulo a prime. With numbers in place of all
+letters but one, x, the degree in x of a common divisor of f and g is no larger than that of the divisor of their
+images, where the leading coefficient of f or g in x has an image that is not 0. Where that degree is 0 for each letter
+that both have, f and g share at most a number and powers of letters.
+
+Source: Geddes, Czapor, Labahn, Algorithms for Computer Algebra (1992), 7.4.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from math import gcd
 from typing import Any, Final
 
 from sympy.polys.heuristicgcd import HeuristicGCDFailed
 from sympy.polys.rings import PolyRing
 
+from multibody_sym.records import dataclass
+
 _REMEMBERED: Final = 1024
+_PRIME: Final = 2**31 - 1
+_MULTIPLIER: Final = 1_103_515_245
+"""Spreads the numbers in place of letters over all residues; an unlucky one costs time and nothing else."""
 
 Poly = Any
 """A polynomial of a sympy ring with integer coefficients: a map from tuples of exponents to coefficients."""
@@ -54,7 +67,7 @@ def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
         linear = p.ring.from_dict({(*m[:k], 0, *m[k + 1 :]): c for m, c in p.items() if m[k]})
         constant = p.ring.from_dict({m: c for m, c in p.items() if not m[k]})
         try:
-            shared = linear.gcd(constant)
+            shared = cofactors(linear, constant)[0]
         except HeuristicGCDFailed:
             yield from _in_general(p)
             return
@@ -86,3 +99,93 @@ def _found_by_sympy(domain: Any, order: Any, letters: int, terms: frozenset[Any]
 
 def _with_positive_lead(p: Poly) -> Poly:
     return p if p.LC > 0 else -p
+
+
+# --- what two polynomials share -------------------------------------------------------------------------------------
+
+
+def cofactors(f: Poly, g: Poly) -> tuple[Poly, Poly, Poly]:
+    """Return the greatest common divisor h and f/h, g/h; raises HeuristicGCDFailed where it is not found."""
+    shared = _shared_powers(f, g)
+    if shared is None:
+        found: tuple[Poly, Poly, Poly] = f.cofactors(g)
+        return found
+    number = gcd(*map(int, f.values()), *map(int, g.values()))
+    return f.ring.from_dict({shared: f.ring.domain(number)}), _divided(f, shared, number), _divided(g, shared, number)
+
+
+def _shared_powers(f: Poly, g: Poly) -> tuple[int, ...] | None:
+    """Return the powers of letters that two polynomials share, None where it is not seen that this is all."""
+    if len(f) < 2 or len(g) < 2:  # sympy is as quick
+        return None
+    first, second = _Image.of(f), _Image.of(g)
+    if not all(first.is_prime_to(second, k) for k in range(f.ring.ngens)):
+        return None
+    return tuple(map(min, first.least, second.least))
+
+
+def _divided(p: Poly, shared: Sequence[int], number: int) -> Poly:
+    """Return a polynomial over a number and powers of letters, its terms in falling order."""
+    if any(shared):
+        terms = ((tuple(e - s for e, s in zip(m, shared, strict=True)), c) for m, c in p.items())
+    else:
+        terms = p.items()
+    return p.ring.from_dict({m: c // number for m, c in sorted(terms, reverse=True)})
+
+
+@dataclass(frozen=True)
+class _Image:
+    """A polynomial at numbers: the residue of each term, and the `least` and `most` of each letter in its terms."""
+
+    terms: Sequence[tuple[Sequence[int], int]]
+    least: tuple[int, ...]
+    most: tuple[int, ...]
+
+    @classmethod
+    def of(cls, p: Poly) -> _Image:
+        terms = []
+        for m, c in p.items():
+            value = int(c)
+            for k, exponent in enumerate(m):
+                if exponent:
+                    value = value * pow(_stands_for(k), exponent, _PRIME) % _PRIME
+            terms.append((m, value))
+        columns = list(zip(*p, strict=True))
+        return cls(terms, tuple(map(min, columns)), tuple(map(max, columns)))
+
+    def is_prime_to(self, other: _Image, k: int) -> bool:
+        """Return whether it is seen that no common divisor but powers of it has letter k."""
+        if self.least[k] == self.most[k] or other.least[k] == other.most[k]:
+            return True
+        a, b = self._in_letter(k), other._in_letter(k)
+        return bool(a[-1] or b[-1]) and _are_prime(a, b)
+
+    def _in_letter(self, k: int) -> list[int]:
+        """Return the coefficients in letter k, without the powers of it that divide all, the lowest first."""
+        found, low = [0] * (self.most[k] - self.least[k] + 1), self.least[k]
+        back = pow(_stands_for(k), -1, _PRIME)
+        for m, value in self.terms:
+            found[m[k] - low] += value * pow(back, m[k], _PRIME)
+        return [x % _PRIME for x in found]
+
+
+def _stands_for(k: int) -> int:
+    return (k + 1) * _MULTIPLIER % _PRIME
+
+
+def _are_prime(a: list[int], b: list[int]) -> bool:
+    """Return whether polynomials in one letter modulo the prime share no root, by Euclid's algorithm."""
+    while True:
+        a, b = (_without_leading_zeros(x) for x in (a, b))
+        if not a or not b:
+            return len(a) + len(b) == 1
+        if len(a) < len(b):
+            a, b = b, a
+        factor, shift = a[-1] * pow(b[-1], -1, _PRIME), len(a) - len(b)
+        a = [(x - factor * b[k - shift]) % _PRIME if k >= shift else x for k, x in enumerate(a)]
+
+
+def _without_leading_zeros(p: list[int]) -> list[int]:
+    while p and not p[-1]:
+        p = p[:-1]
+    return p

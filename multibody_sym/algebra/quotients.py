@@ -18,7 +18,7 @@ from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyRing
 
 from multibody_sym.algebra.angles.half_angles import shared_degree, turning_degree, with_half, with_whole
-from multibody_sym.algebra.factors import Poly
+from multibody_sym.algebra.factors import Poly, cofactors
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, Node, negate
 from multibody_sym.scalars.traversal import leaves
@@ -228,7 +228,7 @@ class Field:
             raise NoClosedFormError("the closed form is too long")
         self.spend(10 * (len(above) + len(below)))
         try:
-            above, below = above.cancel(below)
+            _, above, below = cofactors(above, below)
         except HeuristicGCDFailed:
             raise NoClosedFormError("a common factor was not found") from None
         return (above, below) if below.LC > 0 else (-above, -below)
