@@ -76,7 +76,7 @@ def plot_of(
     found = tuple(Panel(unit, tuple(curves), _size(runs, curves, unit, units)) for unit, curves in panels.items())
     over_time = x == _TIME
     marks = tuple(_marks(next(iter(runs.values())), units, found, over_time)) if len(runs) == 1 else ()
-    title = ", ".join(dict.fromkeys(run.ready.mechanism.name for run in runs.values()))
+    title = ", ".join(dict.fromkeys(run.ready.told.name for run in runs.values()))
     equal = not over_time and all(panel.unit and panel.unit == base.unit for panel in found) and _is_length(base, units)
     return Plot(title, across, found or (Panel("", ()),), marks, tuple(runs), over_time, equal)
 

@@ -79,7 +79,7 @@ def run_html(run: Any) -> str:
         image = base64.b64encode(run.plot()._repr_png_()).decode()
     except MultibodyError:
         return told
-    return f'{told}<img alt="{escape(run.ready.mechanism.name)} over time" src="data:image/png;base64,{image}">'
+    return f'{told}<img alt="{escape(run.ready.told.name)} over time" src="data:image/png;base64,{image}">'
 
 
 def table_html(table: Any) -> str:

@@ -192,3 +192,12 @@ def test_a_pipe_is_read_once(tmp_path: Path) -> None:
     done = command("simulate", "/dev/stdin", input=PENDULUM, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("pendulum: done")
+
+
+def test_a_recalled_run_is_plotted_without_its_model(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run(capsys, "--plot", "first.png")[0] == 0
+    monkeypatch.setattr(prepared, "_again", lambda *_: pytest.fail("the model is read once more"))
+    assert run(capsys, "--plot", "second.png")[0] == 0
+    assert Path("first.png").read_bytes() == Path("second.png").read_bytes()

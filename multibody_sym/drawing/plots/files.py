@@ -24,12 +24,27 @@ def content(figure: Any, ending: str) -> bytes:
     import matplotlib as mpl
 
     found, dated = io.BytesIO(), {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with plain_style(), mpl.rc_context({"svg.hashsalt": "multibody_sym"}):
+    with plain_style(), mpl.rc_context({"svg.hashsalt": "multibody_sym"}), _arranged(figure):
         try:
             figure.savefig(found, format=ending, metadata=dated.get(ending))
         except ValueError as problem:
             raise OutputError(f"the figure cannot be written as '{ending}': {problem}", number="O102") from None
     return found.getvalue()
+
+
+@contextlib.contextmanager
+def _arranged(figure: Any) -> Iterator[None]:
+    """Lay a figure out now: one whose layout is asked for while it is written is drawn twice."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        yield
+        return
+    engine.execute(figure)
+    figure.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
 
 
 @contextlib.contextmanager
