@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 
-from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
+from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
 
 GRAVITY = 10.0
 
@@ -144,3 +145,20 @@ def _angle(rng: np.random.Generator, plain: bool) -> float:
 def _coefficients(rng: np.random.Generator, plain: bool) -> tuple[float, float]:
     static = float(rng.choice([0.2, 0.5, 1.0]) if plain else 10.0 ** rng.uniform(-1.5, 0.3))
     return static, static * float(rng.choice([1.0, 0.5]) if plain else rng.choice([1.0, rng.uniform(0.3, 1)]))
+
+
+def assert_holds(asked: LawProblem, state: LawState) -> None:
+    """Assert friction at rest in the circle, and against a_t where it slips in space; none comes from a pyramid."""
+    largest = float(np.abs(state.z).max())
+    rounding = 1e-14 * max(float(np.abs(asked.right).max()), float(np.abs(state.x).max()))
+    assert asked.exerted.T @ state.z == pytest.approx(state.x, abs=1e-9 * largest)
+    for number, part in enumerate(asked.parts):
+        z, a, N = state.z[list(part.rows)], state.a[list(part.rows)], state.z[part.normals[0]]
+        mu = part.kinetic if number in state.kinetic else part.static
+        assert -1e-10 * largest <= N
+        assert np.linalg.norm(z) <= mu * N + 1e-10 * largest
+        if state.mode.slips[number]:
+            size = float(np.linalg.norm(a))
+            assert np.linalg.norm(z) == pytest.approx(mu * N, abs=1e-10 * largest)
+            assert abs(z[0] * a[1] - z[1] * a[0]) <= (1e-10 * size + rounding) * largest
+            assert z @ a <= 0.0

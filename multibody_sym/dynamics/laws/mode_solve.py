@@ -217,7 +217,7 @@ def active_rows(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
     return active
 
 
-def _forces(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
+def forces_of(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
     """Return S (m, k): all forces of free ones, which sliding friction follows."""
     S = np.zeros((problem.count, len(free)))
     S[free, np.arange(len(free))] = 1.0
@@ -260,7 +260,7 @@ def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pr
     """Solve the mode with directions as they are."""
     active = active_rows(problem, mode, mu)
     free = np.flatnonzero(active if carrying is None else active & carrying)
-    S = _forces(problem, mode, mu, free, pressing)
+    S = forces_of(problem, mode, mu, free, pressing)
     restricting = active.copy()
     restricting[problem.defining] = False
     rows = restricted(problem.A[restricting])

@@ -161,3 +161,12 @@ class Found:
     searched: str
     proved: bool
     free: tuple[int, ...] = ()
+
+    @property
+    def why_none(self) -> str:
+        """Why there is no state, in words."""
+        laws = "that may act, stick or slide fulfils the laws of contact and friction together"
+        if self.proved:
+            return f"nothing {laws}: {self.searched}"
+        unproved = "it is not proved that there is none"
+        return f"no state was found in which all {laws}; tried were {self.searched}, and {unproved}"

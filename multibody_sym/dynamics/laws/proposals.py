@@ -8,6 +8,7 @@ N = N+ + N-, N+ - N- = z: w = N+ = z + N- beside N- >= 0. What slides already ex
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 from typing import Final
 
@@ -26,14 +27,20 @@ LINE: Final = np.array([[1.0], [-1.0]])
 CIRCLE: Final = np.array([[np.cos(k), np.sin(k)] for k in 2.0 * np.pi * np.arange(EDGES) / EDGES])
 _CORNERS: Final = np.array(list(product((1.0, -1.0), repeat=3))) / np.sqrt(3.0)
 SPHERE: Final = np.vstack([np.eye(3), -np.eye(3), _CORNERS])
+Fans = Mapping[int, Floats]
+"""Directions (k, 2) of further edges, by part."""
+NO_FANS: Final[Fans] = {}
+_CLOSER: Final = 4.0
+"""By how much edges are closer each time."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A mode, the rows (m) that carry force in it, forces z (m), and whether the search ended on a ray."""
+    """A mode, the rows (m) that carry force in it, x (n), forces z (m), and whether the search ended on a ray."""
 
     mode: Modes
     carrying: Flags
+    x: Floats
     z: Floats
     ray: bool
     spent: bool
@@ -42,17 +49,19 @@ class Proposal:
 class _Unknowns:
     """Places of the unknowns: normals, N- of two-sided ones, then b and s of each part at rest."""
 
-    def __init__(self, problem: Scaled, mu: Floats) -> None:
+    def __init__(self, problem: Scaled, mu: Floats, fine: Fans) -> None:
         rubbing = [p for p in problem.parts if mu[p.number]]
         used = sorted({int(k) for p in rubbing if not p.norm for k in p.normals} & set(problem.both.tolist()))
         self.normal = {int(k): i for i, k in enumerate(problem.unilateral)}
         self.negative = {k: len(self.normal) + i for i, k in enumerate(used)}
         count = len(self.normal) + len(used)
+        self.ways: dict[int, Floats] = {}
         self.edges: dict[int, slice] = {}
         self.slack: dict[int, int] = {}
         for part in rubbing:
             if part.rests:
-                count += (size := len(edges(part))) + 1
+                self.ways[part.number] = np.vstack([edges(part), *([fine[part.number]] if part.number in fine else [])])
+                count += (size := len(self.ways[part.number])) + 1
                 self.edges[part.number], self.slack[part.number] = slice(count - size - 1, count - 1), count - 1
         self.count = count
         self.sliding = [p for p in rubbing if not p.rests]
@@ -62,14 +71,30 @@ def edges(part: Part) -> Floats:
     return {1: LINE, 2: CIRCLE, 3: SPHERE}[len(part.rows)]
 
 
-def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Floats]) -> Proposal:
-    """Return the mode of a solution for coefficients mu (p) and directions of pressing forces, by part."""
-    unknowns = _Unknowns(problem, mu)
+def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Floats], fine: Fans = NO_FANS) -> Proposal:
+    """Return the mode of a solution for coefficients mu (p) and directions of pressing forces, by part.
+
+    Parts with `fine` directions have these as edges too.
+    """
+    unknowns = _Unknowns(problem, mu, fine)
     f0, F = _forces(problem, small, mu, unknowns, pressing)
     q, M = _rows(problem, small, mu, unknowns, pressing, (f0, F))
     sizes = np.maximum(np.abs(M).max(axis=1, initial=0.0), 1e-12)
     found = lemke(M / sizes[:, None], q / sizes)
     return _read(problem, small, unknowns, found, f0 + F @ found.z)
+
+
+def fans(problem: Scaled, mu: Floats, proposal: Proposal, times: int) -> Fans:
+    """Return edges close to the friction of a proposal, which are so many times closer in its middle."""
+    apart = 2.0 * np.pi / EDGES / _CLOSER ** np.arange(1, times + 1)
+    beside = np.concatenate([-apart, [0.0], apart])
+    found = dict[int, Floats]()
+    for part in problem.parts:
+        x, *y = proposal.z[part.rows].tolist()
+        if part.rests and len(y) == 1 and mu[part.number] and (x or y[0]):
+            angles = np.arctan2(y[0], x) + beside
+            found[part.number] = np.column_stack([np.cos(angles), np.sin(angles)])
+    return found
 
 
 def _pressed(
@@ -97,7 +122,7 @@ def _forces(
         F[place[k], i] = 1.0
     for number, columns in unknowns.edges.items():
         part = problem.parts[number]
-        F[place[part.rows], columns] = edges(part).T
+        F[place[part.rows], columns] = unknowns.ways[number].T
     implied = np.eye(len(small.own))
     for part in unknowns.sliding:
         n0, of_forces, of_unknowns = _pressed(part, small, unknowns, pressing)
@@ -132,7 +157,8 @@ def _rows(
         M[i, i] += 1.0
     for number, columns in unknowns.edges.items():
         part, slack = problem.parts[number], unknowns.slack[number]
-        q[columns], M[columns] = edges(part) @ a0[part.rows], edges(part) @ A[part.rows]
+        ways = unknowns.ways[number]
+        q[columns], M[columns] = ways @ a0[part.rows], ways @ A[part.rows]
         M[columns, slack] += 1.0
         n0, of_forces, of_unknowns = _pressed(part, small, unknowns, pressing)
         q[slack] = mu[number] * (n0 + of_forces @ f0)
@@ -159,7 +185,7 @@ def _read(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complemen
             mode.slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
         elif part.number in unknowns.edges:
             _read_part(part, mode, carrying, a, (y, basic), unknowns)
-    return Proposal(mode, carrying, z, found.ray, found.spent)
+    return Proposal(mode, carrying, small.x0 + small.X @ f, z, found.ray, found.spent)
 
 
 def _read_part(
@@ -178,7 +204,7 @@ def _read_part(
         mode.slips[number] = STICKS
         carrying[part.rows] = pushing.any() if not part.in_space else True
         return
-    force = y[columns] @ edges(part)
+    force = y[columns] @ unknowns.ways[number]
     if not force.any():
         force = -a[part.rows]
     if part.in_space:

@@ -223,8 +223,10 @@ class _Search:
             return f"all {states.tried} modes"
         if states.proved:
             return "a contradiction by Lemke's method" if verdict == "none" else "least constraint: there is no other"
-        found = {"none": "none found, not proved", "one": "one state found, others not searched"}
-        return found.get(verdict, "several states found, others not searched")
+        if verdict == "none":
+            near = "the modes near the last one and near that of Lemke's method (they are too many for all)"
+            return f"all {states.tried} modes, slip in space from a few directions" if states.tried else near
+        return f"{verdict if verdict == 'several' else 'one state'} found, others not searched"
 
 
 def _begin(problem: Scaled, previous: LawState | LawMode | None) -> tuple[list[Near], Rounds]:

@@ -10,11 +10,12 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.laws.along_motion import along_motion
 from multibody_sym.dynamics.laws.enumeration import candidates, count_modes
 from multibody_sym.dynamics.laws.judgement import flipped, fulfils, holds_equations, labelled, violations
 from multibody_sym.dynamics.laws.mode_solve import Trial, roughly, solve_mode
 from multibody_sym.dynamics.laws.problem import STICKS
-from multibody_sym.dynamics.laws.proposals import Proposal, propose
+from multibody_sym.dynamics.laws.proposals import Proposal, fans, propose
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
 from multibody_sym.dynamics.laws.uniqueness import SEEN, admissible
@@ -25,6 +26,8 @@ FLIPS: Final = 10
 SAME: Final = 1e-8
 """States whose accelerations differ by less than this part of the largest are one."""
 SIDED: Final = 6
+FINER: Final = 3
+"""How often edges are put closer: by 4^3 at last."""
 PASSES: Final = 30
 ROUGH: Final = 0.01
 """Part of the largest by which directions in space that some passes have brought near may still miss."""
@@ -32,11 +35,15 @@ ROUGH: Final = 0.01
 
 @dataclass(frozen=True)
 class Near:
-    """A mode that may hold, the rows (m) that carry force in it, and how many flips are worth a try."""
+    """A mode that may hold, the rows (m) that carry force in it, and how many flips are worth a try.
+
+    `motion`: x and z near which the directions of its slip from rest in space are looked for.
+    """
 
     mode: Modes
     carrying: Flags | None = None
     flips: int = FLIPS
+    motion: tuple[Floats, Floats] | None = None
 
 
 class States:
@@ -138,6 +145,8 @@ class States:
     def _locally(self, mu: Floats, near: Near) -> Trial | None:
         """Return a state in a mode, or in one that few flips lead to."""
         mode, carrying, seen = near.mode, near.carrying, set[bytes]()
+        if near.motion is not None and carrying is not None:
+            mode = along_motion(self.problem, mode, mu, carrying, near.motion) or mode
         for _ in range(near.flips + 1):
             trial = solve_mode(self.problem, mode, mu, carrying)
             if fulfils(self.problem, trial):
@@ -167,12 +176,27 @@ class States:
         for _ in range(PASSES if norms else 1):
             proposal = propose(self.problem, self.small, mu, pressing)
             ray = proposal.ray and not proposal.spent
-            trial = None if proposal.ray else self._locally(mu, Near(proposal.mode, proposal.carrying))
+            trial = None if proposal.ray else self._refined(mu, pressing, proposal)
             if trial is not None:
                 return trial, False
             if not self._press(norms, proposal, pressing):
                 break
         return None, ray
+
+    def _refined(self, mu: Floats, pressing: dict[int, Floats], proposal: Proposal) -> Trial | None:
+        """Return a state that a proposal leads to, or one with ever more edges close to its friction in space."""
+        for times in range(FINER + 1):
+            motion = proposal.x, proposal.z
+            trial = self._locally(mu, Near(proposal.mode, proposal.carrying, 0 if times else FLIPS, motion))
+            if trial is not None:
+                return trial
+            fine = fans(self.problem, mu, proposal, times + 1)
+            if not fine:
+                return None
+            proposal = propose(self.problem, self.small, mu, pressing, fine)
+            if proposal.ray:
+                return None
+        return None
 
     def _press(self, norms: list[Part], proposal: Proposal, pressing: dict[int, Floats]) -> bool:
         """Take the directions of pressing forces from a proposal; return whether they moved."""

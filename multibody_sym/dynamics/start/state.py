@@ -38,6 +38,7 @@ NEAR: Final = 1e-3
 _CLOSED: Final = 1e-12
 _IN_SPACE: Final = 4
 """With more friction at rest in space one state is enough, and that others were not searched is told."""
+_BEYOND: Final = "; start from a little beyond, or with the speed at which it slides"
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
@@ -66,12 +67,7 @@ class StartState:
         if not self.modes:
             assert self.found is not None
             raise NoSolutionError(
-                "at the start nothing that may act, stick or slide fulfils the laws of contact and friction together: "
-                f"{self.found.searched}"
-                if self.found.proved
-                else "at the start no state was found in which what may act, stick or slide fulfils the laws of "
-                "contact and friction together, and it is not proved that there is none; start from a little beyond, "
-                "or with the speed at which it slides",
+                f"at the start {self.found.why_none}{'' if self.found.proved else _BEYOND}",
                 where=Where(path=self.declared.one_way[0].path),
                 number="N107",
             )

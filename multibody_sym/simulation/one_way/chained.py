@@ -327,7 +327,7 @@ class OneWayRun:
         """Return the run in the mode that was found, noting what has changed."""
         t = found.facts.t
         if found.mode is None:
-            self.trouble = found.hindered or f"no state of what holds one way only fulfils its laws ({found.searched})"
+            self.trouble = found.why_none
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self._first_problem if switch is None else self.modes.problem(found, switch.begun)
         returns = 0 if switch is None or found.blow is not None else self._returns(t, key_of(found.mode))

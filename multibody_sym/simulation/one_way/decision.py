@@ -24,6 +24,7 @@ from multibody_sym.simulation.one_way.settling import at_rest, moved, named, ont
 
 SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
+_SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +54,10 @@ class Decided:
         return self.found is not None and self.found.verdict == "several"
 
     @property
-    def searched(self) -> str:
-        """What was searched, in words."""
-        return "" if self.found is None else self.found.searched
+    def why_none(self) -> str:
+        """Why there is no mode, in words, and what to do."""
+        none = "" if self.found is None else self.found.why_none
+        return self.hindered or f"{none} (end the run before, lower the friction, or make it smooth by {_SMOOTH}),"
 
     @staticmethod
     def largest_of(forces: Floats, causes: Floats) -> float:
