@@ -94,6 +94,18 @@ def test_text_is_a_fraction(monkeypatch: pytest.MonkeyPatch) -> None:
     assert 2 * len(c_source(made)["model.c"]) < len(c_source(plain)["model.c"])
 
 
+def test_terms_of_a_negative_sum_are_like_each_other() -> None:
+    sizes = []
+    for sign in (1, -1):
+        trace = Trace("total", [Array("x", (40,))])
+        total = sum((sin(x) * (x + k) for k, x in enumerate(trace["x"])), start=trace["x"][0])
+        program = trace.finish({"y": ((), [total * sign])})
+        made, size = rolled_up(program)
+        assert_same(program, made, arguments(program, 5))
+        sizes.append(size)
+    assert sizes[1] <= sizes[0] + 1
+
+
 def test_what_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     short = unrolled(2, monkeypatch).state_derivative
     assert rolled(short) is short

@@ -35,6 +35,8 @@ from multibody_sym.scalars.vectors import dot
 CLOSING: Final = "closing"
 PLACES: Final = "closing_places"
 CHANGE: Final = "closing_change"
+_LONG: Final = 400
+"""Operations from which on loops are sooner compiled: these Programs run too seldom for anything else to count."""
 
 Elements = list[tuple[int, int, Node]]
 """Row, column and value of what is not zero everywhere in a matrix."""
@@ -65,7 +67,7 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
         _places(mechanism, acting, jacobian, weighted),
         _change(mechanism, factors),
     )
-    return {program.name: rolled(program) for program in found}
+    return {program.name: rolled(program, _LONG) for program in found}
 
 
 def closes_by_programs(mechanism: Mechanism) -> bool:

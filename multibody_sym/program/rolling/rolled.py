@@ -23,7 +23,7 @@ from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import flatten, postorder
 
-_LONG: Final = 1500
+_LONG: Final = 1200
 """Operations from which on a Program may be worth rolling up: shorter ones compile soon (benchmarks/kinds.py)."""
 _SHORTER: Final = 4
 """How many times fewer operations it then has to have in its text."""
@@ -37,10 +37,13 @@ _LONG_SUM: Final = 8
 _LAST: Final = (1 << 30, 0)
 
 
-def rolled(program: Program) -> Program:
-    """Return a Program that computes the same by loops over like values; itself where that is not much shorter."""
+def rolled(program: Program, long: int | None = None) -> Program:
+    """Return a Program that computes the same by loops over like values; itself where that is not much shorter.
+
+    Itself too where it has fewer operations than `long`.
+    """
     size = sum(len(s.nodes) for s in program.statements if isinstance(s, Assign))
-    if size < _LONG or any(isinstance(s, Scan) for s in program.statements):
+    if size < (_LONG if long is None else long) or any(isinstance(s, Scan) for s in program.statements):
         return program
     made, left = rolled_up(program)
     return made if _SHORTER * left <= size else program
@@ -344,8 +347,9 @@ class _Classes:
 
 
 def _terms(root: Node) -> list[Node]:
-    """Return the terms of a long sum, which are like each other."""
-    found = [x.args[0] if x.op == "neg" else x for x in flatten("add", root)]
+    """Return the terms of a long sum, or of the negative of one, which are like each other."""
+    whole = root.args[0] if root.op == "neg" else root
+    found = [x.args[0] if x.op == "neg" else x for x in flatten("add", whole)]
     return [x for x in found if x.args and x.shadow is None] if len(found) >= _LONG_SUM else []
 
 
