@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import multibody_sym as mbs
@@ -17,7 +18,9 @@ def module_name(path: Path) -> str:
     return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
 
 
-MODULES = {module_name(path): ast.parse(text) for path, text in FILES.items()}
+@cache
+def modules() -> dict[str, ast.Module]:
+    return {module_name(path): ast.parse(text) for path, text in FILES.items()}
 
 
 def imported(name: str) -> set[str]:
@@ -26,12 +29,12 @@ def imported(name: str) -> set[str]:
     The root hands out names that other modules own when they are asked for, and imports none of them itself.
     """
     found = set()
-    for node in ast.walk(MODULES[name]):
+    for node in ast.walk(modules()[name]):
         if isinstance(node, ast.ImportFrom) and node.module:
             found |= {f"{node.module}.{alias.name}" for alias in node.names} | {node.module}
         elif isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-    return (found & set(MODULES)) - {name, "multibody_sym"}
+    return (found & set(modules())) - {name, "multibody_sym"}
 
 
 def cycles(edges: dict[str, set[str]]) -> list[str]:
@@ -57,7 +60,7 @@ def length(function: ast.FunctionDef) -> int:
 
 def test_no_module_leads_back_to_itself() -> None:
     assert cycles({"a": {"b"}, "b": {"a", "c"}, "c": set()}) == ["a", "b"]
-    assert cycles({name: imported(name) for name in MODULES}) == []
+    assert cycles({name: imported(name) for name in modules()}) == []
 
 
 def test_no_file_is_long() -> None:
@@ -74,7 +77,7 @@ def test_no_folder_is_full() -> None:
 def test_no_function_is_long() -> None:
     long = {
         f"{name}.{function.name}": length(function)
-        for name, tree in MODULES.items()
+        for name, tree in modules().items()
         for function in functions(tree)
         if length(function) > LONGEST_FUNCTION
     }
@@ -85,7 +88,7 @@ def test_scipy_is_imported_only_by_what_computes_with_it() -> None:
     """It takes half a second to import, and most commands need none of it."""
     early = [
         name
-        for name, tree in MODULES.items()
+        for name, tree in modules().items()
         for node in tree.body
         if isinstance(node, (ast.Import, ast.ImportFrom)) and ast.unparse(node).split()[1].startswith("scipy")
     ]

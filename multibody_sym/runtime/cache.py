@@ -217,7 +217,7 @@ def _write(path: Path, content: bytes) -> None:
 def _make_room() -> None:
     """Delete what was not used for longest, if the cache is full and nobody is about to load something from it."""
     place = folder()
-    if len(_files(place)) > _MOST_FILES:
+    if len(os.listdir(place)) > _MOST_FILES and len(_files(place)) > _MOST_FILES:
         with locked(place / _HELD) as free:
             if free:
                 _delete_oldest(_files(place))

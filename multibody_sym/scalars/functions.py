@@ -233,15 +233,21 @@ def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[fl
     Of a choice only what is chosen needs a value. Raises ArithmeticError or ValueError where what is needed has none.
     """
     roots = list(nodes)
-    values = {n: n.shadow for n in roots if n.shadow is not None}  # what is below a constant need not be visited
+    values: dict[Node, float] = {}
+    stack = roots[::-1]
     try:
-        for n in postorder(n for n in roots if n not in values):
-            if n.shadow is not None:
+        while stack:  # as `postorder`, but what is below a constant is not visited
+            n = stack[-1]
+            if n in values:
+                stack.pop()
+            elif n.shadow is not None:
                 values[n] = n.shadow
-            elif n.args:
-                values[n] = FLOAT_OPERATIONS[n.op](*(values[a] for a in n.args))
-            else:
+            elif not n.args:
                 values[n] = float(leaf[n])
+            elif wanted := [a for a in n.args if a not in values]:
+                stack.extend(wanted[::-1])
+            else:
+                values[n] = FLOAT_OPERATIONS[n.op](*[values[a] for a in n.args])
     except (ArithmeticError, ValueError):
         return _chosen_floats(roots, leaf)
     return [values[n] for n in roots]
