@@ -102,7 +102,10 @@ function makePlots(root, data, go) {
     for (const y of up) { const [, py] = to(span[0], y); pen.moveTo(left, py); pen.lineTo(right, py); }
     pen.stroke();
     pen.textAlign = "center";
-    for (const x of across) pen.fillText(told(x, across[1] - across[0]), to(x, low)[0], bottom + 14);
+    for (const x of across) {  // the last one is not cut off at the edge
+      const text = told(x, across[1] - across[0]), half = pen.measureText(text).width / 2;
+      pen.fillText(text, Math.min(to(x, low)[0], width - half - 1), bottom + 14);
+    }
     pen.textAlign = "right";
     for (const y of up) pen.fillText(told(y, up[1] - up[0]), left - 5, to(span[0], y)[1] + 4);
     pen.textAlign = "left";

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.drawing.look.scene_marks import scene_marks
-from multibody_sym.drawing.look.sheet import extent
+from multibody_sym.drawing.look.scene_marks import item_marks, scene_marks
+from multibody_sym.drawing.look.sheet import Sheet, extent
 from multibody_sym.drawing.look.strands import zigzag
 from multibody_sym.drawing.picture import Arc, Arrow, Bend, Hatch, Mark, Measure, Stroke, Wish
 from multibody_sym.drawing.projection import Projection
@@ -110,3 +110,13 @@ def test_a_dot_stands_where_bodies_touch_and_none_where_they_are_apart() -> None
     (dot,) = [m for m in box if isinstance(m, Arc) and m.role == "contact"]
     (outline,) = [m for m in box if isinstance(m, Stroke) and m.role == "body"]
     assert dot.centre == pytest.approx([outline.points[:, 0].mean(), outline.points[:, 1].min()])
+
+
+def test_a_rail_reaches_as_far_as_what_slides_on_it_goes_in_a_motion() -> None:
+    scene = scene_of(mbs.load(EXAMPLES / "impacts/newtons_cradle.yaml"))
+    home, (*others, _) = scene.at(), scene.begin.q
+    seen = Projection(scene.view.right, scene.view.up, 100.0, scene.plane)
+    sheet = Sheet(scene, home, home, seen, others=(home, scene.at([*others, 3.0])))
+    (rail,) = (item for item in scene.items if item.role == "guide" and item.name == "J5")
+    (line,) = (mark for mark in item_marks(sheet, rail) if isinstance(mark, Hatch))
+    assert 300.0 < line.points[:, 0].max() < 350.0

@@ -149,3 +149,13 @@ def test_space_has_a_ground_below_everything_and_the_names_of_the_figure() -> No
     forms = {item["form"] for item in data["items"]} - {"Axes", "Rail", "Symbol"}
     script = template_text("html/space.js")
     assert all(f" {form}(group" in script for form in forms | {"Sphere", "Bowl", "Disc", "Barrel", "Block", "Face"})
+
+
+def test_a_racket_that_is_a_face_alone_has_room_on_its_page() -> None:
+    """The picture is higher than the racket is long, which is longer than both margins about the way of the ball."""
+    run = mbs.simulate(mbs.load(EXAMPLES / "impacts/moving_racket.yaml"), t_end=0.01, samples=2, backend="python")
+    html = mbs.animate(run).html
+    height = float(re.search(r'viewBox="0 0 [\d.]+ ([\d.]+)"', html)[1])
+    (racket,) = re.findall(r'<g data-body="0">(.*?)</g>', html)
+    ways = [float(y) for y in re.findall(r"[ML][\d.-]+[ ,]([\d.-]+)", racket)]
+    assert 60.0 < np.ptp(ways) < height - 10.0

@@ -194,10 +194,11 @@ def _wedge(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
 
 
 def _block_places(sheet: Sheet, item: Item) -> list[Floats]:
-    """Return where the block of a rail is on the page, and where it was at the start."""
+    """Return where the block of a rail is on the page, where it was at the start, and in a motion is on the way."""
     found = []
     for other in sheet.scene.items:
         if other.path == item.path and other is not item and isinstance(other.form, Symbol):
-            begin = sheet.projection.page(sheet.home.world(other.body, np.array([other.form.at])))[0]
-            found += [sheet.at(other.body, other.form.at), begin + sheet.settled.bodies.get(other.body, np.zeros(2))]
+            own, shift = np.array([other.form.at]), sheet.settled.bodies.get(other.body, np.zeros(2))
+            ways = (each.world(other.body, own) for each in (sheet.home, *sheet.others))
+            found += [sheet.at(other.body, other.form.at), *(sheet.projection.page(way)[0] + shift for way in ways)]
     return found

@@ -9,27 +9,30 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.drawing.look.scene_marks import item_marks
-from multibody_sym.drawing.look.sheet import Sheet
+from multibody_sym.drawing.look.sheet import Sheet, extent
 from multibody_sym.drawing.look.strands import strand_marks
-from multibody_sym.drawing.picture import Mark, Placed, Simple, Wanted, simple
+from multibody_sym.drawing.picture import Mark, Placed, Simple, Wanted, box_of, simple
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.drawing.style import ROPE
 from multibody_sym.drawing.svg import elements, escaped, number
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Face
 from multibody_sym.scene.items import Anchor
 from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
 from multibody_sym.writing.animation.packing import packed, short
 
 _MARGIN: Final = 30.0
 """What stays free around the motion (pt): symbols reach beyond the places that they mark."""
+_EDGE: Final = 8.0
 _ROPES: Final = ("rope", "belt")
 
 
 def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
     """Return the SVG of a plane motion and the numbers that move it."""
     corners = projection.page(frames.extent)
-    shift = _MARGIN - corners.min(axis=0)
-    width, height = corners.max(axis=0) + shift + _MARGIN
+    margin = _margin(frames, projection)
+    shift = margin - corners.min(axis=0)
+    width, height = corners.max(axis=0) + shift + margin
     poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
     lines = [projection.page(strand_points(along)) for along in zip(*(p.strands for p in frames.placed), strict=True)]
     rows = len(frames.times)
@@ -51,6 +54,20 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     body = _groups(frames, projection, lines, height)
     trails = (f'<path data-trace="{k}" fill="none" stroke="#c2410c" stroke-width="0.8"/>' for k in range(len(traces)))
     return "".join([head, *body, *trails, "</g></svg>"]), data
+
+
+def _margin(frames: Frames, projection: Projection) -> float:
+    """Return what stays free around the motion (pt), in which bodies have room that show nothing but a face."""
+    home = frames.placed[0]
+    corners, faces = projection.page(extent(frames.scene, home)), Sheet(frames.scene, home, home, projection)
+    found = [_MARGIN]
+    for item in frames.scene.items:
+        if isinstance(item.form, Face) and item.form.ends is None and item.body >= 0:
+            for part in (part for mark in item_marks(faces, item) for part in _simple(mark)):
+                _, left, bottom, right, top = box_of(part)
+                beyond = [*(corners.min(axis=0) - (left, bottom)), *((right, top) - corners.max(axis=0))]
+                found += [_EDGE + float(way) for way in beyond]
+    return max(found)
 
 
 def _page_poses(frames: Frames, projection: Projection, body: int) -> Floats:
@@ -106,7 +123,7 @@ def _on_bodies(frames: Frames, projection: Projection) -> Iterator[_Drawn]:
     home = frames.placed[0]
     sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
     for item in frames.scene.items:
-        if item.role == "frame":
+        if item.role in ("frame", "contact"):  # the dot where bodies touch stays with neither of them
             continue
         group = ("body", item.body) if item.body >= 0 else ("", -1)
         yield from ((group, mark) for mark in item_marks(sheet, item))
