@@ -258,6 +258,10 @@ def test_the_springs_of_legs_are_seen_between_their_halves() -> None:
         lower, upper = (points(of(shown, "body", f"{half}{k}")) for half in ("lower", "upper"))
         assert spring[:, 1].max() < upper[:, 1].min() + 12.0
         assert spring[:, 1].min() > lower[:, 1].max() - 12.0
+        sleeve = points([m for m in of(shown, "joint", f"leg{k}") if isinstance(m, Stroke) and m.closed])
+        (ball, *_) = [np.asarray(m.centre) for m in of(shown, "joint", f"ball{k}") if isinstance(m, Arc)]
+        middle = (sleeve.min(axis=0) + sleeve.max(axis=0)) / 2
+        assert 10.0 < np.hypot(*(middle - ball)) <= 16.0  # on its bar, where the ball is seen too
 
 
 def test_a_cycloid_is_drawn_from_cusp_to_cusp_and_a_slope_beside_it_no_further() -> None:

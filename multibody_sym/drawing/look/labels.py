@@ -11,7 +11,7 @@ from multibody_sym.drawing.lettering import letters, words
 from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import drawn_pieces
-from multibody_sym.drawing.look.rails import rail_ends, rail_lines
+from multibody_sym.drawing.look.rails import rail_ends, rail_lines, sleeve_place
 from multibody_sym.drawing.look.rings import ring_pins
 from multibody_sym.drawing.look.shapes import face_ends, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
@@ -109,6 +109,8 @@ def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floa
         return sheet.page(item.body, pins[1:])
     if symbol.kind in ("drive_about", "drive_along"):
         return driven_points(sheet, item, symbol)[-2:]
+    if symbol.kind == "slider" and not sheet.flat:
+        return sheet.page(item.body, [sleeve_place(sheet, item, symbol)])
     if symbol.kind in ("slider", "hanger"):
         rails = (i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail))
         rail = next(rails, None)

@@ -15,7 +15,7 @@ from multibody_sym.drawing.look.wedges import LEVEL, slope_of, wedge_under
 from multibody_sym.drawing.picture import Hatch, Mark, Stroke
 from multibody_sym.drawing.style import AXIS, BLOCK, BODY, BOLD, INK, LAYER_GROUND
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Rail, Symbol
+from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Rail, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
 
 _BEYOND: Final = 20.0
@@ -23,6 +23,8 @@ _BEYOND: Final = 20.0
 
 
 _PARALLEL: Final = 0.99
+_SLEEVE: Final = 16.0
+"""How far (pt) a slider in space is shown from the sign of another joint."""
 _HALF: Final = 12.0
 """Half the length of a block (pt)."""
 
@@ -45,6 +47,19 @@ def is_covered(sheet: Sheet, item: Item) -> bool:
             continue
         return True
     return False
+
+
+def sleeve_place(sheet: Sheet, item: Item, symbol: Symbol) -> Vector:
+    """Return where on its body a slider is shown in space: towards what it slides on where another joint's sign is."""
+    at = sheet.at(item.body, symbol.at)
+    others = (i for i in sheet.scene.items if i.role == "joint" and i.path != item.path and item.body in i.bodies)
+    signs = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    rail = next((i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail)), None)
+    if rail is None or all(float(np.linalg.norm(sign - at)) > _SLEEVE for sign in signs):
+        return symbol.at
+    back = sheet.at(rail.body, rail.form.bounds[0]) - at
+    way = np.sign(float(back @ sheet.way(item.body, symbol.axis))) * sheet.metres(_SLEEVE)
+    return vector(np.add(symbol.at, way * np.array(symbol.axis)))
 
 
 def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:

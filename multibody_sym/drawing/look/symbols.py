@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import axle_marks, held_wheel, pulley_marks
-from multibody_sym.drawing.look.rails import block_size, is_covered
+from multibody_sym.drawing.look.rails import block_size, is_covered, sleeve_place
 from multibody_sym.drawing.look.rings import ring_marks, ring_pins
 from multibody_sym.drawing.look.settle import BOB
 from multibody_sym.drawing.look.shapes import FORMS, barrel
@@ -148,11 +148,14 @@ def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield the block of a slider on its rail, where the body does not show it by a form of its own."""
     if is_covered(sheet, item):
         return
-    named = sheet.named(item, LAYER_BODY + 0.4, symbol.at)
     if not sheet.flat:
-        form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(4.0), sheet.metres(13.0))
+        place = sleeve_place(sheet, item, symbol)
+        form = Barrel(place, unit(symbol.axis), sheet.metres(4.0), sheet.metres(13.0))
+        bars = (i.form.bounds.mean(axis=0) for i in sheet.touched[item.body] if i.role == "body")
+        named = sheet.named(item, LAYER_JOINT, next(bars, place))  # hidden by what hides its bar
         yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=DARK)
         return
+    named = sheet.named(item, LAYER_BODY + 0.4, symbol.at)
     length, height = block_size(sheet, item)
     yield Stroke(
         _rotating(sheet, item, symbol, length / 2, height / 2), sheet.pen(item), closed=True, fill=DARK, **named
