@@ -24,6 +24,8 @@ from sympy.polys.rings import PolyRing
 from multibody_sym.records import dataclass
 
 _REMEMBERED: Final = 1024
+_MOST_BITS: Final = 512
+"""Coefficients with more of them are products of measured numbers: primes beyond them take seconds to find."""
 _PRIME: Final = 2**31 - 1
 _MULTIPLIER: Final = 1_103_515_245
 """Spreads the numbers in place of letters over all residues; an unlucky one costs time and nothing else."""
@@ -61,7 +63,8 @@ def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
     while not p.is_ground:
         degrees = [max(exponents) for exponents in zip(*p, strict=True)]
         if 1 not in degrees:
-            yield from _in_general(p)
+            long = any(int(c).bit_length() > _MOST_BITS for c in p.values())
+            yield from [(p, 1)] if long else _in_general(p)
             return
         k = degrees.index(1)
         linear = p.ring.from_dict({(*m[:k], 0, *m[k + 1 :]): c for m, c in p.items() if m[k]})

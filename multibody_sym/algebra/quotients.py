@@ -27,6 +27,8 @@ PRECISE: Final = MPContext()
 PRECISE.dps = 50
 _NOTHING: Final = PRECISE.mpf(10) ** -30
 _MOST_TERMS: Final = 400
+_MOST_BITS: Final = 1000
+"""Of an integer coefficient, so that it is a floating-point number: eighteen numbers of sixteen digits, multiplied."""
 _HIGHEST_POWER: Final = 24
 
 
@@ -226,6 +228,8 @@ class Field:
         """Return a quotient in lowest terms."""
         if len(above) > _MOST_TERMS or len(below) > _MOST_TERMS:
             raise NoClosedFormError("the closed form is too long")
+        if any(int(c).bit_length() > _MOST_BITS for c in (*above.values(), *below.values())):
+            raise NoClosedFormError("the numbers of the closed form are too long")
         self.spend(10 * (len(above) + len(below)))
         try:
             _, above, below = cofactors(above, below)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import random
+from fractions import Fraction
 
 import pytest
 from hypothesis import given, settings
@@ -188,6 +190,24 @@ def test_equations_that_depend_at_the_sample_only_have_no_closed_form() -> None:
     one = field.constant(1)
     with pytest.raises(NoClosedFormError, match="given values"):
         exact_solve([[one, one], [one, a]], [one, one])
+
+
+def test_equations_between_numbers_of_sixteen_digits_end_where_their_integers_are_no_doubles() -> None:
+    """Each elimination multiplies two of them: of twelve such equations the solution has far too many digits."""
+    field, chance = Field(10**6), random.Random(1)
+    a = field.letter("a", Letter(symbol("a"), PRECISE.mpf(2)))
+    rows = [[field.constant(Fraction(str(chance.uniform(1, 2)))) + a * (i == k) for k in range(12)] for i in range(12)]
+    with pytest.raises(NoClosedFormError, match="numbers of the closed form are too long"):
+        exact_solve(rows, [field.constant(k) for k in range(12)])
+
+
+def test_factors_of_polynomials_with_long_coefficients_are_not_looked_for() -> None:
+    """A product whose coefficients have a thousand binary digits is told as one factor."""
+    _, x = ring("x", ZZ, lex)
+    n, m = 3**400, 5**260
+    short, long = ((x**2 + p) * (x**2 + q) for p, q in ((2, 3), (n, m)))
+    assert [factor for factor, _ in factored(short)[1]] == [x**2 + 2, x**2 + 3]
+    assert factored(long) == (1, [(long, 1)])
 
 
 def test_fifty_digits_are_kept() -> None:
