@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from multibody_sym.errors import InputError
 from multibody_sym.expressions.tokens import tokens
-from multibody_sym.expressions.units import DIMENSIONLESS, UNITS, Dimension, Exponent, is_pure, parse_unit
+from multibody_sym.expressions.units import DIMENSIONLESS, OF_ANGLES, Dimension, Exponent, Turning, is_pure, parse_unit
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import postorder
 
@@ -35,18 +35,14 @@ class Kind(NamedTuple):
         """The SI unit; empty for a pure number."""
         if self.energy:
             return "J"
-        mass, length, time = self.dimension
+        mass, length, _ = self.dimension
         if self.angle == 1 and mass == length == 0:
-            below = str(Dimension(time=time)).removeprefix("1")
-            return f"rad*{below}" if time > 0 else f"rad{below}"
+            return str(Turning(*self.dimension))
         return "" if self.dimension == DIMENSIONLESS else str(self.dimension)
 
 
 PURE: Final = Kind(DIMENSIONLESS)
 ANGLE: Final = Kind(DIMENSIONLESS, angle=1)
-
-
-_OF_ANGLES: Final = frozenset({"rpm", *(name for name, (_, dimension) in UNITS.items() if dimension == DIMENSIONLESS)})
 
 
 def kind_of(unit: str) -> Kind:
@@ -58,8 +54,8 @@ def kind_of(unit: str) -> Kind:
         return PURE
     dimension = parse_unit(unit)[1]
     names = [token.text for token in tokens(unit) if token.kind == "name"]
-    angles = sum(name in _OF_ANGLES for name in names)
-    if angles and (angles > 1 or names[0] not in _OF_ANGLES or dimension.mass or dimension.length):
+    angles = sum(name in OF_ANGLES for name in names)
+    if angles and (angles > 1 or names[0] not in OF_ANGLES or dimension.mass or dimension.length):
         raise InputError(
             f"{unit!r} is not a unit to read: an angle stands alone or before a time, as in deg or deg/s", number="U102"
         )

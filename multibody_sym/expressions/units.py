@@ -48,6 +48,16 @@ class InBase(Dimension):
         return self.in_base()
 
 
+class Turning(Dimension):
+    """The dimension of an angle, or of one per power of time, that was written with its unit: rad/s, not 1/s."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        below = Dimension(time=self.time).in_base().removeprefix("1")
+        return f"rad*{below}" if self.time > 0 else f"rad{below}"
+
+
 def _raised(unit: str, exponent: Exponent) -> str:
     if exponent == 1:
         return unit
@@ -103,6 +113,8 @@ def _with_prefixes() -> dict[str, tuple[Node, Dimension]]:
 
 UNITS: Final = _with_prefixes()
 """Every unit by its symbol: (factor to SI, dimension)."""
+OF_ANGLES: Final = frozenset({"rpm", *(name for name, (_, dimension) in UNITS.items() if dimension == DIMENSIONLESS)})
+"""The units of angles, and of an angle in a time."""
 
 _WORDS: Final = {
     "metre": "m", "meter": "m", "second": "s", "sec": "s", "gram": "g", "kilogram": "kg", "kilo": "kg", "newton": "N",
@@ -149,8 +161,17 @@ class _Unit:
         token = self.rest[self.place]
         if token.kind != "end":
             raise failure(self.text, token.column, self.not_a_unit(token), "E103")
+        if self.of_angle(result[1]):
+            return result[0], Turning(*result[1])
         named = [UNITS[token.text][1] for token in self.rest if token.kind == "name"]
         return (result[0], InBase(*result[1])) if all(sum(map(bool, x)) < 2 for x in named) else result
+
+    def of_angle(self, dimension: Dimension) -> bool:
+        """Return whether the unit is an angle, alone or before a time, as deg/s and rpm."""
+        first, then = self.rest[:2]
+        angles = [token for token in self.rest if token.kind == "name" and token.text in OF_ANGLES]
+        alone = angles == [first] and then.kind not in ("^", "**")
+        return alone and not dimension.mass and not dimension.length
 
     def product(self, inside: bool) -> tuple[Node, Dimension]:
         if self.rest[self.place].text == "1":

@@ -167,7 +167,7 @@ BY_HAND = {
     "skate": {"side": "N", "turning": "N*m", "blade": "N", "turn": "N"},
     "loop": {"push": "N", "reach": "m"},
     "guides": {
-        "support": "N", "driving": "N*m", "tying": "N*m", "rate": "1/s", "slot": "N", "drive": "N*m", "tied": "N*m",
+        "support": "N", "driving": "N*m", "tying": "N*m", "rate": "rad/s", "slot": "N", "drive": "N*m", "tied": "N*m",
     },
 }
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from multibody_sym.expressions.known_units import PURE, Kind, Known, kind_of, known
 from multibody_sym.expressions.quantities import component_kind, quantity_known
-from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, MASS, TIME, Dimension
+from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, MASS, TIME, Dimension, Turning
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.model.mechanism.rows import ExpressionRow, Row, VelocityRow
@@ -177,7 +177,8 @@ def _named(entry: ParameterEntry) -> list[int]:
 def _of_entry(entry: ParameterEntry, found: Mapping[int, Known | None]) -> Known | None:
     if entry.dimension is not None:
         mass, length, time = entry.dimension
-        angle = 1 if entry.dimension == DIMENSIONLESS else 0 if entry.dimension in _WITHOUT_ANGLE else None
+        angular = entry.dimension == DIMENSIONLESS or isinstance(entry.dimension, Turning)
+        angle = 1 if angular else 0 if entry.dimension in _WITHOUT_ANGLE else None
         firm = bool(mass or length or time > 0)  # an angle or 1/s may be in other units after all: 180/pi, turns
         return Known(Kind(entry.dimension, angle), firm)
     if entry.value is None:
