@@ -66,12 +66,13 @@ def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Pol
 
     m/(sqrt(h) + sqrt(l)) is shorter than m (sqrt(h) - sqrt(l))/(h - l).
     """
+    shared = field.ring.from_dict({tuple(map(min, zip(*above, strict=True))): 1})
+    total = above.exquo(shared)  # what all terms have stays above, as a root may be among it
     for k in reversed(range(len(field.letters))):
-        plain = field.ring.from_dict({m: c for m, c in above.items() if not m[k]})
-        if field.letters[k].node is None and plain and len(plain) < len(above) <= _FEW_TERMS >= len(below):
-            other = 2 * plain - above
-            product = field.reduced(above * other)
-            above, other_below = field.cancelled(product, below)
+        plain = field.ring.from_dict({m: c for m, c in total.items() if not m[k]})
+        if field.letters[k].node is None and plain and len(plain) < len(total) <= _FEW_TERMS >= len(below):
+            other = 2 * plain - total
+            above, other_below = field.cancelled(field.reduced(total * other) * shared, below)
             return field.cancelled(above, other_below * other)
     return None
 

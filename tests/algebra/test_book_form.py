@@ -90,6 +90,7 @@ PRINTED = {
     "(M + m1 + m2)*(m1 + m2) - (m1*cos(a) + m2*cos(b))^2": "(M + m1 + m2)*(m1 + m2) - (m1*cos(a) + m2*cos(b))^2",
     "(sin(a)^2 - 2*mu*sin(a)*cos(a) + mu^2*cos(a)^2)*F/(sin(a) - mu*cos(a))": "F*(sin(a) - mu*cos(a))",
     "m/(sqrt(h) + sqrt(l))": "m/(sqrt(h) + sqrt(l))",
+    "sqrt(h + l)*(M*sqrt(h) + m*sqrt(l))/(M^2*h - m^2*l)": "sqrt(h + l)/(M*sqrt(h) - m*sqrt(l))",
     "F*(sqrt(M)*sqrt(M + m) - M)": "F*(sqrt(M*(M + m)) - M)",
     "M*exp(mu*pi)*exp(mu*pi/2)*exp(-k*pi)": "M*exp(pi*(3*mu - 2*k)/2)",
     "m*exp(2*mu) + m*exp(mu)^2": "2*m*exp(2*mu)",
