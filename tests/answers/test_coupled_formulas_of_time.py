@@ -29,14 +29,17 @@ WALLS = "s: {type: spring_damper, joint: A, stiffness: k}, r: {type: spring_damp
 VALUES = {"g": 9.81, "m": 2.0, "M": 3.0, "a": 0.1, "v": 0.2, "k": 8.0, "h": 3.0}
 
 
-def at(answer: Any, t: float) -> float:
+LATER = "ask: {late: {value: x1 - x2, after: T}, least: {min: x1 - x2}, pull: {max: h*(x2 - x1)}, "
+
+
+def at(answer: Any, t: float, T: float = 0.7) -> float:
     assert answer.expression is not None
-    values = {symbol(name): value for name, value in {**VALUES, "t": t}.items()}
+    values = {symbol(name): value for name, value in {**VALUES, "t": t, "T": T}.items()}
     return evaluate_float([answer.expression], values)[0]
 
 
 def test_equal_masses_between_walls_beat() -> None:
-    level = PAIR.replace("g: 0 m/s^2, ", "").replace("gravity: [g, 0, 0]", "")
+    level = PAIR.replace("g: 0 m/s^2, ", "T: 0.7 s, ").replace("gravity: [g, 0, 0]", "").replace("ask: {", LATER)
     answers = mbs.solve(mbs.loads(level.replace("MASS", "m").replace("WALLS", WALLS))).answers
     w, W = sqrt(8 / 2), sqrt((8 + 2 * 3) / 2)
     for t in (0.0, 0.7, 4.1):
@@ -45,6 +48,12 @@ def test_equal_masses_between_walls_beat() -> None:
         assert at(answers["x2"], t) == pytest.approx((slow - fast) / 2, abs=1e-15)
         rates = 0.2 * cos(w * t) - 0.1 * w * sin(w * t), -0.2 * cos(W * t) - 0.1 * W * sin(W * t)
         assert at(answers["v2"], t) == pytest.approx((rates[0] - rates[1]) / 2, abs=1e-14)
+        assert at(answers["late"], 0.0, T=t) == pytest.approx(fast, abs=1e-15)
+    apart = sqrt(0.1**2 + (0.2 / W) ** 2)
+    assert (at(answers["least"], 0.0), at(answers["pull"], 0.0)) == pytest.approx((-apart, apart * 3), rel=1e-14)
+    assert [at(answers[x], 0.0) for x in ("least", "pull", "late")] == pytest.approx(
+        [answers[x].value for x in ("least", "pull", "late")], rel=1e-8
+    )
 
 
 def test_two_masses_that_fall_while_they_swing() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from math import asin, cos, pi, radians, sin, sqrt
+from math import asin, atan2, cos, exp, pi, radians, sin, sqrt
 from typing import Any
 
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
 
 V, A, G = 20.0, radians(60), 9.81
 THROWN = """
@@ -76,6 +78,7 @@ def test_displacements_and_velocities_along_a_direction_have_signs(thrown: dict[
     assert thrown["fallen"].value == pytest.approx(-(3 * V * sin(A) - 4.5 * G), rel=1e-9)
     assert thrown["vy"].value == pytest.approx(-V * sin(A), rel=1e-9)
     assert (thrown["fallen"].unit, thrown["vy"].unit) == ("m", "m/s")
+    assert thrown["fallen"].as_json()["expression"] == "3*(3*g - 2*v*sin(a))/2"
 
 
 def test_answers_stand_in_the_expressions_of_others(thrown: dict[str, Any]) -> None:
@@ -87,6 +90,36 @@ def test_a_pendulum_pulls_hardest_at_its_lowest_point() -> None:
     assert found["pull"].value == pytest.approx(2 * G * (3 - 2 * cos(pi / 3)), rel=1e-9)
     assert found["over"].value == pytest.approx(2 * G / 0.7 * 0.5, rel=1e-9)
     assert found["least"].value == pytest.approx(-pi / 3, rel=1e-9)
+
+
+def test_a_damped_mass_turns_back_at_formulas_of_moment_and_place() -> None:
+    """x = v/w exp(-d t) sin(w t): it turns where tan(w t) = w/d, and again a period later, less by exp(d T)."""
+    found = answers(
+        """
+multibody_sym: 1
+name: damped
+parameters: {m: {value: 2, positive: true}, k: {value: 80, positive: true}, c: {value: 3, positive: true},
+  v: {value: 0.7, positive: true}}
+bodies: {b: {mass: m}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {u: v}}}
+forces: {s: {type: spring_damper, joint: j, stiffness: k, damping: c}}
+simulation: {t_end: 1.5}
+ask:
+""",
+        "first: {max: x}",
+        "when: u_x < 0",
+        "ratio: first/second",
+        "second: {max: x, after: 0.6}",
+    )
+    for m, k, c, v in ((2, 80, 3, 0.7), (3, 50, 4, 0.9), (1.5, 70, 1, 0.4)):
+        values = {symbol(name): x for name, x in zip("mkcv", (m, k, c, v), strict=True)}
+        first, when, ratio = (evaluate_float([found[x].expression], values)[0] for x in ("first", "when", "ratio"))
+        d, w = c / 2 / m, sqrt(k / m - (c / 2 / m) ** 2)
+        assert when == pytest.approx(atan2(w, d) / w, rel=1e-13)
+        assert first == pytest.approx(v / w * exp(-d * when) * sin(w * when), rel=1e-13)
+        assert ratio == pytest.approx(exp(2 * pi * d / w), rel=1e-13)
+        if m == 2:
+            assert (found["first"].value, found["when"].value) == pytest.approx((first, when), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -149,6 +149,7 @@ def test_values_are_those_of_theory(name: str) -> None:
     solution = mbs.solve(mbs.loads(model))
     found = solution.answers["f"].value
     assert found is not None, solution.conditions
+    assert (solution.answers["f"].expression is None) == (known is None)
     if known is not None:
         assert found == pytest.approx(known, rel=1e-9)
         return
@@ -288,6 +289,7 @@ def test_of_a_range_in_which_the_equation_holds_the_end_is_found(
     asked = model.replace("BETWEEN", f", between: {between}" if between else "")
     solution = mbs.solve(mbs.loads(asked))
     assert solution.answers["f"].value == pytest.approx(known, rel=1e-9)
+    assert solution.answers["f"].as_json()["expression"] == ("sqrt(R*g)" if model is DOME else None)
     assert any(told in each for each in solution.conditions), solution.conditions
     assert not any("others are" in each for each in solution.conditions)
 

@@ -219,13 +219,13 @@ class Roots:
         if argument.op in (*_INVERSES, "cosh") and not turns:
             yield from self.inverted(argument, exact(self.field, [value], known)[0])
             return
-        if k is None or any(m[k] for m in self.field.in_ring(found.below)):
-            return
-        parts = self.coefficients(self.field.in_ring(found.above), k)
-        if len(parts) != 2:
-            return
         if turns:
             value = self.turned(found, value, turns)
+        parts = self.coefficients(self.field.in_ring(found.above), k) if k is not None else []
+        if k is None or any(m[k] for m in self.field.in_ring(found.below)) or len(parts) != 2:
+            (wanted,) = exact(self.field, [value], known)
+            yield from self.of(self.field.in_ring((found - wanted).above), 1)
+            return
         constant, factor = parts[0] / self.field.whole(found.below), parts[1] / self.field.whole(found.below)
         shifted = with_one_pi(value if constant.is_zero else add(value, negate(written(constant))))
         yield shifted if factor.sample == 1 and not factor.symbols else divide(shifted, written(factor))

@@ -13,10 +13,10 @@ from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.in_letters.told import is_lettered, told
-from multibody_sym.answers.instant import Solved, with_outputs_put_in
+from multibody_sym.answers.instant import Solved, solved_start, with_outputs_put_in
 from multibody_sym.answers.questions.anywhere import TIME
-from multibody_sym.answers.questions.coupled import coupled_formula
-from multibody_sym.answers.questions.courses import InTime, confirmed_formulas, formula_of_period, held_until
+from multibody_sym.answers.questions.coupled import Courses
+from multibody_sym.answers.questions.courses import formula_of_period, held_until
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.later_forms import LaterForms
@@ -30,6 +30,7 @@ from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import fields_of
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
+from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import OWN_POINTS
 from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.units import MechanismUnits
@@ -48,11 +49,12 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     _verify_time(solved)
     answers: dict[str, Value] = {}
     given: dict[str, Value] = {}
+    lettered: dict[str, Node] = {}
     remarks: list[str] = []
     motion, reasons = _Motion(solved, remarks), _Reasons(solved)
     for name in in_order(solved.system.ask, solved.mechanism.symbols):
         with at("ask", name):
-            named = with_answers(solved.system.ask[name], answers, solved.mechanism.symbols)
+            named = with_answers(solved.system.ask[name], answers, solved.mechanism.symbols, lettered)
             if named is None:
                 answers[name] = Value(None)
                 remarks.append(f"{name}: it hangs on an answer that has no value")
@@ -65,8 +67,9 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
             except FailedRunError as failed:
                 found = Value(None)
                 remarks.append(f"{name}: it has no answer, since the simulation fails: {failed.message}")
-            given[name] = found if closed else replace(found, expression=None)
-            answers[name] = replace(given[name], expression=None) if is_lettered(solved, given[name]) else given[name]
+            given[name] = answers[name] = found if closed else replace(found, expression=None)
+            if is_lettered(solved, given[name]) and question.value is not None:
+                answers[name], lettered[name] = replace(found, expression=None), question.value
             reasons.end(name, needed=found.expression is None)
     reasons.told()
     return {name: given.get(name, answers[name]) for name in solved.system.ask}, remarks
@@ -236,16 +239,17 @@ class _Motion:
         assert question.so is not None
         asked = named_by(question, self.solved.system.ask, self.solved.mechanism.symbols)
         extremes = {key: self._extreme(name, each) for key, each in extremes_of(question.so).items()}
-        value, remarks = Search(self.solved, question, {**{x: answers[x] for x in asked}, **extremes}).found()
+        known = {**{x: answers[x] for x in asked}, **extremes}
+        value, remarks = Search(self.solved, question, known, _answers_of).found()
         self.remarks.extend(f"{name}: {remark}" for remark in remarks)
         return replace(value, unit=self._unit_of(symbol(question.find or "")))
 
     # --- formulas of time -----------------------------------------------------------------------------------------
 
     @cached_property
-    def formulas(self) -> Mapping[Node, InTime]:
+    def courses(self) -> Courses:
         """Coordinates and speeds as formulas of time, those that the motion in numbers confirms."""
-        return confirmed_formulas(self.solved, self.simulated)
+        return Courses(self.solved, self.simulated)
 
     def _formula(self, name: str, coordinate: str) -> Value:
         mechanism = self.solved.mechanism
@@ -255,17 +259,13 @@ class _Motion:
                 what = f"no coordinate or speed is called {coordinate!r}"
                 raise ModelError(f"{what}{suggestion(coordinate, names)}", number="M106")
         unit = self._unit_of(symbol(coordinate))
-        found, reason = self.formulas.get(symbol(coordinate)), ""
-        if found is None:
-            try:
-                found = coupled_formula(self.solved, self.simulated, coordinate)
-            except NoClosedFormError as why:
-                reason = f" ({why})"
+        found = self.courses.of(symbol(coordinate))
         if found is None:
             rates = zip(mechanism.coordinates, mechanism.speeds, strict=False)
             speed = next((u.name for q, u in rates if q.name == coordinate), "")
-            what = f"no solution of the equation of {coordinate} is known{reason}"
-            if speed and symbol(speed) in self.formulas:
+            reason = self.courses.why(symbol(coordinate))
+            what = f"no solution of the equation of {coordinate} is known{reason and f' ({reason})'}"
+            if speed and symbol(speed) in self.courses.alone:
                 what = f"no integral of {speed} is known, which has a formula of its own"
             self.remarks.append(f"{name}: {what}; simulate tells numbers")
             return Value(None, unit=unit)
@@ -333,7 +333,7 @@ class _Motion:
             self.remarks.append(f"{name}: {reason}")
             return Value(None)
         self.remarks.extend(f"{name}: {told}" for told in numbers.told)
-        forms = LaterForms(self.solved, self.simulated)
+        forms = LaterForms(self.solved, self.simulated, self.courses)
         expression = forms.of(question, found, time)
         self.remarks.extend(f"{name}: {told}" for told in forms.told)
         return replace(found, expression=expression)
@@ -343,6 +343,11 @@ class _Motion:
         formula = formula_of_period(self.solved, coordinate, found.value or 0.0)
         self.remarks.extend(f"{name}: {each}" for each in told if formula is None)
         return replace(found, expression=formula)
+
+
+def _answers_of(system: System) -> tuple[Solved, Mapping[str, Value]]:
+    solved = solved_start(system)
+    return solved, answered(solved)[0]
 
 
 def _unit(question: Ask) -> str:

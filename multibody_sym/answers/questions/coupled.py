@@ -11,18 +11,21 @@ parts by the factors s^2 - b s - a of its characteristic polynomial, as far as t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from functools import cached_property
 from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.algebra.solving.roots import rate
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.questions.anywhere import TIME, Anywhere, Granted
-from multibody_sym.answers.questions.courses import InTime, Shown
+from multibody_sym.answers.questions.courses import InTime, Shown, formulas_of_time
 from multibody_sym.answers.questions.decoupled import Coupled
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.matrices import WORK
 from multibody_sym.expressions.printer import text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import Node, as_node, symbol
 
@@ -32,25 +35,59 @@ _LONGEST: Final = 1000
 """Letters of a formula that tells more than its numbers do."""
 
 
-def coupled_formula(solved: Solved, motion: Simulated, name: str) -> InTime | None:
-    """Return a coordinate or speed as a formula of time, None where it is not what a run shows.
+@dataclass(frozen=True, eq=False)
+class Courses:
+    """Coordinates and speeds of a solved system as formulas of time, by their symbols, where `motion` confirms them.
 
-    Raises NoClosedFormError, which says why there is none.
+    They hold until a state changes first, or until a speed turns back on which accelerations depend by its sign.
     """
-    shown = Shown.of(solved, motion)
-    if shown.there is None:
-        raise NoClosedFormError("the equations have no closed form")
-    pairs = zip(solved.mechanism.coordinates, solved.mechanism.speeds, strict=False)
-    coordinate = next(q.name for q, u in pairs if name in (q.name, u.name))
-    signs, granted = shown.there.forms.field.positive, Granted()
-    shown.there.forms.field.positive = granted.positive
-    try:
-        formula = coupled_course(shown.there, granted, coordinate)[0 if name == coordinate else 1]
-    finally:
-        shown.there.forms.field.positive = signs
-    if len(text(formula)) > _LONGEST:
-        raise NoClosedFormError("the formula is too long")
-    return shown.confirmed({symbol(name): InTime(formula, granted)}).get(symbol(name))
+
+    solved: Solved
+    motion: Simulated
+    _found: dict[Node, InTime | None] = field(default_factory=dict)
+    _why: dict[Node, str] = field(default_factory=dict)
+
+    @cached_property
+    def shown(self) -> Shown:
+        """What the motion shows."""
+        return Shown.of(self.solved, self.motion)
+
+    @cached_property
+    def alone(self) -> Mapping[Node, InTime]:
+        """Those whose equations name no other coordinate."""
+        return {} if self.shown.there is None else self.shown.confirmed(formulas_of_time(self.shown.there))
+
+    def of(self, node: Node) -> InTime | None:
+        """Return a coordinate or speed as a formula of time; None where none is known, and `why` tells the reason."""
+        if node in self.alone:
+            return self.alone[node]
+        if node not in self._found:
+            self._found[node] = None
+            try:
+                self._found[node] = self._coupled(str(node.data))
+            except NoClosedFormError as reason:
+                self._why[node] = str(reason)
+        return self._found[node]
+
+    def why(self, node: Node) -> str:
+        """Return why a coordinate or speed has no formula, empty where it is not what the motion shows."""
+        return self._why.get(node, "")
+
+    def _coupled(self, name: str) -> InTime | None:
+        there = self.shown.there
+        if there is None:
+            raise NoClosedFormError("the equations have no closed form")
+        pairs = zip(self.solved.mechanism.coordinates, self.solved.mechanism.speeds, strict=False)
+        coordinate = next(q.name for q, u in pairs if name in (q.name, u.name))
+        signs, granted = there.forms.field.positive, Granted()
+        there.forms.field.positive = granted.positive
+        try:
+            formula = coupled_course(there, granted, coordinate)[0 if name == coordinate else 1]
+        finally:
+            there.forms.field.positive = signs
+        if len(text(formula)) > _LONGEST:
+            raise NoClosedFormError("the formula is too long")
+        return self.shown.confirmed({symbol(name): InTime(formula, granted)}).get(symbol(name))
 
 
 def coupled_course(there: Anywhere, granted: Granted, coordinate: str) -> tuple[Node, Node]:

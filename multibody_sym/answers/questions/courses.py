@@ -61,7 +61,7 @@ class InTime:
 
     def conditions(self) -> Iterator[str]:
         """Yield what is to hold of parameters and of time, for people."""
-        yield from map(str, _least(self.granted.positive))
+        yield from map(str, least_conditions(self.granted.positive))
         for word, group in (("==", self.granted.equal), ("!=", self.granted.unequal)):
             yield from dict.fromkeys(relation(x, word) for x in group)
         if self.until is not None:
@@ -85,16 +85,6 @@ def formulas_of_time(there: Anywhere) -> Mapping[Node, InTime]:
             there.forms.field.positive = signs
         found |= course
     return found
-
-
-def confirmed_formulas(solved: Solved, motion: Simulated) -> Mapping[Node, InTime]:
-    """Return coordinates and speeds as formulas of t, without those that are not what a run shows to its end.
-
-    The run ends where a state changes first: the formulas hold until then, or until a speed turns back on which
-    accelerations depend by its sign.
-    """
-    shown = Shown.of(solved, motion)
-    return {} if shown.there is None else shown.confirmed(formulas_of_time(shown.there))
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +190,7 @@ class Shown:
         return min(ends, default=(None, ""), key=lambda each: each[0] or 0.0)
 
 
-def _least(positive: Sequence[Quotient]) -> list[Condition]:
+def least_conditions(positive: Sequence[Quotient]) -> list[Condition]:
     """Return as few conditions as say that quotients are positive."""
     if not positive:
         return []

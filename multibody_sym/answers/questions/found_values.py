@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -11,6 +12,7 @@ from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
+from multibody_sym.answers.in_letters.start import free_name
 from multibody_sym.answers.instant import AGREEMENT, Solved
 from multibody_sym.answers.questions.finding import UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
@@ -22,6 +24,7 @@ from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.settings import Ask, Equation
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import dimension_of_unit
@@ -29,12 +32,14 @@ from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, subtract, symbol
+from multibody_sym.scalars.node import Node, real, subtract, symbol
 from multibody_sym.scalars.traversal import leaves
 
 _LEFT: Final = "left - right"
 _NOTHING: Final = 1e-9
 """The part of the answers that an equation names below which its sides are the same."""
+_ASIDE: Final = 0.01
+"""How far from a value that runs found, relative to it, the formulas are made of which it is a root."""
 _HOLDS: Final = 1e-6
 """The part of its size at the sample that a formula's equation may miss in numbers where that formula holds."""
 
@@ -47,11 +52,15 @@ def extremes_of(equation: Equation) -> dict[str, Ask]:
 
 @dataclass(frozen=True)
 class Search:
-    """What is looked for in a solved system; `known`: the answers that the equation names, by their names."""
+    """What is looked for in a solved system; `known`: the answers that the equation names, by their names.
+
+    `solve` answers the questions of another system.
+    """
 
     solved: Solved
     question: Ask
     known: Mapping[str, Value]
+    solve: Callable[[System], tuple[Solved, Mapping[str, Value]]]
 
     def found(self) -> tuple[Value, list[str]]:
         """Return the value, and what is to be said of it."""
@@ -65,7 +74,9 @@ class Search:
         found = zeros(self.residual, self.sample, self.bounds)
         if not found:
             return Value(None), [f"no value of {self.name} was found for which {self.equation} {self._where}"]
-        return Value(found[0].at), [*self._remarks(found, "by runs"), *self._told(found[0].at)]
+        expression = self._by_formula_beside(found[0])
+        how = self._first(found, *([self._missed(found, "by runs")] if expression is None else []))
+        return Value(found[0].at, expression), [*how, *self._told(found[0].at)]
 
     # --- what is looked for ---------------------------------------------------------------------------------------
 
@@ -115,12 +126,15 @@ class Search:
             return f"from {low:.6g} to {high:.6g}, on the way out from {self.sample:.6g}; say where: between: [.., ..]"
         return "between {:.6g} and {:.6g}".format(*self.bounds)
 
-    def _remarks(self, found: list[Zero], how: str) -> list[str]:
-        told = f"{how}; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
-        if self.bounds is None and how == "by runs":
-            first = f"the first on the way out from {self.sample:.6g}"
-            return [f"{told}; {first}, others were not looked for (between: ..)", *self._range(found[0])]
-        return [told, *self._others(found)]
+    def _missed(self, found: list[Zero], how: str) -> str:
+        return f"{how}; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
+
+    def _first(self, found: list[Zero], *told: str) -> list[str]:
+        """Return that other values were not looked for, or which they are, after what is `told`."""
+        if self.bounds is not None:
+            return [*told, *self._others(found)]
+        first = f"the first on the way out from {self.sample:.6g}, others were not looked for (between: ..)"
+        return ["; ".join((*told, first)), *self._range(found[0])]
 
     def _others(self, found: list[Zero]) -> list[str]:
         others = ", ".join(_place(zero) for zero in found[1:])
@@ -240,9 +254,9 @@ class Search:
         found = [x for x in found if abs(self.residual(x.at)) <= _HOLDS * scale]
         if not found:
             return None
-        expression = self._root(node, found[0].at)
-        told = self._others(found) if expression is not None else self._remarks(found, "by its formula, in numbers")
-        return Value(found[0].at, expression), [*told, *self._told(found[0].at)]
+        expression = self._root(node, symbol(self.name), found[0].at, self.solved)
+        how = [] if expression is not None else [self._missed(found, "by its formula, in numbers")]
+        return Value(found[0].at, expression), [*how, *self._others(found), *self._told(found[0].at)]
 
     def _formula(self) -> Node | None:
         """Return left - right in the model's symbols, None where an answer has no formula."""
@@ -263,10 +277,49 @@ class Search:
             return None
         return node if symbol(self.name) in leaves([node], "symbol") else None
 
-    def _root(self, node: Node, value: float) -> Node | None:
+    def _by_formula_beside(self, zero: Zero) -> Node | None:
+        """Return a value that runs found as the root of the formula which the equation has beside it.
+
+        Outside of a range in which it holds throughout.
+        """
+        aside = _ASIDE * (abs(zero.at) or 1.0)
+        sides = (1.0, -1.0) if zero.through is None else (1.0,) if zero.through <= zero.at else (-1.0,)
+        for side in sides:
+            try:
+                expression = self._root_beside(zero.at, zero.at + side * aside)
+            except (MultibodyError, *UNDEFINED):
+                continue
+            if expression is not None:
+                return expression
+        return None
+
+    def _root_beside(self, value: float, beside: float) -> Node | None:
+        """Return the root near a value of the formula that left - right has where what is looked for is `beside` it."""
+        system, unknown = self._with_letter(beside)
+        solved, answers = self.solve(system)
+        node = answers[_LEFT].expression
+        if node is None:
+            return None
+
+        def left(x: float) -> float:
+            return evaluate_float([node], {**solved.sample, unknown: x})[0]
+
+        reach = 2 * abs(beside - value)
+        near = zeros(left, beside, (value - reach, value + reach), cheap=True)
+        at = min((x.at for x in near), key=lambda x: abs(x - value), default=UNKNOWN)
+        return self._root(node, unknown, at, solved) if abs(at - value) <= AGREEMENT * abs(value) else None
+
+    def _with_letter(self, value: float) -> tuple[System, Node]:
+        """Return the system that is asked what the equation needs, at a value that a parameter has, and its symbol."""
+        if self.name in self._posed.parameters:
+            return Changes(parameters={self.name: value}).of(self._posed), symbol(self.name)
+        name = free_name(f"{self.name}_0", {str(x.data) for x in self.solved.mechanism.symbols} | {*self._posed.ask})
+        more = Names({**self._posed.parameters, name: Parameter(value=real(value))})
+        return Changes(initial={self.name: symbol(name)}).of(replace(self._posed, parameters=more)), symbol(name)
+
+    def _root(self, node: Node, unknown: Node, value: float, solved: Solved) -> Node | None:
         """Return the root as an expression, None where there is none whose value it is."""
-        unknown = symbol(self.name)
-        letters = dict(self.solved.symbolic.letters)
+        letters = dict(solved.symbolic.letters)
         letters[unknown] = Letter(unknown, PRECISE.mpf(value), letters[unknown].positive)
         field = Field(WORK)
         try:

@@ -10,7 +10,7 @@ M being the generalised mass. The value of the variable at the moment is a root 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
 from functools import reduce
 from typing import Final, NoReturn
@@ -18,17 +18,22 @@ from typing import Final, NoReturn
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.factors import factored
+from multibody_sym.algebra.positivity import surely_positive
 from multibody_sym.algebra.quotient_functions import doubled, exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.answers.questions.anywhere import TIME, Anywhere, anywhere
-from multibody_sym.answers.questions.courses import InTime, confirmed_formulas
+from multibody_sym.answers.questions.anywhere import TIME, Anywhere, Granted, anywhere
+from multibody_sym.answers.questions.coupled import Courses
+from multibody_sym.answers.questions.courses import InTime, least_conditions
 from multibody_sym.answers.questions.naming import put_in
+from multibody_sym.answers.questions.shortest_courses import shortest_course
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
@@ -65,6 +70,10 @@ _TURNS: Final = 1e-7
 _ZERO: Final = 1e-14
 _FOUND: Final = 1e-8
 """How near, relative to it, a closed form must come to a number of runs."""
+_LONGEST: Final = 400
+"""Letters of a formula that tells more than its number does."""
+_SHORT: Final = 60
+"""Letters of a formula for which it is looked for no shorter one."""
 _NEAR: Final = 1e-6
 """How near, relative to its size or 1, a number must be to a root that it is taken for."""
 
@@ -73,35 +82,41 @@ _NEAR: Final = 1e-6
 class Course:
     """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
 
-    `turning` vanishes where the speed does, if that is so at the moment. `used` are those of formulas `in_time` that
-    have been put in.
+    `known` gives the formula of each, None where it has none. `turning` vanishes where the speed does, if that is so at
+    the moment. `used` are those that have been put in, `signs` those of what moves that values rest on, and `moving`
+    what these say of parameters.
     """
 
     there: Anywhere
     variable: Node
-    formulas: Mapping[Node, Node]
+    known: Callable[[Node], InTime | None]
     at: float
     turning: Node | None = None
-    in_time: Mapping[Node, InTime] = field(default_factory=dict)
-    used: set[Node] = field(default_factory=set)
+    used: dict[Node, InTime] = field(default_factory=dict)
+    signs: list[Quotient] = field(default_factory=list)
+    moving: list[str] = field(default_factory=list)
 
     def along(self, asked: Node) -> Node:
         """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
-        return self.put_in(self.there.of(asked))
+        known = len(self.there.forms.field.positive)
+        found = self.there.of(asked)
+        self.signs.extend(x for x in self.there.forms.field.positive[known:] if not self.there.constant(x))
+        return self.put_in(found)
 
     def put_in(self, asked: Quotient) -> Node:
         """Return what there is at any state as a formula of the variable. Raises NoClosedFormError."""
         found = book_form(doubled(asked))
-        self.used.update(leaves([found], "symbol"))
-        found = put_in(found, self.formulas)
-        if leaves([found], "symbol") and self.there.variables & set(leaves([found], "symbol")) - {self.variable}:
-            raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
-        return found
+        for node in (x for x in leaves([found], "symbol") if x in self.there.variables - {self.variable}):
+            formula = self.known(node)
+            if formula is None:
+                raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
+            self.used[node] = formula
+        return put_in(found, {node: each.formula for node, each in self.used.items()})
 
     def granted(self) -> Iterator[str]:
         """Yield what the formulas of time that were used take for granted of parameters, each once."""
-        used = (replace(each, until=None) for node, each in self.in_time.items() if node in self.used)
-        yield from dict.fromkeys(condition for each in used for condition in each.conditions())
+        used = [replace(each, until=None) for each in self.used.values()]
+        yield from dict.fromkeys((*(condition for each in used for condition in each.conditions()), *self.moving))
 
     def place(self, zero: Node) -> Node:
         """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError."""
@@ -133,7 +148,11 @@ class Course:
         """Return a formula of the variable at a place. Raises NoClosedFormError."""
         field = Field(WORK)
         known = {node: field.letter(node, letter) for node, letter in self.there.solved.symbolic.letters.items()}
-        return exact(field, [put_in(formula, {self.variable: place})], known)[0]
+        signs = [put_in(self.put_in(sign), {self.variable: place}) for sign in self.signs]
+        found, *positive = exact(field, [put_in(formula, {self.variable: place}), *signs], known)
+        unsure = [x for x in positive if not surely_positive(field.whole(x.above * x.below))]
+        self.moving.extend(map(str, least_conditions(unsure)))
+        return found
 
 
 def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
@@ -148,10 +167,31 @@ def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
     mass = multiply(TWO, put_in(moving, {speed: ONE}))
     if put_in(moving, {speed: ZERO}) is not ZERO or leaves([mass, stored], "symbol").count(TIME):
         return None
+    granted = _energy_kept(there, mass, stored)
+    if granted is None:
+        return None
     square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
     root = BUILD["sqrt"](square)
     along = ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
-    return Course(there, coordinate, {speed: along}, q, square if u == 0.0 else None)
+    known = {speed: InTime(along, granted)}
+    return Course(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
+
+
+def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
+    """Return what M q'' + M' u^2/2 + V' = 0 takes for granted of parameters, None where it is not so."""
+    mechanism, granted = there.solved.mechanism, Granted()
+    coordinate, speed = symbol(mechanism.coordinates[0].name), symbol(mechanism.speeds[0].name)
+    try:
+        slopes = (derivative(mass, coordinate), derivative(stored, coordinate))
+        M, growth, slope = there.forms.of([mass, *slopes])
+        lost = M * there.forms.udot[0] + growth * there.letter(speed).power(2) / 2 + slope
+    except NoClosedFormError:
+        return granted
+    if lost.is_zero:
+        return granted
+    factors = (lost.field.whole(lost.field.in_ring(p)) for p, _ in factored(lost.above)[1])
+    zero = next((x for x in factors if there.constant(x) and granted.vanishes(x)), None)
+    return None if zero is None else granted
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +200,7 @@ class LaterForms:
 
     solved: Solved
     motion: Simulated
+    courses: Courses
     told: list[str] = field(default_factory=list)
 
     def of(self, question: Ask, number: Value, time: float) -> Node | None:
@@ -170,16 +211,25 @@ class LaterForms:
             return None
         if time == 0.0 and number.t is not None:
             return self._at_start(question)
+        shortest: tuple[Node, list[str]] | None = None
         for course in self._courses(time):
             try:
                 found = self._confirmed(self._closed(course, question, time), number.value)
+                found = self._shorter(found, course, question)
             except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
                 self.solved.reasons.setdefault(str(reason))
                 continue
-            if found is not None:
-                self.told.extend(course.granted())
-                return found
-        return None
+            if found is not None and (shortest is None or len(text(found)) < len(text(shortest[0]))):
+                shortest = found, list(course.granted())
+            if shortest is not None and len(text(shortest[0])) <= _SHORT:
+                break
+        if shortest is None:
+            return None
+        if len(text(shortest[0])) > _LONGEST:
+            self.solved.reasons.setdefault("the closed form is too long")
+            return None
+        self.told.extend(shortest[1])
+        return shortest[0]
 
     def _at_start(self, question: Ask) -> Node | None:
         """Return the extreme that is the value at the start."""
@@ -194,10 +244,8 @@ class LaterForms:
         there = anywhere(self.solved, q, u)
         if there is None:
             return
-        formulas = confirmed_formulas(self.solved, self.motion)
-        if formulas:
-            known = {node: each.formula for node, each in formulas.items()}
-            yield Course(there, TIME, known, time, in_time=formulas)
+        if self.courses.alone or len(q) > 1:
+            yield Course(there, TIME, self.courses.of, time)
         if len(q) == len(u) == 1:
             fastest = float(np.abs(run[mechanism.speeds[0].name]).max())
             course = course_of_energy(there, q[0], 0.0 if abs(u[0]) <= _TURNS * fastest else u[0])
@@ -205,17 +253,29 @@ class LaterForms:
                 yield course
 
     def _closed(self, course: Course, question: Ask, time: float) -> Quotient:
+        if question.of is not None and question.after is not None and question.along is not None:
+            return self._displacement(course, _component("position", question.of, question.along), question.after)
         asked = _asked(question)
         if question.max is not None or question.min is not None:
             assert asked is not None
             along = course.along(asked)
             return course.value(along, self._extreme_place(course, question, along, time))
-        if question.of is not None and question.after is not None and question.along is not None:
-            return self._displacement(course, _component("position", question.of, question.along), question.after)
         place = self._place(course, question.when if question.when is not None else question.at, question.after)
         if asked is None:
             return course.value(TIME, place) if course.variable is TIME else _no_time()
         return course.value(course.along(asked), place)
+
+    def _shorter(self, found: Node | None, course: Course, question: Ask) -> Node | None:
+        """Return the formula of time, as a book writes it, with the time put in where that is shorter."""
+        asked, after = question.value, question.after
+        if found is None or len(text(found)) <= _SHORT or course.variable is not TIME:
+            return found
+        if asked is None or after is None or after.shadow is not None:
+            return found
+        letters, number = self.solved.symbolic.letters, evaluate_float([found], self.solved.sample)[0]
+        written = put_in(shortest_course(course.along(asked), letters, TIME), {TIME: after})
+        near = abs(evaluate_float([written], self.solved.sample)[0] - number) <= AGREEMENT * abs(number)
+        return written if near and len(text(written)) < len(text(found)) else found
 
     def _displacement(self, course: Course, component: Node, time: Node) -> Quotient:
         along = course.along(component)

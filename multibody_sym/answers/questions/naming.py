@@ -39,19 +39,24 @@ def named_by(question: Ask, questions: Mapping[str, Ask], taken: Collection[Node
     return {str(leaf.data) for leaf in named if leaf not in taken and leaf.data in questions}
 
 
-def with_answers(question: Ask, answers: Mapping[str, Value], taken: Collection[Node]) -> tuple[Ask, bool] | None:
+def with_answers(
+    question: Ask, answers: Mapping[str, Value], taken: Collection[Node], asked: Mapping[str, Node] | None = None
+) -> tuple[Ask, bool] | None:
     """Return a question with answers in the place of their names, and whether each of them had a closed form.
 
-    None where an answer has no value.
+    A question about the start has what was `asked` in the place of the names of these answers. None where an answer has
+    no value.
     """
     named = named_by(question, dict.fromkeys(answers, question), taken)
     if question.so is not None or not named:
         return question, True
     if any(answers[name].value is None for name in named):
         return None
-    known = {symbol(name): _node(answers[name]) for name in named}
+    at_start = question.value is not None and question.when is None and question.after is None
+    again = {name: node for name, node in (asked or {}).items() if at_start and name in named}
+    known = {symbol(name): again.get(name) or _node(answers[name]) for name in named}
     found: Ask = with_expressions(question, lambda node: put_in(node, known))
-    return found, all(answers[name].expression is not None for name in named)
+    return found, all(name in again or answers[name].expression is not None for name in named)
 
 
 def _node(answer: Value) -> Node:
