@@ -9,7 +9,7 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -144,13 +144,15 @@ class NativeFunction:
 
     def _pointers(self, side: int, values: Floats) -> ctypes.Array[ctypes.c_void_p]:
         # one address and sums: asking numpy for the address of each array takes longer than a small program
-        begin, (kind, places) = values.ctypes.data, self._places[side]
-        return kind(*[begin + place for place in places])
+        kind, places = self._places[side]
+        return kind.from_buffer(places + values.ctypes.data)
 
     @cached_property
-    def _places(self) -> list[tuple[type[ctypes.Array[ctypes.c_void_p]], list[int]]]:
+    def _places(self) -> list[tuple[type[ctypes.Array[ctypes.c_void_p]], NDArray[np.intp]]]:
         """Arrays of as many addresses as there are inputs, and outputs, and where these begin in bytes."""
-        return [(ctypes.c_void_p * (len(starts) - 1), [8 * start for start in starts[:-1]]) for starts in self._starts]
+        counts = (len(starts) - 1 for starts in self._starts)
+        begins = (np.array(starts[:-1], dtype=np.intp) * 8 for starts in self._starts)
+        return [(ctypes.c_void_p * count, each) for count, each in zip(counts, begins, strict=True)]
 
     def map(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
         """Return the outputs (samples, *shape) for inputs that are stacked by sample or the same for all."""

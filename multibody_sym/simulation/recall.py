@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
@@ -115,42 +116,40 @@ class _Written:
     def __init__(self) -> None:
         self.lines: list[str] = []
         self._numbers: dict[Node, int] = {}
-        self._fields: dict[type, tuple[str, ...]] = {}
+        self._fields: dict[type, Callable[[Any], tuple[Any, ...]]] = {}
 
-    def add(self, part: Any) -> None:
-        """Write a part, with the sizes of what it holds, so that nothing moves from one part to the next unseen."""
-        kind = type(part)
-        if kind is Node:
-            number = self._numbers.get(part)
-            self.lines.append(f"node {self._number(part) if number is None else number}")
-        elif kind in _WORDS:
-            self.lines.append(repr(part))
-        elif kind is tuple:  # most parts are of these kinds; to ask what others are takes longer than to write them
-            self.lines.append(f"tuple {len(part)}")
-            for x in part:
-                self.add(x)
-        elif kind in self._fields or is_dataclass(part):
-            self.lines.append(kind.__name__)
-            for name in self._fields_of(part):
-                self.add(getattr(part, name))
-        elif isinstance(part, Mapping):
-            self.lines.append(f"map {len(part)}")
-            for pair in part.items():
-                self.add(pair)
-        elif isinstance(part, tuple):
-            self.lines.append(f"tuple {len(part)}")
-            for x in part:
-                self.add(x)
-        else:
-            assert part is None or isinstance(part, (str, int, range, Enum)), part
-            self.lines.append(repr(part))
+    def add(self, *parts: Any) -> None:
+        """Write parts, with the sizes of what they hold, so that nothing moves from one part to the next unseen."""
+        for part in parts:  # of which most are of the first kinds: to ask what others are takes longer than to write them
+            kind = type(part)
+            if kind is Node:
+                number = self._numbers.get(part)
+                self.lines.append(f"node {self._number(part) if number is None else number}")
+            elif kind in _WORDS:
+                self.lines.append(repr(part))
+            elif kind is tuple:
+                self.lines.append(f"tuple {len(part)}")
+                self.add(*part)
+            elif kind in self._fields or is_dataclass(part):
+                self.lines.append(kind.__name__)
+                self.add(*self._contents_of(part))
+            elif isinstance(part, Mapping):
+                self.lines.append(f"map {len(part)}")
+                self.add(*part.items())
+            elif isinstance(part, tuple):
+                self.lines.append(f"tuple {len(part)}")
+                self.add(*part)
+            else:
+                assert part is None or isinstance(part, (str, int, range, Enum)), part
+                self.lines.append(repr(part))
 
-    def _fields_of(self, part: Any) -> tuple[str, ...]:
+    def _contents_of(self, part: Any) -> tuple[Any, ...]:
         kind = type(part)
         if kind not in self._fields:
             left_out = _NUMBERS.get(kind, frozenset())
-            self._fields[kind] = tuple(f.name for f in fields(part) if f.name not in left_out)
-        return self._fields[kind]
+            names = [f.name for f in fields(part) if f.name not in left_out]
+            self._fields[kind] = attrgetter("__class__", "__class__", *names)  # of two at least it is a tuple
+        return self._fields[kind](part)[2:]
 
     def _number(self, root: Node) -> int:
         """Return the Node's number after those of its operands, writing what has none yet (no recursion)."""

@@ -222,7 +222,8 @@ def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
 
 def _verify_values(rows: Rows, q: Floats, u: Floats) -> None:
     """Raise ModelError naming the first row that has no value; finite numbers tell nothing of points that coincide."""
-    if rows.numbers(q, u) is None or any(row.line for row in rows.mechanism.rows):
+    of_all = rows.mechanism.rows
+    if of_all and (rows.numbers(q, u) is None or any(row.line for row in of_all)):
         verify_values(rows.motion(q, u))
 
 

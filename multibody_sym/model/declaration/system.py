@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, cached_property
 from typing import Any, Final, NamedTuple
@@ -171,6 +171,14 @@ def _plain(node: Node) -> Node:
 def expressions(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
     """Return every expression inside a system, element, map or tuple, with its path and the unit its field asks for."""
     return list(part._written) if isinstance(part, System) and not path else _gathered(part, path)
+
+
+def expressions_in(system: System, names: Iterable[str]) -> list[Written]:
+    """Return every expression inside some fields of a system, field by field."""
+    found: dict[str, list[Written]] = {}
+    for written in expressions(system):
+        found.setdefault(written.path[0], []).append(written)
+    return [written for name in names for written in found.get(name, ())]
 
 
 def _gathered(part: Any, path: tuple[str, ...] = ()) -> list[Written]:

@@ -12,7 +12,7 @@ from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
-from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
+from multibody_sym.model.declaration.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table, bends
 from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
@@ -196,8 +196,8 @@ def _kinks(resolved: System, slots: Mapping[Node, Node]) -> tuple[Node, ...]:
 
 def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
     """Return what is declared of forces, constraints and motions, curves at the coordinates of their joints."""
-    parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
-    nodes = [written.node for part in parts for written in expressions(part) if written.node.shadow is None]
+    written = expressions_in(resolved, ("forces", "constraints", "inputs", "joints", "bodies"))
+    nodes = [each.node for each in written if each.node.shadow is None]
     found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
     for name, joint in resolved.joints.items():
         for free in joint.free_steps:

@@ -9,12 +9,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.assemble import Scale, scale_of
+from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
@@ -60,6 +58,8 @@ _UNSEEN_MOST: Final = 1e-8
 class OneWayRun:
     """A run under way, by `laws`; `make` compiles a mechanism in a mode, `template` is the run's problem.
 
+    `scale` tells how large and fast the model is where it begins.
+
     Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta (1/s).
     `blows` are all impacts, `changes` what switches did in the order of time, `stretches` the modes, `lost` what
     impacts took (J), by element, `lost_at_start` (J) what they took in all before the first sample. `trouble` says why
@@ -70,6 +70,7 @@ class OneWayRun:
     laws: Laws
     make: Callable[[Mechanism], Compiled]
     template: Problem
+    scale: Scale
     stabilised: tuple[float, float] | None = None
     changes: list[Change] = field(default_factory=list)
     stretches: list[Stretch] = field(default_factory=list)
@@ -111,7 +112,7 @@ class OneWayRun:
 
     def again(self) -> OneWayRun:
         """Return the run before it begins, which shares what follows from its start, and what is remembered."""
-        given = self.laws, self.make, self.template, self.stabilised
+        given = self.laws, self.make, self.template, self.scale, self.stabilised
         run = OneWayRun(*given, bars=self.bars, remembered=self.remembered)
         run.modes = self.modes
         run.__dict__["_first"] = self._first
@@ -122,10 +123,7 @@ class OneWayRun:
     def _first(self) -> tuple[Decided, Scale, tuple[str, ...]]:
         """What is decided at the start, how large and fast the model is, and the sides of thin bars that are hidden."""
         t, q, u = self.template.start, self.template.q0, self.template.u0
-        mechanism = self.laws.mechanism
-        given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
-        scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
-        scale = replace(scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
+        scale = replace(self.scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
         facts = self.laws.at(t, q, u, scale)
         for bar in self.bars:
             bar.verify_leaving(facts)

@@ -87,7 +87,7 @@ class Before:
     def late(self, facts: Facts, closing: Collection[OneWay], touching: Collection[str]) -> dict[str, float]:
         """Return how much longer (s) each element would strike that comes to rest now, or collapses with others."""
         alone = len(touching) == 1
-        left = {x.name: self.bounces.remaining(facts, x, facts.falling(x, self.udot), alone) for x in closing}
+        left = {x.name: self.bounces.remaining(facts, x, self.udot, alone) for x in closing}
         ending = dict.fromkeys(self.bounces.collapsing(facts.t, len(facts.laws.unilateral)), 0.0)
         ending |= self.bounces.dying(facts, closing)
         return ending | {name: time for name, time in left.items() if time is not None}

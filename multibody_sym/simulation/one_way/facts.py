@@ -113,7 +113,7 @@ class Facts:
         """Return the speed at which an element opens."""
         return float(self.known["phidot"][self.place(element.normals[0])])
 
-    @property
+    @cached_property
     def near(self) -> list[OneWay]:
         """The unilateral elements whose gaps are no larger than what counts as closed."""
         places, turns = self.laws.unilateral_places

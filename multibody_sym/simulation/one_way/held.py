@@ -25,7 +25,7 @@ def held_speeds(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -
     A speed is held if its unit vector lies in the space of rows that have no part of their own in motion, as a belt's
     or a drive's has: H u = 0 and H udot = 0 for u = 0.
     """
-    here = _held(mechanism, parameters, t, q)
+    here = _held(mechanism, parameters, t, q) if mechanism.rows else set[int]()
     if not here:
         return ()
     aside = np.array([np.sin(1.0 + 2.0 * k) for k in range(len(mechanism.speeds))]) * _ASIDE

@@ -169,14 +169,13 @@ class Bounces:
     def _unseen(self, time: float) -> float:
         return max(_REMAINING * (time - self._first), _TICKS * abs(time)) if self._first <= time else 0.0
 
-    def remaining(self, facts: Facts, element: OneWay, falling: float, alone: bool) -> float | None:
+    def remaining(self, facts: Facts, element: OneWay, udot: Floats, alone: bool) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
 
-        `falling` (m/s^2) is the acceleration with which it closes. A bouncing point with a rebound speed v has
-        2 v/(falling (1 - e)) left in all. Bounces that are lower than what counts as touching are none where others
-        touch as well.
+        A bouncing point with a rebound speed v that closes with an acceleration a under `udot` (nu,) has 2 v/(a (1 - e))
+        left in all. Bounces that are lower than what counts as touching are none where others touch as well.
         """
-        if not ceases(facts, element) or not falling > 0.0:
+        if not ceases(facts, element) or not (falling := facts.falling(element, udot)) > 0.0:
             return None
         e = restitution(facts, element)
         rebound = -e * facts.rate(element)

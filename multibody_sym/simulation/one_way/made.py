@@ -33,15 +33,17 @@ def one_way_run(
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
     laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
+    assert ready.state.posed is not None  # what holds one way only poses its laws at the start
+    scale = ready.state.posed.rows.scale
     template = replace(template, project=settings.project, moments=looks)
     if settings.baumgarte is None:
-        return OneWayRun(laws, make, template, bars=bars)
+        return OneWayRun(laws, make, template, scale, bars=bars)
 
     def own() -> float:
-        pilot = OneWayRun(laws, make, replace(template, samples=2), bars=bars)
+        pilot = OneWayRun(laws, make, replace(template, samples=2), scale, bars=bars)
         return own_coefficient(pilot.begin(), pilot.loop)
 
-    return OneWayRun(laws, make, template, settings.baumgarte.chosen(own), bars=bars)
+    return OneWayRun(laws, make, template, scale, settings.baumgarte.chosen(own), bars=bars)
 
 
 def _made(

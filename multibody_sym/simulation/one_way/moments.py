@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.model.declaration.system import System, expressions
+from multibody_sym.model.declaration.system import System, expressions_in
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import zeros
 from multibody_sym.scalars.functions import evaluate_float
@@ -66,15 +66,14 @@ def moments(system: System, values: Mapping[Node, float], t_end: float) -> Float
 
 def _laws(system: System, fixed: frozenset[Node]) -> Iterator[Node]:
     """Yield what depends on time and parameters alone, the terms of sums each for itself."""
-    for part in (system.forces, system.constraints, system.inputs, system.joints, system.bodies):
-        for written in expressions(part):
-            if written.node.shadow is not None:  # numbers, which most are
-                continue
-            timed: dict[Node, bool] = {}
-            for n in postorder([written.node]):
-                known = n is _T or n in fixed or n.shadow is not None
-                timed[n] = known or (bool(n.args) and all(timed[a] for a in n.args))
-            yield from (n for n in _largest(written.node, timed) if n is not _T and _T in leaves([n], "symbol"))
+    for written in expressions_in(system, ("forces", "constraints", "inputs", "joints", "bodies")):
+        if written.node.shadow is not None:  # numbers, which most are
+            continue
+        timed: dict[Node, bool] = {}
+        for n in postorder([written.node]):
+            known = n is _T or n in fixed or n.shadow is not None
+            timed[n] = known or (bool(n.args) and all(timed[a] for a in n.args))
+        yield from (n for n in _largest(written.node, timed) if n is not _T and _T in leaves([n], "symbol"))
 
 
 def _largest(node: Node, timed: Mapping[Node, bool]) -> Iterator[Node]:
