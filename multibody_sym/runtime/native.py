@@ -145,7 +145,7 @@ class NativeFunction:
     def _pointers(self, side: int, values: Floats) -> ctypes.Array[ctypes.c_void_p]:
         # one address and sums: asking numpy for the address of each array takes longer than a small program
         kind, places = self._places[side]
-        return kind.from_buffer(places + values.ctypes.data)
+        return kind.from_buffer((places + values.ctypes.data).data)
 
     @cached_property
     def _places(self) -> list[tuple[type[ctypes.Array[ctypes.c_void_p]], NDArray[np.intp]]]:

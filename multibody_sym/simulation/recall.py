@@ -120,7 +120,7 @@ class _Written:
 
     def add(self, *parts: Any) -> None:
         """Write parts, with the sizes of what they hold, so that nothing moves from one part to the next unseen."""
-        for part in parts:  # of which most are of the first kinds: to ask what others are takes longer than to write them
+        for part in parts:  # most are of the first kinds: to ask what others are takes longer than to write them
             kind = type(part)
             if kind is Node:
                 number = self._numbers.get(part)

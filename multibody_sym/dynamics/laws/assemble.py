@@ -96,6 +96,11 @@ class OneWayRows:
         """The place of each row by its name."""
         return {row.name: k for k, row in enumerate(self.motion.mechanism.rows)}
 
+    @cached_property
+    def dynamics(self) -> TreeDynamics:
+        """The dynamics of the mechanism in floats."""
+        return tree_dynamics_of(self.mechanism, self.motion.state)
+
     def of(self, rows: Sequence[Row]) -> list[RowMotion]:
         """Return some rows."""
         return [self.rows[self.places[row.name]] for row in rows]
@@ -211,10 +216,14 @@ class PosedLaws:
 
 @dataclass(frozen=True, eq=False)
 class Posed(PosedLaws):
-    """The same with the `dynamics` of the mechanism in no mode and all its `rows` at that state."""
+    """The same with all `rows` of the mechanism in no mode at that state."""
 
-    dynamics: TreeDynamics
     rows: OneWayRows
+
+    @property
+    def dynamics(self) -> TreeDynamics:
+        """The dynamics of the mechanism in no mode, in floats."""
+        return self.rows.dynamics
 
     def drift(self, state: LawState) -> Floats:
         """Return the rates (m) at which what is left of the rows changes along the motion while multipliers do not.
@@ -244,8 +253,10 @@ def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
         chosen += [row.name for part in element.frictions if _rubs(part) for row in part.rows]
     places = [rows.places[name] for name in chosen]
     found = {name: k for k, name in enumerate(chosen)}
-    dynamics = tree_dynamics_of(mechanism, rows.motion.state)
-    matrices = weighted_rows(dynamics, [rows.rows[k] for k in places], places)
+    nothing = np.zeros((0, len(mechanism.speeds)))
+    chosen_rows = [rows.rows[k] for k in places]
+    no_rows = nothing, nothing, np.zeros((0, 0)), np.zeros(0)
+    matrices = weighted_rows(rows.dynamics, chosen_rows, places) if places else no_rows
     laws: list[Law] = [Equality() for _ in chosen]
     frictions: list[FrictionLaw] = []
     for element in elements:
@@ -257,7 +268,7 @@ def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
                     laws[found[row.name]] = Friction(len(frictions), component)
                 frictions.append(_friction_law(part, element, rows, found))
     problem = LawProblem(*matrices, tuple(laws), tuple(frictions))
-    return Posed(mechanism, problem, elements, parts, tuple(chosen), dynamics, rows)
+    return Posed(mechanism, problem, elements, parts, tuple(chosen), rows)
 
 
 def _rubs(part: FrictionPart) -> bool:

@@ -227,15 +227,16 @@ class OneWayRun:
         before = Before(now.mode, udot, None, self._bounces)
         if blow is None or before.late(facts, [element], [element.name]):
             found = self._decided(t, x, cause, None)
-            blow, facts = found.blow, found.facts
+            blow, facts, u = found.blow, found.facts, found.facts.u
             if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
                 return None
         else:
-            facts = replace(facts, u=facts.u + blow.jump)
+            u = facts.u + blow.jump
         self._hit(t, blow)
         self._tips.struck(facts)
-        self.jumps.append((len(self.stretches) - 1, t, np.concatenate([facts.q, facts.u])))
-        return self.jumps[-1][2].copy()
+        after = np.concatenate([facts.q, u])
+        self.jumps.append((len(self.stretches) - 1, t, after))
+        return after.copy()
 
     def _known(self, switch: Switch) -> Decided | None:
         """Return how the run goes on where a switch was decided before and leads on in the same way."""

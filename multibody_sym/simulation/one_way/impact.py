@@ -172,7 +172,7 @@ class Bounces:
     def remaining(self, facts: Facts, element: OneWay, udot: Floats, alone: bool) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
 
-        A bouncing point with a rebound speed v that closes with an acceleration a under `udot` (nu,) has 2 v/(a (1 - e))
+        A bouncing point with a rebound speed v that closes with an acceleration a under `udot` (nu,) has 2 v/(a (1-e))
         left in all. Bounces that are lower than what counts as touching are none where others touch as well.
         """
         if not ceases(facts, element) or not (falling := facts.falling(element, udot)) > 0.0:
