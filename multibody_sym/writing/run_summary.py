@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from sys import float_info
 from typing import Any, Final
 
 import numpy as np
@@ -149,12 +150,13 @@ def _events(run: Trajectory, units: Units) -> list[str]:
     changes = [*run.begun, *run.changes]
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
     warnings = [_warning(event["kind"], event["element"], _time(event["t"], units)) for event in told]
-    return [*_changes(changes, units), *_singular(run, units), *warnings]
+    return [*_changes(changes, units, run.t_final * float_info.epsilon), *_singular(run, units), *warnings]
 
 
-def _changes(changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
-    """Return what began to stick, slide, open or close, and when."""
-    told = [f"  t = {units.said(event['t'], 's', '.10g')}: {event['element']} {event['kind']}" for event in changes]
+def _changes(changes: Sequence[Mapping[str, Any]], units: Units, no_time: float) -> list[str]:
+    """Return what began to stick, slide, open or close, and when; `no_time` (s) is too short to be told from none."""
+    times = [units.said(event["t"] if abs(event["t"]) > no_time else 0.0, "s", ".10g") for event in changes]
+    told = [f"  t = {t}: {event['element']} {event['kind']}" for t, event in zip(times, changes, strict=True)]
     more = [f"  ... {len(told) - _MOST} more"] if len(told) > _MOST else []
     return ["changes of what holds one way only:", *told[:_MOST], *more] if told else []
 

@@ -62,6 +62,11 @@ class Scale:
         """The angular velocity (rad/s) that goes with the speed."""
         return self.speed / self.length
 
+    @property
+    def time(self) -> float:
+        """The time (s) in which the fastest passes the model's size; 1 s where nothing moves and nothing falls."""
+        return self.length / self.speed if self.speed else 1.0
+
 
 def scale_of(motion: Motion) -> Scale:
     """Return how far a body or named point is from the origin (1 m where all are at it), and how fast the fastest is.
@@ -230,7 +235,7 @@ class Posed(PosedLaws):
 
         A difference quotient between the state and one a little later; exactly zero where nothing changes.
         """
-        step = _LITTLE * self.rows.scale.length / self.rows.scale.speed if self.rows.scale.speed else _LITTLE
+        step = _LITTLE * self.rows.scale.time
         udot = accelerations_of(self.dynamics, state.x)
         rows = self.rows.later(step, udot)
         places = [rows.places[name] for name in self.names]

@@ -182,7 +182,7 @@ def _ahead(
     """
     mechanism = facts.laws.mechanism
     rates = np.array(coordinate_rates(mechanism, facts.q.tolist(), facts.u.tolist()), dtype=float)
-    for soon in (part * facts.scale.length / facts.scale.speed for part in SOON):
+    for soon in (part * facts.scale.time for part in SOON):
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * before.udot, facts.scale)
         there = posed(later, touching)
         found = _found(there, before.mode).states

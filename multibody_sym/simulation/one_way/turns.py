@@ -189,7 +189,7 @@ def followed(
 def _ahead(turn: Turn, before: Acting, cause: int, facts: Facts, rates: tuple[Floats, Floats]) -> Solved | None:
     """Return what holds soon after, where forces have clearly left the limit of the mode before, which hold now."""
     for part in (0.0, *SOON):
-        soon = part * facts.scale.length / facts.scale.speed
+        soon = part * facts.scale.time
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates[0], facts.u + soon * rates[1], facts.scale)
         ended = _holds(turn, later, before, cause)
         if ended is None:
