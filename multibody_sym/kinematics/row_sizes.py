@@ -20,6 +20,7 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.wrenches import NO_WRENCH
 from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Edge, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.impacts import JumpRow, MeetingRow
@@ -83,7 +84,11 @@ def power_terms(motion: Motion, rows: Sequence[RowMotion]) -> list[S]:
     """
     bodies = _bodies(motion)
     return [
-        sum(_length(f) * body.V + _length(m) * body.W for body, (f, m) in zip(bodies, row.of_body, strict=True))
+        sum(
+            _length(wrench[0]) * body.V + _length(wrench[1]) * body.W
+            for body, wrench in zip(bodies, row.of_body, strict=True)
+            if wrench is not NO_WRENCH
+        )
         for row in rows
     ]
 

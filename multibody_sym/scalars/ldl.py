@@ -29,7 +29,7 @@ class Factors:
         """Return L^-T right (n)."""
         x = list(right)
         for k in range(len(x) - 1, -1, -1):
-            for i, factor in self.below[k]:
+            for i, factor in self.below[k] if x[k] is not ZERO else ():
                 x[i] = x[i] - factor * x[k]
         return x
 
@@ -43,7 +43,8 @@ class Factors:
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n): forces in the coordinates in which the mass matrix is the unit matrix."""
-        return [x * (1 / sqrt(d)) for x, d in zip(self.from_right(right), self.pivots, strict=True)]
+        found = zip(self.from_right(right), self.pivots, strict=True)
+        return [x if x is ZERO else x * (1 / sqrt(d)) for x, d in found]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n): accelerations from those coordinates."""

@@ -22,6 +22,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.row_sizes import power_terms
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.kinematics.wrenches import NO_WRENCH
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import AngleRow, Row
 from multibody_sym.program.program import Program
@@ -112,7 +113,8 @@ def _closing(
 
 def _largest(row: RowMotion) -> Node:
     """Return the largest component of the wrenches of a unit multiplier."""
-    parts = (as_node(absolute(as_node(x))) for wrench in row.of_body for part in wrench for x in part)
+    exerted = (wrench for wrench in row.of_body if wrench is not NO_WRENCH)
+    parts = (as_node(absolute(as_node(x))) for wrench in exerted for part in wrench for x in part)
     return reduce(maximum, (x for x in dict.fromkeys(parts) if x is not ZERO), ZERO)
 
 

@@ -24,6 +24,7 @@ from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
 
 
@@ -65,7 +66,7 @@ class TreeFactors:
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n)."""
         remaining = self._inward(right, [_NOTHING] * len(self.freedoms))
-        return [e * (1 / sqrt(d)) for e, d in zip(remaining, self._pivots(), strict=True)]
+        return [e if e is ZERO else e * (1 / sqrt(d)) for e, d in zip(remaining, self._pivots(), strict=True)]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n)."""
@@ -80,6 +81,8 @@ class TreeFactors:
             right = axes.forces(right)
         carried, remaining = list(of_body), list(right)
         for index in range(len(carried) - 1, -1, -1):
+            if carried[index] is _NOTHING and all(right[freedom.speed] is ZERO for freedom in self.freedoms[index]):
+                continue
             left, wrench = inward(self.freedoms[index], right, carried[index])
             for freedom, e in zip(self.freedoms[index], left, strict=True):
                 remaining[freedom.speed] = e
