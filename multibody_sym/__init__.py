@@ -209,6 +209,9 @@ if not TYPE_CHECKING:  # type checkers see the names above, and none that is not
         from importlib import import_module
 
         value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        if type(value) is type(__getattr__):  # a function: wrong arguments are told, and pickles find it here
+            value = import_module(f"{__name__}.model.declaration.doors").door(value)
+            value.__module__ = __name__
         globals()[name] = value
         return value
 

@@ -45,7 +45,8 @@ for part in pkgutil.walk_packages(mbs.__path__, "multibody_sym."):
     if not part.name.endswith("__main__"):
         importlib.import_module(part.name)
 for name, module in mbs._MODULES.items():
-    assert getattr(mbs, name) is getattr(importlib.import_module(f"multibody_sym.{module}"), name), name
+    public, inside = getattr(mbs, name), getattr(importlib.import_module(f"multibody_sym.{module}"), name)
+    assert getattr(public, "__wrapped__", public) is inside, name
 """
 
 

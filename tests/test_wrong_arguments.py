@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.scalars.node import as_node
@@ -24,6 +27,7 @@ joints: {A: {type: planar, parent: ground, child: a, motion: [null, null, 0], in
 constraints: {rod: {type: distance, between: [ground, a], value: 1}}
 """
 SYSTEM = mbs.loads(TEXT)
+RUN = mbs.simulate(SYSTEM, t_end=0.1, samples=2)
 DECIMAL = mbs.loads(TEXT.replace("name: s", "name: s\nparameters: {d: 1}"))
 
 
@@ -70,6 +74,42 @@ def test_elements_tell_which_arguments_do_not_fit(act: Callable[[], Any], messag
         act()
     assert isinstance(caught.value, TypeError)
     assert caught.value.number == "A100"
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda: mbs.solve(SYSTEM, stepps=True), "solve has no argument 'stepps'; did you mean steps"),
+        (lambda: mbs.simulate(SYSTEM, 3), r"simulate takes 1 by their places \(system\), and got 2, 3 .* t_end=\.\."),
+        (lambda: mbs.sweep(vary={}), "sweep is missing system$"),
+        (lambda: mbs.sin(1, a=2), "sin is given a twice"),
+        (lambda: RUN.plot(fil="x.svg"), r"Trajectory\.plot has no argument 'fil'; known: path"),
+    ],
+)
+def test_functions_tell_which_arguments_do_not_fit(act: Callable[[], Any], message: str) -> None:
+    with pytest.raises(mbs.InputError, match=message) as caught:
+        act()
+    assert isinstance(caught.value, TypeError)
+    assert caught.value.number == "A100"
+
+
+def test_every_function_has_words_for_arguments_that_do_not_fit() -> None:
+    functions = [f for f in (getattr(mbs, name) for name in dir(mbs)) if type(f) is FunctionType]
+    functions = [f for f in functions if f.__module__ == "multibody_sym" and not f.__name__.startswith("_")]
+    assert len(functions) > 30
+    for function in functions:
+        assert pickle.loads(pickle.dumps(function)) is function
+        with pytest.raises(mbs.InputError, match=f"^{function.__name__} has no argument 'no_such'"):
+            function(no_such=1)
+
+
+def test_a_type_error_from_within_is_left_alone() -> None:
+    @door
+    def broken(_x: float) -> None:
+        raise TypeError("of the user's own")
+
+    with pytest.raises(TypeError, match=r"^of the user's own$"):
+        broken(1)
 
 
 def test_every_element_has_words_for_arguments_that_do_not_fit() -> None:

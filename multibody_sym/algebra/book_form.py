@@ -20,6 +20,7 @@ from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.sums.grouped import Written, added, multiplied, text
 from multibody_sym.algebra.sums.nested import Nested
+from multibody_sym.expressions.printer import is_halved
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number
@@ -31,6 +32,7 @@ _FEW_TERMS: Final = 12
 _LONGEST: Final = 600
 _MUCH_SHORTER: Final = 0.7
 _SMALL: Final = 12
+_HUNDRED: Final = 100
 _WHOLE: Final = Fraction(1)
 _WHOLE_FOR_DECIMAL: Final = 4
 _FIRST_PAST_TEN: Final = 15
@@ -310,12 +312,13 @@ def _multiples_in_product(field: Field, product: _Product) -> tuple[_Product, li
 
 
 def _with_number(value: Fraction, above: Node, below: Node) -> Node:
-    """Return value x above / below: small denominators stand below, others make a decimal where they can."""
+    """Return value x above / below: short quotients stand on both sides, others make a decimal where they can."""
     if below is ONE:
         return multiply(number(value), above)
     if is_long(value):
         return divide(multiply(number(value), above), below)
-    if value.denominator <= _SMALL or not is_exact_decimal(value.denominator):
+    short = value.denominator <= _SMALL or max(value.numerator, value.denominator) < _HUNDRED or is_halved(value)
+    if short or not is_exact_decimal(value.denominator):
         above, below = multiply(number(value.numerator), above), multiply(number(value.denominator), below)
         return divide(above, below)
     return divide(multiply(number(value), above), below)

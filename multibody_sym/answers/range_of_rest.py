@@ -31,8 +31,8 @@ class RestBound:
     """An end of a range of rest: its `value` (SI; None where the range has no end there), and what `gives_way` beyond.
 
     `expression` is its closed form in the names of the model, `exact` the same with all declared numbers put in; None
-    where none was found. Nothing gives way where the range ends with the values that were looked at, or with those that
-    the parameter may have.
+    where none was found. Where there is no position beyond, as bodies would cross, `gives_way` says so; nothing gives
+    way where the range ends with the values that were looked at.
     """
 
     value: float | None
@@ -114,7 +114,7 @@ def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfR
     low, high = (None if math.isinf(x) else x for x in found.searched)
     return RangeOfRest(
         entry.name,
-        tuple((rest_bound(position, found, a), rest_bound(position, found, b)) for a, b in found.ranges),
+        tuple((rest_bound(position, found, a, -1), rest_bound(position, found, b, 1)) for a, b in found.ranges),
         (low, high),
         {c.name: x for c, x in zip(position.mechanism.coordinates, position.begin.q, strict=True)},
         "rad" if found.kind == "angle" else unit_of(entry),
@@ -165,17 +165,34 @@ def unit_of(entry: ParameterEntry) -> str:
 
 
 _PURE: Final = "1"
+_ASIDE: Final = 1e-6
+"""How far beyond an end (of its size, 1 at least) is looked why it is one."""
 _STILL: Final = 1e-9
 """The speed (m/s) and acceleration (m/s^2) of a row at rest that are none."""
 
 
-def rest_bound(position: Position, found: Ranges, end: RestEnd) -> RestBound:
-    """Return an end for people: in closed form where there is one, and what gives way by name."""
+def rest_bound(position: Position, found: Ranges, end: RestEnd, outward: int) -> RestBound:
+    """Return an end for people: in closed form where there is one, and what gives way by name; `outward`: which end."""
     if math.isinf(end.value):
         return RestBound(None)
     if not (end.equal or end.limits):
-        return RestBound(end.value + 0.0)
+        return RestBound(end.value + 0.0, gives_way=_no_position(position, found, end.value, outward))
     exact = ExactEnd(position.mechanism, found.parameter, end)
     motion = position.motion({found.parameter: end.value}, moves=True)
     named = causes(position.statics, end.limits, motion)
     return RestBound(end.value + 0.0, exact.symbolic(), exact.exact(), named)
+
+
+def _no_position(position: Position, found: Ranges, end: float, outward: int) -> tuple[str, ...]:
+    """Return why there is no position beyond an end where forces do not contradict; none where the search ends."""
+    beyond = end + outward * _ASIDE * max(abs(end), 1.0)
+    if not found.searched[0] <= beyond <= found.searched[1]:
+        return ()
+    entry = next(entry for entry in position.mechanism.parameters if entry.name == found.parameter)
+    if entry.positive and beyond <= 0.0:
+        return (f"{entry.name} is declared positive",)
+    motion = position.motion({entry.name: beyond}, moves=True)
+    if motion is None:
+        return ("there is no such position beyond",)
+    place = position.crossing(motion)
+    return () if place is None else (f"bodies would cross at {place}",)

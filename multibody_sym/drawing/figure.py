@@ -9,6 +9,7 @@ from multibody_sym.drawing.picture import Picture
 from multibody_sym.drawing.svg import svg
 from multibody_sym.errors import ArgumentError, InputError, Where, shown
 from multibody_sym.formats.files import path_name, write_whole
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.records import dataclass
 
 ENDINGS: Final = (".svg", ".png", ".pdf", ".tex")
@@ -48,6 +49,7 @@ class Figure:
         """Width and height in points (1/72 inch)."""
         return self.picture.width, self.picture.height
 
+    @door
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the figure as SVG, PNG, PDF or TeX by the ending of `path`, the same bytes every time.
 
@@ -55,6 +57,7 @@ class Figure:
         """
         write_whole(path, self.content(ending_of(path)))
 
+    @door
     def content(self, ending: str) -> bytes:
         """Return the figure as the content of a file with an ending of ENDINGS. Raises InputError, OutputError."""
         if not isinstance(ending, str) or ending not in ENDINGS:

@@ -14,7 +14,8 @@ from multibody_sym.scalars.traversal import postorder
 LONGEST_TEXT: Final = 100_000
 _LONGEST_DECIMAL: Final = 25
 _SMALLEST_PART_OF_PI: Final = 1800  # a tenth of a degree, or 3*pi/10 for 54 degrees
-_LARGE_POWERS_OF_TWO: Final = frozenset(2**k for k in range(7, 17))  # m/256, not 0.00390625*m
+_POWERS_OF_TWO: Final = frozenset(2**k for k in range(17))  # m/256, not 0.00390625*m
+_HUNDRED: Final = 100
 _EXACT_BITS: Final = 256  # past which a quotient of numbers is no longer exact
 OR, AND, COMPARISON, SUM, PRODUCT, POWER, ATOM = 4, 6, 10, 20, 30, 40, 50
 
@@ -165,12 +166,18 @@ def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:
 def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, Piece]) -> Piece:
     """Return factor * n, where factor > 0: `m*r^2/12`, `2*x/3`, `0.1*x`, `3*x/256`."""
     above, below = factor.numerator, factor.denominator
-    small = (below < 10 and above < 10) or (above == 1 and below < 100 and below % 10 != 0 and below % 25 != 0)
-    small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or below in _LARGE_POWERS_OF_TWO
+    small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
+    small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
     if not small and below != 1 and _decimal(Fraction(factor)):
         return Piece(f"{_exact(factor).text}*{_led(n, pieces)}", PRODUCT)
     product = f"{_exact(above).text}*{_led(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
     return Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
+
+
+def is_halved(value: int | Fraction) -> bool:
+    """Return whether a number is written over a power of two: `5*x/16`, `m/256`; `122.625*x` is 12.5 times 9.81."""
+    above, below = abs(value.numerator), value.denominator
+    return below in _POWERS_OF_TWO and (above < _HUNDRED or below > _HUNDRED)
 
 
 def _led(n: Node, pieces: dict[Node, Piece]) -> str:

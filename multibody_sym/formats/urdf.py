@@ -77,7 +77,7 @@ def load_urdf(
     except InputError as error:
         raise error.located(file=name) from None
     for note in notes(robot, damping=damping, mimic=mimic):
-        warnings.warn(note, UrdfNotice, stacklevel=2)
+        warnings.warn(note, UrdfNotice, stacklevel=3)  # past the door of public functions
     return system
 
 

@@ -33,9 +33,9 @@ def _odd(op: str, a: Node) -> Node:
     if a is ZERO:
         return ZERO
     if a.op == "neg":
-        return negate(_odd(op, a.args[0]))
+        return negate(BUILD[op](a.args[0]))
     if a.op in ("number", "real") and a.data < 0:
-        return negate(_odd(op, negate(a)))
+        return negate(BUILD[op](negate(a)))
     return unary(op, a)
 
 
@@ -96,9 +96,19 @@ def log(a: Node) -> Node:
     return ZERO if a is ONE else unary("log", a)
 
 
+def asin(a: Node) -> Node:
+    """Return the arc sine of a, pi/2 of 1."""
+    return divide(PI, number(2)) if a is ONE else _odd("asin", a)
+
+
 def acos(a: Node) -> Node:
-    """Return the arc cosine of a."""
-    return ZERO if a is ONE else unary("acos", a)
+    """Return the arc cosine of a, 0 of 1 and pi/2 of 0."""
+    return ZERO if a is ONE else divide(PI, number(2)) if a is ZERO else unary("acos", a)
+
+
+def atan(a: Node) -> Node:
+    """Return the arc tangent of a, pi/4 of 1."""
+    return divide(PI, number(4)) if a is ONE else _odd("atan", a)
 
 
 def cosh(a: Node) -> Node:
@@ -142,7 +152,7 @@ def where(condition: Node, a: Node, b: Node) -> Node:
 
 BUILD: Final[dict[str, Callable[..., Node]]] = {
     "neg": negate, "add": add, "mul": multiply, "div": divide, "pow": power, "sin": sin, "cos": cos,
-    "tan": lambda a: _odd("tan", a), "asin": lambda a: _odd("asin", a), "acos": acos, "atan": lambda a: _odd("atan", a),
+    "tan": lambda a: _odd("tan", a), "asin": asin, "acos": acos, "atan": atan,
     "atan2": atan2, "sinh": lambda a: _odd("sinh", a), "cosh": cosh, "tanh": lambda a: _odd("tanh", a), "exp": exp,
     "log": log, "sqrt": sqrt, "abs": absolute, "sign": sign, "min": minimum, "max": maximum, "less": less,
     "less_equal": less_equal, "where": where,

@@ -12,6 +12,7 @@ import numpy as np
 from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.tables import Table
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.parts import Part
@@ -146,6 +147,7 @@ class Samples:
         """Why reactions are withheld, and what to declare instead."""
         return list(self.ready.told.withheld_reasons)
 
+    @door
     def table(self, units: str | Sequence[str] | Units | None = None) -> Table:
         """Return time, coordinates, speeds and outputs as columns, with the units that are known.
 

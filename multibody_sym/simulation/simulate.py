@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from multibody_sym.model.declaration.doors import callback, flag
+from multibody_sym.model.declaration.doors import callback, door, flag
 from multibody_sym.model.declaration.settings import Baumgarte
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes, with_settings
@@ -121,6 +121,7 @@ class Prepared:
     native: bool = False
     backend: Backend | None = None
 
+    @door
     def run(
         self,
         *,
@@ -162,6 +163,7 @@ class Prepared:
     def _others(self) -> dict[str, Prepared]:
         return {}
 
+    @door
     def runs(
         self, parameters: Columns, initial: Columns
     ) -> Iterator[Callable[[Progressed], Trajectory]]:

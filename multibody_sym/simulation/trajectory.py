@@ -13,6 +13,7 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.integrators.flow import Status
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.integration import Integration
@@ -269,6 +270,7 @@ class Trajectory(Samples):
             "interrupted": self.interrupted,
         }
 
+    @door
     def plot(
         self,
         path: str | os.PathLike[str] | None = None,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, OutputError, shown, suggestion
 from multibody_sym.expressions.chosen_units import Units, chosen_units
-from multibody_sym.model.declaration.doors import names
+from multibody_sym.model.declaration.doors import door, names
 from multibody_sym.records import dataclass
 from multibody_sym.studies import tables
 from multibody_sym.studies.plan import Plan
@@ -90,6 +90,7 @@ class Study:
             **table,
         }
 
+    @door
     def plot(
         self,
         path: str | os.PathLike[str] | None = None,

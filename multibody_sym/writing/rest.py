@@ -23,15 +23,22 @@ def rest_text(found: RangeOfRest, units: Units = SI) -> str:
 
 def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) -> str:
     name = found.parameter
-    if low.value is None and high.value is None:
+    if _is_all(found, low, high):
         return f"rest is possible at every value of {name}"
-    if low.value is not None and low.value == high.value:
-        return f"rest is possible at {name} = {told(low, found.unit, units)}"
-    if high.value is None:
-        return f"rest is possible for {name} >= {told(low, found.unit, units)}"
-    if low.value is None:
-        return f"rest is possible for {name} <= {told(high, found.unit, units)}"
-    return f"rest is possible for {name} from {told(low, found.unit, units)}\n  to {told(high, found.unit, units)}"
+    if low.value is None or high.value is None:
+        end, sign = (high, "<=") if low.value is None else (low, ">=")
+        return f"rest is possible for {name} {sign} {told(end, found.unit, units)}"
+    first, last = told(low, found.unit, units), told(high, found.unit, units)
+    if units.said(low.value, found.unit) == units.said(high.value, found.unit):
+        return f"rest is possible only for {name} = {min(first, last, key=len)}"
+    return f"rest is possible for {name} from {first}\n  to {last}"
+
+
+def _is_all(found: RangeOfRest, low: RestBound, high: RestBound) -> bool:
+    """Return whether a range is all values that were looked at: without ends, or a whole turn."""
+    if low.value is None or high.value is None:
+        return low.value is high.value
+    return found.unit == "rad" and not low.gives_way + high.gives_way and isclose(high.value - low.value, 2 * pi)
 
 
 def told(bound: RestBound, unit: str, units: Units = SI) -> str:

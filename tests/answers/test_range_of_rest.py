@@ -12,6 +12,7 @@ import pytest
 from scipy.optimize import brentq
 
 import multibody_sym as mbs
+from multibody_sym.answers.range_of_rest import RestBound
 from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, NoSolutionError
 from multibody_sym.expressions.chosen_units import chosen_units
@@ -169,6 +170,7 @@ def test_a_ladder_against_a_rough_wall():
     answer = found(LADDER, "a")
     assert answer.rest == [pytest.approx((math.atan((1 - 0.12) / 0.8), math.pi / 2), rel=1e-13)]
     assert answer.ends[0][0].gives_way == ("slips at floor", "slips at wall")
+    assert answer.ends[0][1].gives_way == ("bodies would cross at wall",)
     assert text(answer.ends[0][0].exact) == "atan(1.1)"
     least = found(LADDER, "mu")
     assert least.rest == [(pytest.approx(1 / (0.3 + 2 * math.tan(math.pi / 3)), rel=1e-13), None)]
@@ -180,6 +182,29 @@ def test_what_friction_is_no_matter_of():
     assert found(LADDER, "m").rest == [(0.0, None)]
     assert found(LADDER, "m", mu=0.2).rest == []
     assert "at no value of m" in rest_text(found(LADDER, "m", mu=0.2))
+
+
+def test_what_ends_a_range_without_forces_is_told():
+    """A weight on a rough rail rests up to atan b, from 0 where the angle is declared positive."""
+    rail = """
+multibody_sym: 1
+name: rail
+gravity: [0, -g, 0]
+parameters: {g: 10, m: 2, a: {value: 30 deg, positive: true}, b: 0.2}
+bodies: {ground: {frames: {slope: {rotate: [{axis: z, angle: a}]}}}, w: {mass: m}}
+joints: {j: {type: prismatic, parent: ground.slope, child: w, axis: x}}
+forces: {rub: {type: friction, joint: j, static: b}}
+"""
+    low, high = found(rail, "a").ends[0]
+    assert (low.value, low.gives_way) == (0.0, ("a is declared positive",))
+    assert (high.value, high.gives_way) == (pytest.approx(math.atan(0.2), rel=1e-13), ("slips at rub",))
+
+
+def test_one_value_and_all_of_them_are_told_as_such():
+    one, turn = mbs.RangeOfRest("F", ((RestBound(2.5), RestBound(2.5 + 1e-13)),), (None, None), unit="N"), math.pi
+    assert rest_text(one) == "rest is possible only for F = 2.5 N"
+    whole = mbs.RangeOfRest("a", ((RestBound(-turn), RestBound(turn)),), (-turn, turn), unit="rad")
+    assert rest_text(whole).startswith("rest is possible at every value of a\nnote: looked for through a whole turn")
 
 
 def test_friction_in_space_is_a_circle():

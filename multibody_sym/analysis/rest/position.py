@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Limit, Statics, statics
-from multibody_sym.analysis.rest.touching import TOUCHING, height, out_of_touch, size_of, with_planes
+from multibody_sym.analysis.rest.touching import TOUCHING, crossed, height, out_of_touch, size_of, with_planes
 from multibody_sym.dynamics.constraints.closing import normalize
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.constants import measured_rows, with_constants
@@ -107,7 +107,7 @@ class Position:
         """Return all rows, those that are out of touch without force; None where bodies would cross each other."""
         found = row_motions(motion)
         apart = out_of_touch(self.statics, motion, found)
-        if apart is None or self.inside_out(motion):
+        if apart is None or self.inside_out(motion) is not None:
             return None
         return [_without_force(row) if k in apart else row for k, row in enumerate(found)]
 
@@ -118,9 +118,14 @@ class Position:
         pairs = with_planes(self.mechanism)
         return () if motion is None else tuple(p for p in pairs if height(motion, *p) > TOUCHING * size_of(motion))
 
-    def inside_out(self, motion: Motion) -> bool:
-        """Return whether a body's centre of mass is inside of what it touches and is declared outside of it."""
-        return any(height(motion, *pair) < -_BEYOND * size_of(motion) for pair in self.sides)
+    def inside_out(self, motion: Motion) -> str | None:
+        """Return the contact where a body's centre of mass is inside of what it is declared outside of, if any."""
+        inside = (com.name for com, flat in self.sides if height(motion, com, flat) < -_BEYOND * size_of(motion))
+        return next(inside, None)
+
+    def crossing(self, motion: Motion) -> str | None:
+        """Return the declared contact, rope or stop at which bodies would cross each other, if any."""
+        return crossed(self.statics, motion, row_motions(motion)) or self.inside_out(motion)
 
     def conditions(self, values: dict[str, float], limits: Sequence[Limit], moves: bool) -> Conditions | None:
         """Return the conditions of rest in floats for values of parameters; None where there is no such position."""

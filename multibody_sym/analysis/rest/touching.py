@@ -16,6 +16,7 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.scalars.vectors import dot, subtract
 
 TOUCHING: Final = 1e-9
@@ -30,10 +31,7 @@ def size_of(motion: Motion) -> float:
 def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> frozenset[int] | None:
     """Return the rows of what does not touch; None where something is inside of what it may only touch."""
     near, found = TOUCHING * size_of(motion), set[int]()
-    for element in statics.mechanism.one_way:
-        if not element.unilateral:
-            continue
-        gap = float(rows[statics.place(element.normals[0])].phi)
+    for element, gap in _gaps(statics, rows):
         if gap < -near and not element.open:
             return None
         if gap > near or element.open:
@@ -41,8 +39,22 @@ def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) ->
     return frozenset(found)
 
 
+def crossed(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> str | None:
+    """Return the declared contact, rope or stop at which something is inside of what it may only touch, if any."""
+    near = TOUCHING * size_of(motion)
+    found = (element for element, gap in _gaps(statics, rows) if gap < -near and not element.open)
+    return next((element.group or element.name for element in found), None)
+
+
+def _gaps(statics: Statics, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay, float]]:
+    """Yield what may open with its gap."""
+    for element in statics.mechanism.one_way:
+        if element.unilateral:
+            yield element, float(rows[statics.place(element.normals[0])].phi)
+
+
 def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
-    """Yield for each contact with an endless plane the other body's centre of mass and the plane."""
+    """Yield for each contact with an endless plane the other body's centre of mass, named so, and the plane."""
     for element in mechanism.one_way:
         for row in element.normals:
             if isinstance(row, ContactRow):
@@ -50,7 +62,7 @@ def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
                 others = [skin for skin in row.skins if not isinstance(skin, Flat)]
                 if planes and others and others[0].place.body >= 0:
                     body = others[0].place.body
-                    yield Marker("", body, Pose(mechanism.bodies[body].mass.com)), planes[0]
+                    yield Marker(element.group or element.name, body, Pose(mechanism.bodies[body].mass.com)), planes[0]
 
 
 def height(motion: Motion, com: Marker, plane: Flat) -> float:

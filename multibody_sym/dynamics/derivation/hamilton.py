@@ -257,7 +257,7 @@ def _steps(
         coordinate_step(mechanism),
         *(() if named.definitions else position_steps(mechanism, symbols, names)),
         *energy_steps(mechanism, symbols, shown, notation),
-        Step(MOMENTA, tuple(by_speed), "p = dT/du"),
+        Step(MOMENTA, tuple(by_speed), "by definition: p = dT/du"),
         Step("Speeds by momenta", tuple(by_momenta)),
         *constants_step(mechanism, symbols, ready.told.constants),
         Step(FUNCTION, (Equation(Label("H", "H"), found.function),), note),
@@ -289,7 +289,7 @@ def _meaning_of_function(
 
 
 def _meaning_of_equations(mechanism: Mechanism, found: _Found) -> str:
-    lines = ["q' = dH/dp, p' = -dH/dq" + (" + Q" if any(x != 0 for x in found.forces) else "")]
+    lines = ["in general: q' = dH/dp, p' = -dH/dq" + (" + Q" if any(x != 0 for x in found.forces) else "")]
     if found.rows:
         lines[0] += " + H^T lambda, with the constraints"
     if any(body.quaternions for body in mechanism.bodies):

@@ -18,6 +18,7 @@ from multibody_sym.dynamics.derivation.record import Equation, Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ArgumentError, shown
 from multibody_sym.expressions.letters import GREEK, read_parts
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
@@ -232,6 +233,7 @@ class ReadableEquations:
         """Return what has a name, each after what it names."""
         return list(self.definitions)
 
+    @door
     def explicit(self, expression: Any) -> Any:
         """Return an expression or matrix with what every name and number symbol stands for in its place.
 

@@ -175,11 +175,11 @@ def _steps(
         *energy_steps(mechanism, symbols, shown, notation),
         Step(MOMENTA, by_speed, "constant: no energy depends on these coordinates, and no force acts along them"),
         *constants_step(mechanism, symbols, ready.told.constants),
-        Step(FUNCTION, (Equation(Label("R", "R"), found.function),), "R = L - p_c u_c, over the other coordinates"),
+        Step(FUNCTION, (Equation(Label("R", "R"), found.function),), "by definition: R = L - p_c u_c, cyclic c"),
         Step(
             POTENTIAL,
             (Equation(Label("V_eff", r"V_{\mathrm{eff}}"), found.potential),),
             "what R holds without speeds, V - T0 + (p - b) M^-1 (p - b)/2; steady motions are where its slope is Q",
         ),
-        Step(EQUATIONS, equations, "d/dt dR/du - dR/dq = Q, and what the cyclic coordinates do meanwhile"),
+        Step(EQUATIONS, equations, "in general: d/dt dR/du - dR/dq = Q, and what the cyclic coordinates do meanwhile"),
     )

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.formalisms.equations import Friction
 from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, shown
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import number, vector
@@ -76,6 +77,7 @@ class SymbolicEquations(ReadableEquations):
         parts += [] if self.exerted is None else [*self.exerted, *self.coupling]
         return self._counted(parts)
 
+    @door
     def lambdify(self, result: str = "accelerations") -> Callable[..., Any]:
         """Return a NumPy function of (q, u, t=0, parameters=None): arrays (nq,), (nu,), a number, (np,).
 

@@ -2,10 +2,84 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Final
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import wraps
+from typing import Any, Final, ParamSpec, TypeVar
 
-from multibody_sym.errors import ArgumentError, shown
+from multibody_sym.errors import ArgumentError, shown, suggestion
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def door(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return a public function or method that tells which arguments do not fit, as ArgumentError, a TypeError too."""
+
+    @wraps(function)
+    def called(*values: _P.args, **named: _P.kwargs) -> _R:
+        try:
+            return function(*values, **named)
+        except TypeError as error:
+            if not isinstance(error, ArgumentError):
+                _verify_call(function, values, named)
+            raise
+
+    return called
+
+
+def _verify_call(function: Callable[..., Any], values: Sequence[Any], named: Mapping[str, Any]) -> None:
+    """Raise ArgumentError where a function cannot be called so; a TypeError from inside it is none of these."""
+    from inspect import Parameter, signature
+
+    known = signature(function)
+    try:
+        known.bind(*values, **named)
+    except TypeError:
+        every = [x for x in known.parameters.values() if x.kind not in (x.VAR_POSITIONAL, x.VAR_KEYWORD)]
+        method = bool(every) and every[0].name == "self"
+        every, values = (every[1:], values[1:]) if method else (every, values)
+        verify_arguments(
+            function.__qualname__ if method else function.__name__,
+            "argument",
+            {x.name: x.name for x in every if x.default is Parameter.empty},
+            [x.name for x in every if x.kind is not x.KEYWORD_ONLY],
+            [x.name for x in every],
+            values,
+            named,
+        )
+
+
+def verify_arguments(
+    called: str,
+    what: str,
+    needed: Mapping[str, str],
+    places: Sequence[str],
+    every: Sequence[str],
+    values: Sequence[Any],
+    named: Mapping[str, Any],
+    meant: Mapping[str, str] | None = None,
+) -> None:
+    """Raise ArgumentError where what is called cannot take these values by their places and these named ones.
+
+    `every`: all that it takes, `places` those by place; `needed`: what has no default, each as a message tells it;
+    `meant`: what is told of names that it does not have, in place of the nearest.
+    """
+    placed = places[: len(values)]
+    by_name = [name for name in every if name not in placed]
+    for name in named:
+        if name in placed:
+            raise ArgumentError(f"{called} is given {name} twice: by its place and by its name")
+        if name not in by_name:
+            hint = (meant or {}).get(name) or suggestion(name, by_name)
+            raise ArgumentError(f"{called} has no {what} {name!r}{hint}")
+    if len(values) > len(places):
+        taken = f"{len(places)} by their places ({', '.join(places)})" if places else "none by its place"
+        others = f"; give others by name: {', '.join(f'{name}=..' for name in by_name)}" if by_name else ""
+        got = f"{len(values)}, {shown(values[len(places)])} the first too many"
+        raise ArgumentError(f"{called} takes {taken}, and got {got}{others}")
+    missing = [told for name, told in needed.items() if name in by_name and name not in named]
+    if missing:
+        raise ArgumentError(f"{called} is missing {'; '.join(missing)}")
 
 
 def text(name: str, value: Any) -> str:

@@ -9,7 +9,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Final, Self
 
-from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
+from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.model.declaration.doors import verify_arguments
 from multibody_sym.model.declaration.values import (
     Direction,
     Field,
@@ -213,23 +214,16 @@ class Element:
     def verify_call(cls, values: Sequence[Any], named: Mapping[str, Any]) -> None:
         """Raise ArgumentError where an element cannot be made of these arguments, whatever they are."""
         every = fields(cls)
-        taken = [f.name for f in every if not f.kw_only]
-        by_name = [f.name for f in every if f.name not in taken[: len(values)]]
-        for name in named:
-            if name in taken[: len(values)]:
-                raise ArgumentError(f"{cls.__name__} is given {name} twice: by its place and by its name")
-            if name not in by_name:
-                hint = cls.meant.get(name) or suggestion(name, by_name)
-                raise ArgumentError(f"{cls.__name__} has no field {name!r}{hint}")
-        if len(values) > len(taken):
-            places = f"{len(taken)} by their places ({', '.join(taken)})" if taken else "none by its place"
-            others = f"; give others by name: {', '.join(f'{name}=..' for name in by_name)}" if by_name else ""
-            got = f"{len(values)}, {shown(values[len(taken)])} the first too many"
-            raise ArgumentError(f"{cls.__name__} takes {places}, and got {got}{others}")
-        missing = [f for f in every if f.default is MISSING and f.name in by_name and f.name not in named]
-        if missing:
-            wanted = "; ".join(f"{f.name}, {f.metadata['says']}" for f in missing)
-            raise ArgumentError(f"{cls.__name__} is missing {wanted}")
+        verify_arguments(
+            cls.__name__,
+            "field",
+            {f.name: f"{f.name}, {f.metadata['says']}" for f in every if f.default is MISSING},
+            [f.name for f in every if not f.kw_only],
+            [f.name for f in every],
+            values,
+            named,
+            cls.meant,
+        )
 
     def verify_unit(self, name: str, units: str | Sequence[str]) -> None:
         """Raise ModelError where the field `name` was given in another unit than `units`: one for all, or one for each.

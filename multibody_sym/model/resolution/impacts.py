@@ -206,6 +206,7 @@ class _Resolved:
         with at("on"):
             body = self.references.marker(impact.on or "").body
             self._verify_moves(body)
+            self.references.verify_turns(body)
         return BodyTorque(name, body, impact.couple or (ZERO, ZERO, ZERO), self._axes(impact))
 
     def _verify_moves(self, body: int) -> None:

@@ -108,6 +108,7 @@ def _(element: Torque, name: str, references: References) -> Load:
         return JointForce(name, freedom.joint, freedom.rate, element.value)
     with at("on"):
         body = references.marker(element.on or "").body
+        references.verify_turns(body)
     return BodyTorque(name, body, element.value, references.axes(element.frame))
 
 

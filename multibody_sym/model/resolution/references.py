@@ -8,6 +8,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.joints import CurveJoint, PointJoint
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, centre_moves, mass_of, pose_of
@@ -156,6 +157,19 @@ class References:
         """Raise ModelError where no joint has this name."""
         if joint not in self.system.joints:
             raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}", number="M106")
+
+    def verify_turns(self, body: int) -> None:
+        """Raise ModelError where a couple would act on a particle, to which a joint on ground gives no attitude."""
+        for name, joint in self.system.joints.items():
+            placed = isinstance(joint, PointJoint) or (isinstance(joint, CurveJoint) and joint.turns is None)
+            particle = body_part(joint.child, self.system.bodies)[0]
+            on_ground = body_part(joint.parent, self.system.bodies)[0] == GROUND
+            if placed and on_ground and self.numbers[particle] == body:
+                raise ModelError(
+                    f"{particle!r} is a particle, which joint {name!r} never turns, so a couple does nothing to it; "
+                    "leave it out, or give the body an inertia and a joint that lets it turn, such as planar",
+                    number="M110",
+                )
 
     def freedoms(self, joint: str) -> dict[str, Freedom]:
         """Return the freedoms of a joint by the names of their speeds."""

@@ -36,10 +36,11 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
         *((c.name, "a coordinate", ("joints", c.joint)) for c in coordinates),
         *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
         *((name, "an input", ("inputs", name)) for name in system.inputs),
+        *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name not in RESERVED),
     ]
     for name, what, path in declared:
         with at(*path):
-            if name not in RESERVED:
+            if name not in RESERVED and what != _OUTPUT:
                 _verify_name(name, what)
             if name in taken or name in RESERVED:
                 raise ModelError(
@@ -47,7 +48,7 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
                     number="M108",
                 )
         taken[name] = what
-    return taken
+    return {name: what for name, what in taken.items() if what != _OUTPUT}
 
 
 def _verify_name(name: str, what: str) -> None:

@@ -14,6 +14,7 @@ from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import shown as shown_value
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.files import path_name, write_whole
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.plot import plot_of
 from multibody_sym.simulation.samples import Samples
@@ -42,6 +43,7 @@ class Animation:
         page = escape(self.html, quote=True)
         return f'<iframe srcdoc="{page}" style="width:100%;height:640px;border:0" sandbox="allow-scripts"></iframe>'
 
+    @door
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write it as .html, .gif or .mp4, by the ending of `path`. Raises InputError for others, OutputError."""
         ending = animation_name(path)

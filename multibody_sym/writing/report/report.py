@@ -10,6 +10,7 @@ from typing import Any, Final
 from multibody_sym.errors import InputError, Where
 from multibody_sym.expressions.chosen_units import SI, Units, chosen_units
 from multibody_sym.formats.files import path_name, write_whole
+from multibody_sym.model.declaration.doors import door
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.records import dataclass
@@ -37,12 +38,14 @@ class Report:
 
         return page(self.findings, self.units)
 
+    @door
     def latex(self, plot: str | None = None) -> str:
         """Return the report as a LaTeX document; `plot` is the file of the run's plot that it shows."""
         from multibody_sym.writing.report.latex import document
 
         return document(self.findings, self.units, plot)
 
+    @door
     def write(self, path: str | os.PathLike[str]) -> list[str]:
         """Write it as .html or .tex and return the names of the files: LaTeX has the plot of the run beside it.
 

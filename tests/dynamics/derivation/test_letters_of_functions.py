@@ -23,7 +23,8 @@ def test_hamiltons_function_is_not_the_parameter_of_that_letter() -> None:
     assert "T_ = p*x'^2/2" in lines
     assert "H_ = p_x_^2/(2*p) + (H*p_x*L*q + T + V)*x^2/2" in lines
     assert "H_ = T_ + V_; it is constant" in lines
-    assert "p_k = dT_/du" in lines
+    assert "by definition: p_k = dT_/du" in lines
+    assert "in general: q' = dH_/dp_k, p_k' = -dH_/dq" in lines
     assert "x' = p_x_/p" in lines
     assert not [line for line in lines if line.startswith(("H =", "T =", "V =", "p ="))]
 

@@ -43,6 +43,12 @@ def test_what_is_wrong_is_told_with_its_line(section: str, message: str) -> None
     assert message in str(caught.value)
 
 
+def test_a_couple_on_a_particle_is_refused() -> None:
+    placed = HEAD.replace("prismatic, parent: ground, child: b, axis: x}", "point, parent: ground, child: b}")
+    with pytest.raises(mbs.ModelError, match=r"impact\.on: 'b' is a particle, which joint 'B' never turns"):
+        mbs.solve(mbs.loads(f"{placed}impact: {{couple: [0, 0, 1], on: b}}\n"))
+
+
 @pytest.mark.parametrize(
     "section",
     [

@@ -64,6 +64,7 @@ def revolute(parent: str, child: str) -> dict[str, str]:
 
 
 PUSH = {"type": "force", "on": "rod", "value": ["1", "0", "0"]}
+TURN = {"type": "torque", "on": "rod", "value": ["0", "0", "1"]}
 LEFT = {key: x for key, x in BASE["joints"]["A"].items() if key != "q"}
 ERRORS = [
     # references
@@ -87,6 +88,11 @@ ERRORS = [
     ),
     ([("constraints/string/path", ["crank", "whel", "rod"])], "did you mean wheel?", "constraints.string.path.1"),
     ([("pulleys/wheel/at", "ground.p")], "'ground' has no point or frame 'p'", "pulleys.wheel.at"),
+    (
+        [("joints/B", {"type": "point", "parent": "ground", "child": "rod"}), ("forces/turn", TURN)],
+        "'rod' is a particle, which joint 'B' never turns, so a couple does nothing to it; leave it out, or give",
+        "forces.turn.on",
+    ),
     # the tree
     ([("joints/B", None), ("constraints", None), ("outputs", None)], "nothing joins 'rod' to the rest", "bodies.rod"),
     ([("joints/B/parent", "rod.F")], "the joint joins 'rod' to itself", "joints.B.child"),
@@ -99,6 +105,7 @@ ERRORS = [
     ([("parameters/t", "1")], "'t' cannot be a parameter", "parameters.t"),
     ([("parameters/pi", "3")], "'pi' cannot be a parameter: it is reserved", "parameters.pi"),
     ([("inputs/phi", "1")], "'phi' cannot be an input: it is a coordinate", "inputs.phi"),
+    ([("outputs/m", "phi")], "'m' cannot be an output: it is a parameter; choose another name", "outputs.m"),
     ([("parameters/a b", "1")], "'a b' cannot stand in expressions", "parameters.a b"),
     (
         [("joints/left hinge", LEFT), ("joints/A", None), ("forces", None)],
