@@ -164,12 +164,16 @@ class References:
             placed = isinstance(joint, PointJoint) or (isinstance(joint, CurveJoint) and joint.turns is None)
             particle = body_part(joint.child, self.system.bodies)[0]
             on_ground = body_part(joint.parent, self.system.bodies)[0] == GROUND
-            if placed and on_ground and self.numbers[particle] == body:
+            if placed and on_ground and self.numbers[particle] == body and self._is_point(particle):
                 raise ModelError(
                     f"{particle!r} is a particle, which joint {name!r} never turns, so a couple does nothing to it; "
                     "leave it out, or give the body an inertia and a joint that lets it turn, such as planar",
                     number="M110",
                 )
+
+    def _is_point(self, body: str) -> bool:
+        declared = self.system.bodies[body]
+        return declared.inertia is None and declared.shape is None
 
     def freedoms(self, joint: str) -> dict[str, Freedom]:
         """Return the freedoms of a joint by the names of their speeds."""

@@ -89,9 +89,9 @@ ERRORS = [
     ([("constraints/string/path", ["crank", "whel", "rod"])], "did you mean wheel?", "constraints.string.path.1"),
     ([("pulleys/wheel/at", "ground.p")], "'ground' has no point or frame 'p'", "pulleys.wheel.at"),
     (
-        [("joints/B", {"type": "point", "parent": "ground", "child": "rod"}), ("forces/turn", TURN)],
+        [("joints/B", {**revolute("ground", "rod"), "type": "point"}), ("bodies/rod/inertia", None), ("forces/c", TURN)],
         "'rod' is a particle, which joint 'B' never turns, so a couple does nothing to it; leave it out, or give",
-        "forces.turn.on",
+        "forces.c.on",
     ),
     # the tree
     ([("joints/B", None), ("constraints", None), ("outputs", None)], "nothing joins 'rod' to the rest", "bodies.rod"),
