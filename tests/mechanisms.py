@@ -468,7 +468,10 @@ def _torque(build: _Builder, inputs: Mapping[str, Any]) -> Torque:
     if joint and build.rng.random() < 0.5:
         return Torque(build.expression(time=True, inputs=inputs), joint=joint)
     value = [build.uniform(), 0, build.expression(inputs=inputs)]
-    return Torque(value, on=build.some(build.names), frame=build.some(["ground", *build.names]))
+    on = build.some(build.names)
+    if build.bodies[on].inertia is None:  # no couple acts on a particle
+        on = next((name for name in build.names if build.bodies[name].inertia is not None), "ground")
+    return Torque(value, on=on, frame=build.some(["ground", *build.names]))
 
 
 def _spring(build: _Builder, inputs: Mapping[str, Any]) -> SpringDamper:

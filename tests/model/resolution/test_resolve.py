@@ -89,7 +89,7 @@ ERRORS = [
     ([("constraints/string/path", ["crank", "whel", "rod"])], "did you mean wheel?", "constraints.string.path.1"),
     ([("pulleys/wheel/at", "ground.p")], "'ground' has no point or frame 'p'", "pulleys.wheel.at"),
     (
-        [("joints/B", {**revolute("ground", "rod"), "type": "point"}), ("bodies/rod/inertia", None), ("forces/c", TURN)],
+        [("joints/B", revolute("ground", "rod") | {"type": "point"}), ("bodies/rod/inertia", None), ("forces/c", TURN)],
         "'rod' is a particle, which joint 'B' never turns, so a couple does nothing to it; leave it out, or give",
         "forces.c.on",
     ),
