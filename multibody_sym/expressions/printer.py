@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 from multibody_sym.errors import ExpressionError
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.traversal import postorder
 
 LONGEST_TEXT: Final = 100_000
 _LONGEST_DECIMAL: Final = 25
@@ -20,6 +19,10 @@ _EXACT_BITS: Final = 256  # past which a quotient of numbers is no longer exact
 OR, AND, COMPARISON, SUM, PRODUCT, POWER, ATOM = 4, 6, 10, 20, 30, 40, 50
 
 
+_MOST_KEPT: Final = 20_000
+_LONGEST_KEPT: Final = 2_000
+
+
 class Piece(NamedTuple):
     """The text of a sub-expression and how strongly its outermost operator binds."""
 
@@ -27,18 +30,32 @@ class Piece(NamedTuple):
     strength: int
 
 
+_kept: Final[list[dict[Node, Piece]]] = [{}]
+"""What has been printed, with all its parts: formulas that are tried one after the other share most of theirs."""
+
+
 def text(node: Node) -> str:
     """Return `node` in the model's own language, such that the parser returns the identical Node.
 
     Slots, which only programs hold, print as `q[0]`. Raises ExpressionError past `LONGEST_TEXT` characters.
     """
-    pieces: dict[Node, Piece] = {}
-    for n in postorder([node]):
-        piece = _PRINTERS.get(n.op, _function)(n, pieces) if n.args else _leaf(n)
-        if len(piece.text) > LONGEST_TEXT:
-            raise ExpressionError(f"the expression is longer than {LONGEST_TEXT} characters; give its parts names")
-        pieces[n] = piece
-    return pieces[node].text
+    pieces, waiting = _kept[0], [node]
+    while waiting:
+        n = waiting[-1]
+        lacking = [a for a in n.args if a not in pieces]
+        if lacking:
+            waiting.extend(reversed(lacking))
+            continue
+        waiting.pop()
+        if n not in pieces:
+            pieces[n] = _PRINTERS.get(n.op, _function)(n, pieces) if n.args else _leaf(n)
+            if len(pieces[n].text) > LONGEST_TEXT:
+                _kept[0] = {}
+                raise ExpressionError(f"the expression is longer than {LONGEST_TEXT} characters; give its parts names")
+    found = pieces[node].text
+    if len(pieces) > _MOST_KEPT or len(found) > _LONGEST_KEPT:
+        _kept[0] = {}
+    return found
 
 
 def _within(piece: Piece, strength: int) -> str:
