@@ -26,6 +26,7 @@ from multibody_sym.scalars.traversal import leaves
 PRECISE: Final = MPContext()
 PRECISE.dps = 50
 _NOTHING: Final = PRECISE.mpf(10) ** -30
+_UNITS: Final = (1, -1)
 _MOST_TERMS: Final = 400
 _MOST_BITS: Final = 1000
 """Of an integer coefficient, so that it is a floating-point number: eighteen numbers of sixteen digits, multiplied."""
@@ -87,7 +88,7 @@ class Quotient:
         if exponent < 0:
             if self.vanishes:
                 raise NoClosedFormError("a divisor vanishes at the given values")
-            base = Quotient(self.field, self.below, self.above, 1 / self.sample)
+            base = self.field.made(self.below, self.above, 1 / self.sample)
         result = self.field.constant(1)
         for _ in range(abs(exponent)):
             result = result * base
@@ -206,6 +207,9 @@ class Field:
 
     def product_of(self, a: Quotient, b: Quotient) -> Quotient:
         """Return a b."""
+        for one, other in ((a, b), (b, a)):
+            if one.above in _UNITS and one.below == 1:
+                return other if one.above == 1 else -other
         above, below, other, other_below = (self.in_ring(p) for p in (a.above, a.below, b.above, b.below))
         self.spend(len(above) * len(other) + len(below) * len(other_below))
         return self.made(above * other, below * other_below, a.sample * b.sample)

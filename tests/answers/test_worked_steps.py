@@ -156,6 +156,12 @@ def test_a_hinged_body_has_moments_about_the_hinge() -> None:
     assert formulas(worked, "bob, cut free")[-1] == "m*l^2*theta'' = -sqrt(3)*m*g*l/2"
 
 
+def test_elimination_is_carried_through_where_its_formulas_are_short() -> None:
+    # by hand: T = (m + M) r^2 phi'^2/2 and V = (3 m/2 + M) g r sin(phi), at 60 degrees
+    worked = steps(mbs.load(EXAMPLES / "three_cranks.yaml"))
+    assert formulas(worked, "Elimination")[-1] == "phi'' = -(2*M + 3*m)*g/(4*(m + M)*r)"
+
+
 def test_a_loop_too_long_to_eliminate_tells_its_accelerations_in_letters() -> None:
     # by hand: s^2 - 2 r s cos(phi) + r^2 = l^2, differentiated twice, whatever phi'' is
     worked = steps(mbs.load(EXAMPLES / "slider_crank.yaml"))

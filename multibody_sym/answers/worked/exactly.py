@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Final
 
 import sympy
@@ -70,10 +71,15 @@ class Exactly:
     def written(self, quotient: Quotient) -> Any:
         """Return a quotient in sympy; raises NoClosedFormError where it is too long to be read."""
         if self.numbers:
-            value = Fraction(f"{float(quotient.sample):.12g}")
-            near = value if abs(value - round(value)) > _NEAR else Fraction(round(value))
-            return sympy.Rational(near.numerator, near.denominator)
+            return in_number(quotient)
         return to_sympy(with_doubles(book_form(doubled(quotient))), self._leaves)
+
+
+def in_number(quotient: Quotient) -> Any:
+    """Return a quotient's value in sympy, as a decimal of 12 digits."""
+    value = Fraction(f"{float(quotient.sample):.12g}")
+    near = value if abs(value - round(value)) > _NEAR else Fraction(round(value))
+    return sympy.Rational(near.numerator, near.denominator)
 
 
 @dataclass
@@ -155,7 +161,7 @@ class Equality:
     tag: int = 0
     about_turning: bool = field(default=False)
 
-    @property
+    @cached_property
     def form(self) -> Linear:
         """Left less right, which is zero."""
         return self.left.plus(self.right, -1)

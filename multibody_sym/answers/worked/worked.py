@@ -21,7 +21,7 @@ from multibody_sym.answers.worked.by_letters import ByLetters
 from multibody_sym.answers.worked.directions import short
 from multibody_sym.answers.worked.elimination import Elimination, Found, arranged
 from multibody_sym.answers.worked.equations import Equations
-from multibody_sym.answers.worked.exactly import Equality, Linear, shown
+from multibody_sym.answers.worked.exactly import Equality, Linear, in_number, shown
 from multibody_sym.answers.worked.given import given_lines
 from multibody_sym.answers.worked.grips import gripping_ratio
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
@@ -343,8 +343,8 @@ class _Work:
         try:
             return shown(self.exactly, form)
         except NoClosedFormError:
-            parts = [sympy.Float(float(a.sample), 12) * x for x, a in form.terms.items()]
-            return sympy.Add(sympy.Float(float(form.rest.sample), 12), *parts)
+            parts = [in_number(a) * x for x, a in form.terms.items()]
+            return sympy.Add(in_number(form.rest), *parts)
 
     def _result(self) -> Iterator[Line]:
         unsolved = self._unsolved()
