@@ -16,7 +16,7 @@ from multibody_sym.algebra.angles.squares import contracted, trigonometric_forms
 from multibody_sym.algebra.angles.tangents import with_tangents
 from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
 from multibody_sym.algebra.decimals import is_exact_decimal, is_long
-from multibody_sym.algebra.factors import Poly, factored
+from multibody_sym.algebra.factors import Poly, cofactors, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.sums.grouped import Written, added, multiplied, text
 from multibody_sym.algebra.sums.nested import Nested
@@ -130,7 +130,7 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
     turned = 1 if product.number > 0 else -1
     shares = [field.cancelled(field.ring.from_dict(x) * turned, divisor) for x in parts.values()]
     outside = replace(product, number=abs(product.number), factors=tuple(others))
-    shared = factored(reduce(lambda a, b: a.gcd(b), (below for _, below in shares)))[1]
+    shared = factored(reduce(lambda a, b: cofactors(a, b)[0], (below for _, below in shares)))[1]
     under = reduce(mul, (p**e for p, e in shared), field.ring.one)
     taken = replace(outside, factors=(*outside.factors, *((p, -e) for p, e in shared)))
     ways = [_sum_of_shares(field, outside, shares)]

@@ -32,6 +32,7 @@ _MULTIPLIER: Final = 1_103_515_245
 
 Poly = Any
 """A polynomial of a sympy ring with integer coefficients: a map from tuples of exponents to coefficients."""
+_Terms = frozenset[tuple[tuple[int, ...], Any]]
 
 
 def factored(p: Poly) -> tuple[int, list[tuple[Poly, int]]]:
@@ -80,24 +81,41 @@ def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
 
 def _in_general(p: Poly) -> Iterator[tuple[Poly, int]]:
     """Yield the factors found by sympy, in a ring of those letters only that occur."""
-    used = [k for k, exponents in enumerate(zip(*p, strict=True)) if any(exponents)]
-    terms = frozenset((tuple(m[k] for k in used), c) for m, c in p.items())
-    for factor, exponent in _found_by_sympy(p.ring.domain, p.ring.order, len(used), terms):
-        whole = {}
-        for m, c in factor:
-            exponents = [0] * p.ring.ngens
-            for k, e in zip(used, m, strict=True):
-                exponents[k] = e
-            whole[tuple(exponents)] = c
-        yield _with_positive_lead(p.ring.from_dict(whole)), exponent
+    used = _used(p)
+    for factor, exponent in _found_by_sympy(p.ring.domain, p.ring.order, len(used), _terms(p, used)):
+        yield _with_positive_lead(_among_all(factor, used, p.ring)), exponent
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def _found_by_sympy(domain: Any, order: Any, letters: int, terms: frozenset[Any]) -> tuple[tuple[Any, int], ...]:
-    """Return the factors of a polynomial by their terms: forms of one formula ask for the same ones again and again."""
-    ring = PolyRing([f"g{k}" for k in range(letters)], domain, order)
-    factors = ring.from_dict(dict(terms)).factor_list()[1]
-    return tuple((tuple(factor.items()), exponent) for factor, exponent in factors)
+def _found_by_sympy(domain: Any, order: Any, letters: int, terms: _Terms) -> tuple[tuple[Poly, int], ...]:
+    """Return the factors of a polynomial by its terms: forms of one formula ask for the same ones again and again."""
+    return tuple(_ring(domain, order, letters).from_dict(dict(terms)).factor_list()[1])
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _ring(domain: Any, order: Any, letters: int) -> Any:
+    return PolyRing([f"g{k}" for k in range(letters)], domain, order)
+
+
+def _used(*polynomials: Poly) -> list[int]:
+    """Return the letters that occur."""
+    return [k for k, exponents in enumerate(zip(*(m for p in polynomials for m in p), strict=True)) if any(exponents)]
+
+
+def _terms(p: Poly, used: Sequence[int]) -> _Terms:
+    """Return the terms of a polynomial in these letters only."""
+    return frozenset((tuple([m[k] for k in used]), c) for m, c in p.items())
+
+
+def _among_all(p: Poly, used: Sequence[int], ring: Any) -> Poly:
+    """Return a polynomial in letters that are `used` as one in all letters of a ring."""
+    whole = {}
+    for m, c in p.items():
+        exponents = [0] * ring.ngens
+        for k, e in zip(used, m, strict=True):
+            exponents[k] = e
+        whole[tuple(exponents)] = c
+    return ring.from_dict(whole)
 
 
 def _with_positive_lead(p: Poly) -> Poly:
@@ -109,18 +127,29 @@ def _with_positive_lead(p: Poly) -> Poly:
 
 def cofactors(f: Poly, g: Poly) -> tuple[Poly, Poly, Poly]:
     """Return the greatest common divisor h and f/h, g/h; raises HeuristicGCDFailed where it is not found."""
-    shared = _shared_powers(f, g)
-    if shared is None:
+    if len(f) < 2 or len(g) < 2:  # as quick as what follows
         found: tuple[Poly, Poly, Poly] = f.cofactors(g)
         return found
+    shared = _shared_powers(f, g)
+    if shared is None:
+        used, ring = _used(f, g), f.ring
+        parts = _shared_by_sympy(ring.domain, ring.order, len(used), _terms(f, used), _terms(g, used))
+        h, first, second = (_among_all(p, used, ring) for p in parts)
+        return h, first, second
     number = gcd(*map(int, f.values()), *map(int, g.values()))
     return f.ring.from_dict({shared: f.ring.domain(number)}), _divided(f, shared, number), _divided(g, shared, number)
 
 
+@lru_cache(maxsize=_REMEMBERED)
+def _shared_by_sympy(domain: Any, order: Any, letters: int, *polynomials: _Terms) -> tuple[Poly, Poly, Poly]:
+    """Return what `cofactors` does of two polynomials by their terms."""
+    f, g = (_ring(domain, order, letters).from_dict(dict(terms)) for terms in polynomials)
+    found: tuple[Poly, Poly, Poly] = f.cofactors(g)
+    return found
+
+
 def _shared_powers(f: Poly, g: Poly) -> tuple[int, ...] | None:
     """Return the powers of letters that two polynomials share, None where it is not seen that this is all."""
-    if len(f) < 2 or len(g) < 2:  # sympy is as quick
-        return None
     first, second = _Image.of(f), _Image.of(g)
     if not all(first.is_prime_to(second, k) for k in range(f.ring.ngens)):
         return None
