@@ -238,12 +238,13 @@ def _with_decimals(field: Field, product: _Product) -> _Product:
             scales.add(abs(product.number))
         found += [_scaled(product, p, e, scale) for scale in sorted(scales)]
         together = _scaled(together, p, e, _shortest(field, p, scales or {_WHOLE}))
-    return min((*found, together), key=lambda x: _length(field, x))
+    return min((*found, together), key=lambda x: _length(field, x)) if len(found) > 1 else product
 
 
 def _shortest(field: Field, p: Poly, scales: Iterable[Fraction]) -> Fraction:
     """Return the scale with which a sum is shortest."""
-    return min(scales, key=lambda scale: (len(text(_sum(field, p, scale))), scale))
+    first, *others = scales
+    return first if not others else min((first, *others), key=lambda scale: (len(text(_sum(field, p, scale))), scale))
 
 
 def _root_with_decimals(field: Field, inside: _Product) -> tuple[Fraction, _Product]:

@@ -89,17 +89,18 @@ def _in_general(p: Poly) -> Iterator[tuple[Poly, int]]:
 @lru_cache(maxsize=_REMEMBERED)
 def _found_by_sympy(domain: Any, order: Any, letters: int, terms: _Terms) -> tuple[tuple[Poly, int], ...]:
     """Return the factors of a polynomial by its terms: forms of one formula ask for the same ones again and again."""
-    return tuple(_ring(domain, order, letters).from_dict(dict(terms)).factor_list()[1])
+    return tuple(polynomial_ring(domain, order, letters).from_dict(dict(terms)).factor_list()[1])
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def _ring(domain: Any, order: Any, letters: int) -> Any:
+def polynomial_ring(domain: Any, order: Any, letters: int) -> Any:
+    """Return the ring of polynomials in so many letters; to make one takes longer than most products in it."""
     return PolyRing([f"g{k}" for k in range(letters)], domain, order)
 
 
-def _used(*polynomials: Poly) -> list[int]:
+def _used(*several: Poly) -> list[int]:
     """Return the letters that occur."""
-    return [k for k, exponents in enumerate(zip(*(m for p in polynomials for m in p), strict=True)) if any(exponents)]
+    return [k for k, exponents in enumerate(zip(*(m for p in several for m in p), strict=True)) if any(exponents)]
 
 
 def _terms(p: Poly, used: Sequence[int]) -> _Terms:
@@ -141,9 +142,9 @@ def cofactors(f: Poly, g: Poly) -> tuple[Poly, Poly, Poly]:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def _shared_by_sympy(domain: Any, order: Any, letters: int, *polynomials: _Terms) -> tuple[Poly, Poly, Poly]:
+def _shared_by_sympy(domain: Any, order: Any, letters: int, *both: _Terms) -> tuple[Poly, Poly, Poly]:
     """Return what `cofactors` does of two polynomials by their terms."""
-    f, g = (_ring(domain, order, letters).from_dict(dict(terms)) for terms in polynomials)
+    f, g = (polynomial_ring(domain, order, letters).from_dict(dict(terms)) for terms in both)
     found: tuple[Poly, Poly, Poly] = f.cofactors(g)
     return found
 

@@ -15,10 +15,9 @@ from mpmath import MPContext
 from sympy.polys.domains import ZZ
 from sympy.polys.heuristicgcd import HeuristicGCDFailed
 from sympy.polys.orderings import lex
-from sympy.polys.rings import PolyRing
 
 from multibody_sym.algebra.angles.half_angles import shared_degree, turning_degree, with_half, with_whole
-from multibody_sym.algebra.factors import Poly, cofactors
+from multibody_sym.algebra.factors import Poly, cofactors, polynomial_ring
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, Node, negate
 from multibody_sym.scalars.traversal import leaves
@@ -165,7 +164,7 @@ class Field:
         if k is None:
             k = self._position[identity] = len(self.letters)
             self.letters.append(letter)
-            self.ring = PolyRing([f"g{i}" for i in range(k + 1)], ZZ, lex)
+            self.ring = polynomial_ring(ZZ, lex, k + 1)
             self.remembered.clear()
         return Quotient(self, self.ring.gens[k], self.ring.one, self.letters[k].sample)
 

@@ -11,8 +11,8 @@ from itertools import permutations
 
 from sympy.polys.domains import ZZ
 from sympy.polys.orderings import lex
-from sympy.polys.rings import PolyRing
 
+from multibody_sym.algebra.factors import polynomial_ring
 from multibody_sym.algebra.quotients import Field, Quotient
 from multibody_sym.algebra.sums.grouped import Exponents, Terms
 from multibody_sym.expressions.printer import text
@@ -42,7 +42,7 @@ class AngleSums:
         ]
         self._known: dict[tuple[int, int, int], tuple[Node | None, int]] = {}
         self.nodes: list[Node] = []
-        self.ring = PolyRing([f"g{k}" for k in range(self._size + _PLACES)], ZZ, lex)
+        self.ring = polynomial_ring(ZZ, lex, self._size + _PLACES)
 
     def put_together(self, terms: Terms) -> dict[Exponents, Fraction] | None:
         """Return terms with fewer sines and cosines, in as many places as the ring has letters; None where none go."""
