@@ -255,6 +255,32 @@ forces:
     assert (run["x"][run.t < slips] == 0.0).all()
 
 
+def pushed_over(force, **options):
+    """Return the run of a flat box, which never slips, that is pushed at its middle, 0.05 m above the floor."""
+    more = f"""
+joints:
+  free: {{type: planar, parent: ground, child: box, q: [x, y, th], initial: {{q: [0, 0.05, 0]}}}}
+forces:
+  F: {{type: force, on: box, value: ["{force}", 0, 0]}}
+"""
+    box = BOX.replace("static: 0.5, kinetic: 0.5", "static: enough").replace("0.4, 0.2", "0.4, 0.1")
+    return simulated(box + more, backend="python", samples=3, **options)
+
+
+def test_a_box_that_is_rough_enough_tips_where_its_weight_does_not_hold_it():
+    """Corners that never slip may press against each other as hard as they like, which holds nothing down."""
+    limit = 2 * G * 0.2 / 0.05
+    rests, tips = (pushed_over(f"{part * limit}", t_end=1e-3) for part in (0.999, 1.001))
+    assert (told(rests), rests["th"][-1]) == ([], 0.0)
+    assert (told(tips), tips["th"][-1] < 0.0) == ([], True)
+
+
+def test_where_a_load_that_ends_leaves_a_tipping_box_without_a_state_the_run_says_so():
+    """What never slips would have to pull at its corner: a coefficient, however large, has it slip."""
+    with pytest.raises(FailedRunError, match=r"nothing that may act, .* lower the friction, .* at t = 0\.1 s"):
+        pushed_over("200*(t < 0.1)", t_end=0.2)
+
+
 def test_a_box_that_falls_on_a_corner_comes_to_rest_on_its_side():
     more = """
 joints:

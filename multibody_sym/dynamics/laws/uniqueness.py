@@ -225,6 +225,7 @@ def _limits(problem: Scaled, trial: Trial, edges: float | None) -> tuple[Floats,
     forces, gaps = np.vstack(of_z), np.vstack(of_a)
     z, x = trial.forces @ trial.idle, trial.moved
     slopes = np.vstack([forces @ z, gaps @ (problem.A @ x + problem.D @ z)])
+    slopes[np.abs(slopes) <= SEEN * np.abs(z).max(axis=0, initial=0.0)] = 0.0  # rounding of what is changed
     return np.concatenate([forces @ trial.z, gaps @ trial.a]), slopes
 
 

@@ -188,5 +188,5 @@ def _ahead(
         found = _found(there, before.mode).states
         following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
         if following is None or mode is None or not following.alike(mode):
-            return found[0], following
+            return (found[0] if found else state), following
     return state, mode
