@@ -126,6 +126,8 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     if isinstance(row, RopeSlipRow) and all(_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
         return _two_tensions(acting, row, float(static))
     if all(_unique(solved, row.name) for row in part.rows):
+        if not limit:
+            return ": nothing presses, and there is no friction"
         return f": friction {size:.6g}{unit} of {most}"
     limited = all(_unique(solved, element.normals[k].name) for k in part.normals)
     return ": friction that is not unique" + (f", {most}" if limited else "")

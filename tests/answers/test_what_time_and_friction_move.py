@@ -13,6 +13,7 @@ import multibody_sym as mbs
 from multibody_sym.answers.small_motions import amplitude
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.expressions.parser import parse
+from multibody_sym.writing.solution import solution_text
 
 TEXTS = {problem.name: problem.text for problem in PROBLEMS}
 DRIVEN = """
@@ -118,3 +119,26 @@ def test_dampers_have_no_quadrature() -> None:
     found = mbs.modes(mbs.loads(model), period="x")
     assert found.period is not None
     assert found.period.value is None
+
+
+def test_what_begins_to_slide_at_once_has_no_formula_of_its_rest() -> None:
+    """A bead at rest on a rough rod that turns: its normal force 2 m W r' is zero at the start alone."""
+    rod = """
+multibody_sym: 1
+name: rod
+parameters: {W: {value: 3 rad/s, positive: true}, L: {value: 1 m, positive: true}, mu: {value: 0.3, positive: true}}
+bodies: {rod: {mass: 1, inertia: {Izz: 1}}, bead: {mass: 0.2 kg}}
+joints:
+  s: {type: revolute, parent: ground, child: rod, motion: W*t}
+  b: {type: prismatic, parent: rod, child: bead, axis: x, q: r, initial: {q: 0.1}}
+forces: {rub: {type: friction, joint: b, static: mu}}
+ask: {f: {formula: r}, out: {when: {r: L}}}
+simulation: {t_end: 3 s}
+"""
+    solution = mbs.solve(mbs.loads(rod))
+    assert solution.answers["f"].expression is None
+    assert "  rub sticks: nothing presses, and there is no friction" in solution_text(solution).splitlines()
+    rates = [3 * (-0.3 + sign * math.sqrt(1.09)) for sign in (1, -1)]
+    first, second = (0.1 * rates[1 - k] / (rates[1 - k] - rates[k]) for k in (0, 1))
+    t = solution.answers["out"].value
+    assert first * math.exp(rates[0] * t) + second * math.exp(rates[1] * t) == pytest.approx(1, rel=1e-8)

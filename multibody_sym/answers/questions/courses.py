@@ -43,6 +43,8 @@ _FITS: Final = 1e-7
 _SIGNS: Final = 101
 _NO_SPEED: Final = 1e-9
 """The part of its largest value below which what has a sign in the equations is zero."""
+_NO_TIME: Final = 1e-12
+"""The part of a run before whose end a state that changes has not lasted at all."""
 _FIRST_LOOK: Final = 40
 """The first sample at which it is looked for equations whose signs hold from the start on."""
 
@@ -105,12 +107,13 @@ class Shown:
         last = int(np.searchsorted(run.t, until, side="right")) - 1
         found = cls(solved, run, last, None)
         place = last // 2
-        while True:
+        while until > _NO_TIME * run.t_final:
             there = anywhere(solved, *found._state(place))
             found = cls(solved, run, last, there)
             if there is None or place < _FIRST_LOOK or not found._ends_before(place):
                 return found
             place //= 4
+        return found
 
     def _state(self, place: int) -> tuple[list[float], list[float]]:
         mechanism = self.solved.mechanism
