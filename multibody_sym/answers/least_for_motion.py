@@ -23,7 +23,7 @@ from multibody_sym.errors import ExpressionError, MultibodyError, NoSolutionErro
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.parameters import ParameterVector
+from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
@@ -40,7 +40,7 @@ class LeastForMotion:
     """The least value of a parameter (`least`, of a `unit`) at which rest ends, over all values of another (`vary`).
 
     `value` and what gives way there, `at` the other's value (of `vary_unit`), each with its closed form where there is
-    one.
+    one. Where the value is 0 and nothing gives way there is no rest even at 0.
     """
 
     least: str
@@ -78,7 +78,7 @@ def least_for_motion(
     """Return the least value >= 0 of the parameter `least` at which rest ends, over all values of `vary`.
 
     Both are parameters, such as a force and its angle. Otherwise as `range_of_rest`. Raises InputError, and
-    NoSolutionError where rest never ends.
+    NoSolutionError where rest never ends, or ends ever sooner as far as was looked.
     """
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
@@ -92,16 +92,27 @@ def _least_for_motion(system: System, least: str, vary: str, formalism: str | No
     found = least_end(position, entry.name, other.name)
     if found is None:
         raise NoSolutionError(f"rest is possible at every {least}, whatever {vary} is: nothing moves it", number="N110")
+    if found.falls:
+        raise NoSolutionError(_falling(found, entry, other), number="N110")
     found, forms = _Exact(position, found).forms()
     motion = position.motion({least: found.end.value, vary: found.at}, moves=True)
+    gives_way = causes(position.statics, found.end.limits, motion) if found.end.equal or found.end.limits else ()
     return LeastForMotion(
         least,
         vary,
-        RestBound(found.end.value + 0.0, *forms[0], causes(position.statics, found.end.limits, motion)),
+        RestBound(found.end.value + 0.0, *forms[0], gives_way),
         RestBound(found.at + 0.0, *forms[1]),
         unit_of(entry),
         "rad" if found.kind == "angle" else unit_of(other),
         {c.name: x for c, x in zip(position.mechanism.coordinates, position.begin.q, strict=True)},
+    )
+
+
+def _falling(found: Least, entry: ParameterEntry, other: ParameterEntry) -> str:
+    value, at = f"{found.end.value:.10g} {unit_of(entry)}".strip(), f"{found.at:.10g} {unit_of(other)}".strip()
+    return (
+        f"the {found.least} at which rest ends has no least value over {found.vary}: it falls as far as was looked, to "
+        f"{value} at {found.vary} = {at}; ask for its end at a {found.vary} of yours (vary {found.least} alone)"
     )
 
 
@@ -154,7 +165,8 @@ class _Exact:
 
             if steepness(low) * steepness(high) < 0.0:
                 at = float(brentq(steepness, low, high, xtol=1e-300, rtol=8.9e-16))
-                return replace(found, at=at, end=first_end(self.position, found.least, {found.vary: at}))
+                end = first_end(self.position, found.least, {found.vary: at})
+                return found if end is None else replace(found, at=at, end=end)
         return found
 
     def closed(self, *, numbers: bool) -> Forms:

@@ -1,4 +1,4 @@
-"""The least force that ends rest, over its angle: at the friction angle, and where a box tips before it slips."""
+"""Least forces that end rest: at the friction angle, and where a box tips before it slips; boxes on boxes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from multibody_sym.analysis.rest import least
 from multibody_sym.cli.main import main
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.expressions.printer import text
+from multibody_sym.writing.rest import least_text
 
 PULL = """\
 multibody_sym: 1
@@ -35,6 +36,21 @@ BOX = (
     .replace("a: 0.2", "a: 0")
     .replace("on: block", "on: block, at: top")
 )
+
+STACK = """\
+multibody_sym: 1
+name: stack
+gravity: [10*sin(a), -10*cos(a), 0]
+parameters: {a: 0.1, mu: 0.4, nu: 0.3}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  low: {shape: {box: [1, 0.4, 1], mass: 8}}
+  up: {shape: {box: [0.6, 0.4, 0.6], mass: 4}}
+joints:
+  A: {type: planar, parent: ground, child: low, initial: {q: [0, 0.2, 0]}}
+  B: {type: planar, parent: ground, child: up, initial: {q: [0, 0.6, 0]}}
+contacts: {c1: {between: [low, ground.floor], static: mu}, c2: {between: [up, low], static: nu}}
+"""
 
 
 def test_a_block_is_drawn_up_a_slope_best_at_the_friction_angle():
@@ -110,3 +126,24 @@ def test_where_nothing_holds_each_angle_is_looked_at_once(monkeypatch):
     found = mbs.least_for_motion(mbs.loads(PULL.replace("mu: 0.5", "mu: 0")), "F", "beta")
     assert found.value.value == 0.0
     assert len(looked) < 200
+
+
+def test_what_falls_without_end_has_no_least_value_and_what_does_not_rest_at_all_is_told() -> None:
+    """Pushed at height y a box tips at m g b / (2 y), ever sooner: zero is not reached, least of all at y = 0."""
+    level = BOX.replace("a: 0, ", "y: 1 m, ").replace("-sin(a), cos(a)", "0, 1").replace("a + beta", "0")
+    pushed = mbs.loads(
+        level.replace("[b/2, h/2, 0]", "[b/2, y - h/2, 0]").replace("y: 1 m", "y: {value: 1, positive: true}")
+    )
+    with pytest.raises(NoSolutionError, match=r"it falls as far as was looked, to 0.006 N at y = 10000"):
+        mbs.least_for_motion(pushed, "F", "y")
+    steep = mbs.least_for_motion(mbs.loads(PULL.replace("mu: 0.5", "mu: 0.1")), "F", "beta")
+    assert (steep.value.value, steep.value.gives_way) == (0.0, ())
+    assert least_text(steep).startswith("there is no rest even at F = 0 N")
+
+
+@pytest.mark.parametrize(("vary", "slips"), [("nu", "c2"), ("mu", "c1")])
+def test_a_box_on_a_box_rests_on_the_corners_that_touch_whatever_the_others_face(vary, slips):
+    """Corners of the lower one are inside of what the upper one's sides would be without ends: tan(a) <= mu, nu."""
+    answer = mbs.range_of_rest(mbs.loads(STACK), vary)
+    assert answer.rest == [(pytest.approx(math.tan(0.1), rel=1e-13), None)]
+    assert answer.ends[0][0].gives_way == (f"slips at {slips}",)

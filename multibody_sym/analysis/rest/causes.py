@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Limit, Statics
-from multibody_sym.analysis.rest.touching import TOUCHING, size_of
+from multibody_sym.analysis.rest.touching import TOUCHING, reaches, size_of
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motion
@@ -81,12 +81,13 @@ def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Mo
 
 def touching(statics: Statics, motion: Motion, group: str) -> list[OneWay]:
     """Return the contacts of a declared element that touch."""
-    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    bias, near = accelerations(motion, [0.0] * len(motion.state.u)), TOUCHING * size_of(motion)
     return [
         element
         for element in statics.mechanism.one_way
         if (element.group or element.name) == group
-        and abs(float(row_motion(element.normals[0], motion, bias).phi)) <= TOUCHING * size_of(motion)
+        and reaches(element, motion, near)
+        and abs(float(row_motion(element.normals[0], motion, bias).phi)) <= near
     ]
 
 

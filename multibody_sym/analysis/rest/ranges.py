@@ -85,26 +85,35 @@ class Search:
         return self.others.get(self.name, self.position.value[self.name])
 
     @cached_property
+    def looks(self) -> list[Conditions | None]:
+        """The conditions for the first choice of what presses, at some values of the parameter."""
+        limits = self.position.statics.limits(self.position.statics.choices()[0])
+        return [self.position.conditions({**self.others, self.name: x}, limits, self.moves) for x in self.probes]
+
+    @cached_property
     def largest(self) -> float:
         """The largest force without those that hold, at some values of the parameter."""
-        found = [self.position.conditions({**self.others, self.name: x}, (), self.moves) for x in self.probes]
-        return max((float(np.abs(x.right).max(initial=0.0)) for x in found if x is not None), default=0.0)
+        return max((float(np.abs(x.right).max(initial=0.0)) for x in self.looks if x is not None), default=0.0)
 
     @property
     def size(self) -> float:
         return abs(self.value) or 1.0
 
     def found(self) -> Ranges:
-        kind, choices = self.kind, self.position.statics.choices()
-        low, searched = self.least, self.searched
-        ranges = [found for choice in choices for found in self.widened(choice, kind, searched)]
-        ranges = [each for each in ranges if not (low == each[0].value == each[1].value == 0.0)]  # no load, or no body
-        united_ranges = united(ranges)
+        kind, low, searched = self.kind, self.least, self.searched
+        united_ranges = [
+            x for x in self.ranges() if not (low == x[0].value == x[1].value == 0.0)
+        ]  # no load, or no body
         if kind == "angle":
             about = about_pi(united_ranges)
             return Ranges(self.name, kind, tuple(about), turn_with(about))
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         return Ranges(self.name, kind, tuple(united_ranges), told)
+
+    def ranges(self) -> list[Range]:
+        """Return the ranges for all choices of what presses, put together."""
+        choices, searched = self.position.statics.choices(), self.searched
+        return united([found for choice in choices for found in self.widened(choice, self.kind, searched)])
 
     @cached_property
     def least(self) -> float:
@@ -134,10 +143,9 @@ class Search:
         """How the conditions depend on the parameter."""
         statics = self.position.statics
         conditions = self.at(statics.limits(statics.choices()[0]))
-        looks = [conditions(self.size * probe) for probe in _PROBES]
-        if any(look is None for look in looks):
+        if any(look is None for look in self.looks):
             return "angle" if self.has_period(conditions) else "other"
-        parts = [(x.equal, x.right, x.cone) for x in looks if x is not None]
+        parts = [(x.equal, x.right, x.cone) for x in self.looks if x is not None]
         same = [all(_alike(one[k], other[k]) for one, other in pairwise(parts)) for k in range(3)]
         if all(same):
             return "none"

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Statics
+from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
@@ -32,9 +33,10 @@ def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) ->
     """Return the rows of what does not touch; None where something is inside of what it may only touch."""
     near, found = TOUCHING * size_of(motion), set[int]()
     for element, gap in _gaps(statics, rows):
-        if gap < -near and not element.open:
+        apart = element.open or gap > near or not reaches(element, motion, near)
+        if gap < -near and not apart:
             return None
-        if gap > near or element.open:
+        if apart:
             found |= {statics.place(row) for row in element.rows}
     return frozenset(found)
 
@@ -42,8 +44,10 @@ def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) ->
 def crossed(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> str | None:
     """Return the declared contact, rope or stop at which something is inside of what it may only touch, if any."""
     near = TOUCHING * size_of(motion)
-    found = (element for element, gap in _gaps(statics, rows) if gap < -near and not element.open)
-    return next((element.group or element.name for element in found), None)
+    for element, gap in _gaps(statics, rows):
+        if gap < -near and not element.open and reaches(element, motion, near):
+            return element.group or element.name
+    return None
 
 
 def _gaps(statics: Statics, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay, float]]:
@@ -51,6 +55,13 @@ def _gaps(statics: Statics, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay,
     for element in statics.mechanism.one_way:
         if element.unilateral:
             yield element, float(rows[statics.place(element.normals[0])].phi)
+
+
+def reaches(element: OneWay, motion: Motion, near: float) -> bool:
+    """Return whether what may touch is above the part of a face that there is, or as near to it as is touching (m)."""
+    row = element.normals[0]
+    ways = reach(row, motion) if isinstance(row, ContactRow) else []
+    return all(float(way) >= -near for way in ways)
 
 
 def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
