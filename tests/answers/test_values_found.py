@@ -313,3 +313,32 @@ def test_ranges_of_zeros_are_told_from_zeros(function, bounds, known) -> None:  
     assert [zero.at for zero in found] == pytest.approx([at for at, _ in known], rel=1e-10)
     ends = [zero.through for zero in found]
     assert [None if end is None else pytest.approx(end, rel=1e-10) for end in ends] == [end for _, end in known]
+
+
+def _hoist(length: float) -> str:
+    """Two loads on a rope over pulleys; the light one has `length` to its pulley when the heavy one begins to fall."""
+    return (
+        HEAD
+        + f"""
+parameters: {{g: {{value: 9.81, positive: true}}, m: {{value: 2, positive: true}}, M: {{value: 5, positive: true}}}}
+bodies: {{ground: {{points: {{r: [1, 0, 0]}}}}, a: {{mass: m}}, b: {{mass: M}}}}
+joints:
+  A: {{type: prismatic, parent: ground, child: a, axis: -y, q: x1, initial: {{q: {length}}}}}
+  B: {{type: prismatic, parent: ground.r, child: b, axis: -y, q: x2, initial: {{q: 1}}}}
+pulleys: {{P: {{at: ground}}, Q: {{at: ground.r}}}}
+constraints: {{rope: {{type: rope, path: [a, P, Q, b]}}}}
+ask: {{tfall: {{when: {{x2: 2}}}}, load: {{find: M, so: tfall == 0.6, between: [6, 9]}}}}
+simulation: {{t_end: 1}}
+"""
+    )
+
+
+def test_a_value_at_whose_time_the_motion_ends_is_found_and_one_after_its_end_is_not() -> None:
+    """1 = g (M - m)/(M + m) 0.6^2/2; the light load is at its pulley then, or at x2 = 1.5 already."""
+    ratio = 2 / (9.81 * 0.36)
+    solution = mbs.solve(mbs.loads(_hoist(1.0)))
+    assert solution.answers["load"].value == pytest.approx(2 * (1 + ratio) / (1 - ratio), rel=1e-12)
+    assert any("load: by formulas, since the run that would confirm it fails" in x for x in solution.conditions)
+    solution = mbs.solve(mbs.loads(_hoist(0.5)))
+    assert solution.answers["load"].value is None
+    assert any("load: no value of M" in x and "since runs fail" in x for x in solution.conditions)

@@ -345,9 +345,9 @@ class _Motion:
         return replace(found, expression=formula)
 
 
-def _answers_of(system: System) -> tuple[Solved, Mapping[str, Value]]:
+def _answers_of(system: System) -> tuple[Solved, Mapping[str, Value], list[str]]:
     solved = solved_start(system)
-    return solved, answered(solved)[0]
+    return solved, *answered(solved)
 
 
 def _unit(question: Ask) -> str:

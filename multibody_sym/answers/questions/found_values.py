@@ -34,6 +34,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, real, subtract, symbol
 from multibody_sym.scalars.traversal import leaves
+from multibody_sym.simulation.failures import FailedRunError
 
 _LEFT: Final = "left - right"
 _NOTHING: Final = 1e-9
@@ -54,13 +55,13 @@ def extremes_of(equation: Equation) -> dict[str, Ask]:
 class Search:
     """What is looked for in a solved system; `known`: the answers that the equation names, by their names.
 
-    `solve` answers the questions of another system.
+    `solve` answers the questions of another system, and tells what is to be said of the answers.
     """
 
     solved: Solved
     question: Ask
     known: Mapping[str, Value]
-    solve: Callable[[System], tuple[Solved, Mapping[str, Value]]]
+    solve: Callable[[System], tuple[Solved, Mapping[str, Value], list[str]]]
 
     def found(self) -> tuple[Value, list[str]]:
         """Return the value, and what is to be said of it."""
@@ -73,7 +74,8 @@ class Search:
             return formula
         found = zeros(self.residual, self.sample, self.bounds)
         if not found:
-            return Value(None), [f"no value of {self.name} was found for which {self.equation} {self._where}"]
+            told = f"no value of {self.name} was found for which {self.equation} {self._where}{self._failing}"
+            return Value(None), [told]
         expression = self._by_formula_beside(found[0])
         how = self._first(found, *([self._missed(found, "by runs")] if expression is None else []))
         return Value(found[0].at, expression), [*how, *self._told(found[0].at)]
@@ -125,6 +127,15 @@ class Search:
             low, high = reach(self.sample)
             return f"from {low:.6g} to {high:.6g}, on the way out from {self.sample:.6g}; say where: between: [.., ..]"
         return "between {:.6g} and {:.6g}".format(*self.bounds)
+
+    @property
+    def _failing(self) -> str:
+        """Return that runs failed where it was looked for, and how the first of them did; else nothing."""
+        if not self._failed:
+            return ""
+        value, reason = next(iter(self._failed.items()))
+        tried = f"{len(self._failed)} of the {len(self._known)} values tried"
+        return f"; {tried} have no answer, as {value:.6g}, since runs fail: {reason}"
 
     def _missed(self, found: list[Zero], how: str) -> str:
         return f"{how}; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
@@ -185,14 +196,25 @@ class Search:
         return {}
 
     def _residual(self, value: float) -> float:
-        change = {self.name: value}
-        is_parameter = self.name in self.solved.system.parameters
         try:
-            changes = Changes(parameters=change) if is_parameter else Changes(initial=change)
-            left, self._told_at[value] = self._difference(changes.of(self._posed))
+            left, self._told_at[value] = self._difference(self._changed(value))
             return left
+        except FailedRunError as failed:
+            self._failed[value] = failed.message
+            return UNKNOWN
         except (MultibodyError, NeverError, *UNDEFINED):
             return UNKNOWN
+
+    def _changed(self, value: float) -> System:
+        """Return the system that is asked what the equation needs, at a value of what is looked for."""
+        change = {self.name: value}
+        is_parameter = self.name in self.solved.system.parameters
+        return (Changes(parameters=change) if is_parameter else Changes(initial=change)).of(self._posed)
+
+    @cached_property
+    def _failed(self) -> dict[float, str]:
+        """Why runs fail, by the values at which they do."""
+        return {}
 
     def _difference(self, system: System) -> tuple[float, list[str]]:
         """Return left - right of a system, and what is to be said of the answers there."""
@@ -217,7 +239,9 @@ class Search:
         """Return what is to be said of the answers at a value that was found."""
         if value not in self._told_at:
             self.residual(value)
-        return list(dict.fromkeys(self._told_at.get(value, ())))
+        failed = self._failed.get(value)
+        unconfirmed = [] if failed is None else [f"by formulas, since the run that would confirm it fails: {failed}"]
+        return [*unconfirmed, *dict.fromkeys(self._told_at.get(value, ()))]
 
     @property
     def _asked(self) -> Ask:
@@ -251,12 +275,24 @@ class Search:
 
         found = zeros(value, self.sample, self.bounds, cheap=True)
         scale = abs(value(self.sample))
-        found = [x for x in found if abs(self.residual(x.at)) <= _HOLDS * scale]
+        found = [x for x in found if abs(self._confirmed(x.at)) <= _HOLDS * scale]
         if not found:
             return None
         expression = self._root(node, symbol(self.name), found[0].at, self.solved)
         how = [] if expression is not None else [self._missed(found, "by its formula, in numbers")]
         return Value(found[0].at, expression), [*how, *self._others(found), *self._told(found[0].at)]
+
+    def _confirmed(self, value: float) -> float:
+        """Return left - right at a value by runs; where these fail, of answers there that hold without reservation."""
+        left = self.residual(value)
+        if value not in self._failed:
+            return left
+        try:
+            _, answers, remarks = self.solve(self._changed(value))
+        except (MultibodyError, *UNDEFINED):
+            return UNKNOWN
+        again = answers[_LEFT].value
+        return UNKNOWN if again is None or remarks else again
 
     def _formula(self) -> Node | None:
         """Return left - right in the model's symbols, None where an answer has no formula."""
@@ -296,7 +332,7 @@ class Search:
     def _root_beside(self, value: float, beside: float) -> Node | None:
         """Return the root near a value of the formula that left - right has where what is looked for is `beside` it."""
         system, unknown = self._with_letter(beside)
-        solved, answers = self.solve(system)
+        solved, answers, _ = self.solve(system)
         node = answers[_LEFT].expression
         if node is None:
             return None
