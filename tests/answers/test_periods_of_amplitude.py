@@ -85,3 +85,25 @@ def test_a_coordinate_that_is_not_there_is_refused() -> None:
         mbs.modes(mbs.loads(TEXTS["simple_pendulum"]), period="tetha")
     with pytest.raises(InputError):
         mbs.modes(mbs.loads(TEXTS["simple_pendulum"]), period=3)
+
+
+def test_a_coordinate_that_an_impact_reverses_repeats_itself() -> None:
+    """A mass on a spring, thrown back by a stop at -c, with A cos(w t) from A = 3 c on: T = 2 acos(-1/3)/w.
+
+    And one between two stops at the speed v without any force: T = 2 l/v.
+    """
+    model = """
+multibody_sym: 1
+name: stopped
+bodies: {{b: {{mass: 2}}}}
+joints:
+  j: {{type: prismatic, parent: ground, child: b, axis: x, q: x, limits: {limits}, initial: {{q: 0.3, u: {u}}}}}
+{forces}
+ask: {{T: {{period_of: x}}}}
+simulation: {{t_end: 2}}
+"""
+    spring = "forces: {s: {type: spring, joint: j, stiffness: 60}}"
+    one = mbs.loads(model.format(limits="{lower: -0.1, restitution: 1}", u=0, forces=spring))
+    two = mbs.loads(model.format(limits="{lower: 0, upper: 0.8, restitution: 1}", u=2.5, forces=""))
+    found = [mbs.solve(each).answers["T"].value for each in (one, two)]
+    assert found == pytest.approx([2 * math.acos(-1 / 3) / math.sqrt(30), 2 * 0.8 / 2.5], rel=1e-10)

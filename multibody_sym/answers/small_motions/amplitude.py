@@ -1,7 +1,8 @@
 """The period of a motion of any amplitude: by quadrature for one freedom with its energy conserved, else from runs.
 
-A coordinate that swings turns where its speed vanishes; its period is the time from one turn to the next but one. One
-that goes around has advanced by 2 pi. Runs end at the times that were found, which are corrected by Newton's method.
+A coordinate that swings turns where its speed vanishes, or where an impact reverses it; its period is the time from one
+turn to the next but one. One that goes around has advanced by 2 pi. Runs end at the times that were found, which are
+corrected by Newton's method; the times of impacts are those of the run.
 """
 
 from __future__ import annotations
@@ -145,17 +146,39 @@ class Swing:
         return simulate(quiet, t_end=duration, samples=_SAMPLES, **plain)
 
     def _turns(self, run: Trajectory) -> list[float]:
-        """Return the first times at which the speed vanishes, interpolated; those of a start at rest begin with 0."""
+        """Return the first times at which the speed changes its sign; those of a start at rest begin with 0.
+
+        Interpolated where it vanishes, exact where an impact reverses it.
+        """
         u = run[f"u_{self.coordinate}"]
         found = [0.0] if u[0] == 0.0 and u.any() else []
         signs = np.sign(u)
         for k in np.flatnonzero(signs[1:-1] * signs[2:] < 0) + 1:
-            found.append(float(run.t[k] - u[k] * (run.t[k + 1] - run.t[k]) / (u[k + 1] - u[k])))
+            struck = self._reversed(run, int(k))
+            vanishes = float(run.t[k] - u[k] * (run.t[k + 1] - run.t[k]) / (u[k + 1] - u[k]))
+            found.append(vanishes if struck is None else struck)
         found += [float(t) for t in run.t[1:][signs[1:] == 0]]
         return sorted(found)
 
+    def _reversed(self, run: Trajectory, k: int) -> float | None:
+        """Return when an impact reverses the speed between two samples, None where it passes through zero there."""
+        u, t = run[f"u_{self.coordinate}"], run.t
+        later = min(k + 2, len(u) - 1)
+        for time in _impacts(run):
+            if t[k] <= time <= t[k + 1]:
+                before = u[k] + (u[k] - u[k - 1]) * (time - t[k]) / (t[k] - t[k - 1])
+                after = u[k + 1] - (u[later] - u[k + 1]) * (t[k + 1] - time) / (t[k + 1] - t[k])
+                if before * u[k] > 0.0 and after * u[k + 1] > 0.0:
+                    return time
+        return None
+
     def _at(self, run: Trajectory, time: float) -> float:
-        """Return the coordinate at a time, by the cubic through the samples and slopes on both sides."""
+        """Return the coordinate at a time, by the cubic through the samples and slopes on both sides.
+
+        At an impact, where slopes jump, it is that of a run which ends there.
+        """
+        if time in _impacts(run):
+            return float(self._run(time)[self.coordinate][-1])
         q, u = run[self.coordinate], run[f"u_{self.coordinate}"]
         k = min(int(np.searchsorted(run.t, time, side="right")), len(q) - 1)
         step = float(run.t[k] - run.t[k - 1])
@@ -165,7 +188,9 @@ class Swing:
         return float(ends + step * (u[k - 1] * x * y * y - u[k] * x * x * y))
 
     def _turned(self, time: float, run: Trajectory) -> float:
-        """Return the time of a turn, corrected by runs that end there."""
+        """Return the time of a turn, corrected by runs that end there; that of an impact as it is."""
+        if time in _impacts(run):
+            return time
         u, k = run[f"u_{self.coordinate}"], int(np.searchsorted(run.t, time))
         slope = (u[k] - u[k - 1]) / (run.t[k] - run.t[k - 1])
         for _ in range(_CORRECTIONS):
@@ -203,3 +228,8 @@ class Swing:
             run = self._run(time)
             time -= float(run[self.coordinate][-1] - value) / float(run[f"u_{self.coordinate}"][-1])
         return time
+
+
+def _impacts(run: Trajectory) -> list[float]:
+    """Return the times of a run's impacts."""
+    return [float(change["t"]) for change in run.changes if change["kind"] == "impact"]
