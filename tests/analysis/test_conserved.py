@@ -257,3 +257,26 @@ def test_exactly_what_is_known(name: str) -> None:
     found = of(declared)
     assert [each.name for each in found] == known
     assert all(each.exact and each.symmetry for each in found)
+
+
+def test_what_friction_holds_against_a_push_has_no_symmetry() -> None:
+    """Two boxes, which cannot move: none of their momenta is told as one that no force changes; a free slider's is."""
+    model = mbs.loads("""
+multibody_sym: 1
+name: held
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  low: {shape: {box: [0.5, 0.3, 0.5], mass: 8}}
+  up: {shape: {box: [0.3, 0.6, 0.3], mass: 4}}
+  free: {mass: 1}
+joints:
+  a: {type: planar, parent: ground, child: low, q: [x1, y1, p1], initial: {q: [0, 0.15, 0]}}
+  b: {type: planar, parent: ground, child: up, q: [x2, y2, p2], initial: {q: [0, 0.6, 0]}}
+  c: {type: prismatic, parent: ground, child: free, axis: z, q: z}
+contacts: {c1: {between: [low, ground.floor], static: 0.35}, c2: {between: [up, low], static: 0.5}}
+forces: {push: {type: force, on: up, value: [5, 0, 0]}}
+""")
+    found = [each.name for each in mbs.conserved_quantities(model)]
+    assert {E, *P("z")} <= {*found}
+    assert not {*P("xy"), *L("z"), *G("x1", "y1", "p1", "x2", "y2", "p2")} & {*found}

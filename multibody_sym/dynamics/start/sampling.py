@@ -19,6 +19,8 @@ from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rank import GROWING, ROUNDED, least_squares, worth
 
 _TRIES: Final = 20
+_STILL: Final = 1e-13
+"""Of speeds that are drawn from -1 to 1, what rows leave of one that they hold: rounding."""
 
 
 def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
@@ -47,7 +49,8 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State
     if closed is None and any(body.is_foot for body in mechanism.bodies):
         raise ValueError("a curve is not where its foot is, and what touches it is told by that")
     q = apart if closed is None else closed
-    motion = rows.motion(q, u + _correction(rows.motion(q, u)))
+    speeds = u + _correction(rows.motion(q, u))
+    motion = rows.motion(q, np.where(np.abs(speeds) > _STILL, speeds, 0.0))
     verify_inertia(motion)
     _verify_regular(motion)
     applied(motion)
