@@ -29,18 +29,21 @@ from multibody_sym.scalars.traversal import flatten, leaves
 
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
-    """Return what each name in expressions stands for; raise where two things share one."""
+    """Return what each name in expressions stands for; raise where two things share one.
+
+    An output may be named like what moves, whose course it may tell anew, but not like a parameter.
+    """
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
         *((c.name, "a coordinate", ("joints", c.joint)) for c in coordinates),
         *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
         *((name, "an input", ("inputs", name)) for name in system.inputs),
-        *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name not in RESERVED),
+        *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name in system.parameters),
     ]
     for name, what, path in declared:
         with at(*path):
-            if name not in RESERVED and what != _OUTPUT:
+            if name not in RESERVED:
                 _verify_name(name, what)
             if name in taken or name in RESERVED:
                 raise ModelError(
@@ -48,7 +51,7 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
                     number="M108",
                 )
         taken[name] = what
-    return {name: what for name, what in taken.items() if what != _OUTPUT}
+    return taken
 
 
 def _verify_name(name: str, what: str) -> None:
