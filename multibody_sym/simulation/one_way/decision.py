@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.assemble import PosedLaws, Scale
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
@@ -60,13 +60,14 @@ class Decided:
         return self.hindered or f"{none} (end the run before, lower the friction, or make it smooth by {_SMOOTH}),"
 
     @staticmethod
-    def largest_of(forces: Floats, causes: Floats) -> float:
+    def largest_of(forces: Floats, causes: Floats, scale: Scale) -> float:
         """Return the largest force, and no less than a thousandth of what would move things: rounding is part of it.
 
-        It is rounded up to a power of two, so that it does not hang on digits.
+        Where nothing presses and nothing pushes, what would stop the fastest soon counts as that: there, too, rounding
+        may make a force of nothing. It is rounded up to a power of two, so that it does not hang on digits.
         """
         largest = max(float(np.abs(forces).max(initial=0.0)), 1e-3 * float(np.abs(causes).max(initial=0.0)))
-        return rounded_up(largest)
+        return rounded_up(largest or 1e-3 * scale.speed / scale.time)
 
     def carried(self, element: OneWay) -> float:
         """Return the normal force (N) of an element in the first state that was found, 0 where it takes no part."""
@@ -131,7 +132,7 @@ def decided(
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
     if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode, hidden)
-    largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right)
+    largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right, facts.scale)
     return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
 
 
