@@ -22,6 +22,8 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.forces import Torque
+from multibody_sym.model.declaration.joints import PointJoint
 from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.runtime.loading import Backend, load
@@ -66,7 +68,10 @@ def lightened(case: Case, state: State) -> tuple[Case, State] | None:
     outer = [body.name for k, body in enumerate(case.mechanism.bodies) if k not in carriers and body.name != "ground"]
     mass = {"mass": None} if case.seed % 3 == 0 else {}
     bodies = {**case.system.bodies, **{n: replace(case.system.bodies[n], inertia=None, **mass) for n in outer}}
-    system = replace(case.system, bodies=Names(bodies))
+    particles = [joint.child for joint in case.system.joints.values() if isinstance(joint, PointJoint)]
+    idle = [n for n, f in case.system.forces.items() if isinstance(f, Torque) and f.on in {*outer} & {*particles}]
+    forces = {n: f for n, f in case.system.forces.items() if n not in idle}  # a couple on a particle is an error
+    system = replace(case.system, bodies=Names(bodies), forces=Names(forces))
     light = Case(case.seed, system, mbs.mechanism(system), parameter_values(mbs.mechanism(system), {}))
     t, count = state.slots[TIME], len(light.mechanism.speeds)
     found = dalembert(motion_of(light.mechanism, light.state(t, list(state.q), list(state.u))))
