@@ -53,3 +53,21 @@ def test_a_run_whose_impact_cannot_be_solved_stops_and_says_so(
         mbs.simulate(crate, t_end=2.0)
     with pytest.raises(NoSolutionError, match=f"{why} at the start"):
         mbs.simulate(crate, t_end=2.0, initial={"J_z": 0.15, "u_J_z": -1.0})
+
+
+def test_a_crate_that_slides_rests_once_it_rocks_unseen_from_corner_to_corner() -> None:
+    """Corners that rest rebound as others strike. Friction takes mu times all momentum that the floor gives, m g t too.
+
+    It slides with 1.4 m/s and turns slowly, so that its corners slip in directions up to 4 degrees apart.
+    """
+    began, sinks = (-1.4446, 0.094632), 0.0011259
+    turned = "0.998644, -3.6995e-9, -7.0977e-8, -0.052052"
+    start = f"q: [0, 0, 0.243921, {turned}], u: [{began[0]}, {began[1]}, {-sinks}, -4.065e-8, 0.0054583, -0.28599]"
+    text = CRATE.replace("q: [0, 0, 1.15, 1, 0, 0, 0]", start)
+    text = text.replace("0.4, 0.2, 0.3", "0.41254773, 0.5486069, 0.487842845")
+    text = text.replace("static: 0.3, kinetic: 0.3, restitution: 0.5", "static: 0.1, kinetic: 0.1, restitution: 0.3")
+    run = mbs.simulate(mbs.loads(text), t_end=0.002)
+    assert run.u[-1][2:5] == pytest.approx([0, 0, 0], abs=1e-12)
+    assert run.q[-1][2:6] == pytest.approx([0.2439214225, run.q[-1][3], 0, 0], abs=1e-12)
+    assert math.dist(run.u[-1][:2], began) == pytest.approx(0.1 * (9.81 * 0.002 + sinks), rel=5e-3)
+    assert (run.energy[1:] - run.energy[:-1]).max() < 1e-13

@@ -113,20 +113,15 @@ def decided(
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing, touching) if before is not None else {}
     held = before.bounces.dying(facts, closing).keys() - {*beyond, *hidden} if before is not None else set[str]()
-    if held:
-        touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
-        facts = moved(facts, q=onto_rows(facts, touching))
     try:
-        blow = struck(facts, touching, late, held) if closing else None
+        after = _after(facts, touching, before, late, held)
+        back = _back(after, {*beyond, *hidden}) if late else set[str]()
+        if back:
+            late, held = dict.fromkeys(back, 0.0) | late, held | back
+            after = _after(facts, touching, before, late, held)
     except NoSolutionError as error:
         return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
-    if blow is not None:
-        facts = moved(facts, u=facts.u + blow.jump)
-        leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
-        touching = [name for name in touching if name in held or name not in leaving]
-    facts = moved(facts, u=at_rest(facts, touching))
-    problem = posed(facts, touching)
-    found = _found(problem, None if before is None else before.guess or before.mode)
+    facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
     state = found.states[0] if found.states else None
     mode = None if state is None else _with_hidden(basic_mode(problem, state), hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
@@ -134,6 +129,52 @@ def decided(
         state, mode = _ahead(facts, touching, before, state, mode, hidden)
     largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right, facts.scale)
     return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
+
+
+@dataclass(frozen=True, eq=False)
+class _After:
+    """What holds after an impact, if there is one, what touches, and the states that are possible by its laws."""
+
+    facts: Facts
+    touching: list[str]
+    blow: Blow | None
+    problem: PosedLaws
+    found: Found
+
+
+def _after(
+    facts: Facts, touching: list[str], before: Before | None, late: Mapping[str, float], held: Collection[str]
+) -> _After:
+    """Return what follows once what touches has struck, without a rebound of what is `late`; what is `held` stays.
+
+    Raises NoSolutionError if the laws of the impact have no solution.
+    """
+    if held:
+        touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
+        facts = moved(facts, q=onto_rows(facts, touching))
+    blow = struck(facts, touching, late, held) if settling.closing(facts, touching) else None
+    if blow is not None:
+        facts = moved(facts, u=facts.u + blow.jump)
+        leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
+        touching = [name for name in touching if name in held or name not in leaving]
+    facts = moved(facts, u=at_rest(facts, touching))
+    problem = posed(facts, touching)
+    found = _found(problem, None if before is None else before.guess or before.mode)
+    return _After(facts, touching, blow, problem, found)
+
+
+def _back(after: _After, others: Collection[str]) -> set[str]:
+    """Return what leaves but comes back, in the state that follows, from no higher than what counts as touching.
+
+    What rested as others struck did not fall before. It rises as they come to rest, and they as it does so later:
+    bodies that slide would rock on for ever, unseen.
+    """
+    facts, states = after.facts, after.found.states
+    if after.blow is None or not states:
+        return set()
+    udot = facts.udot(states[0].x)
+    leaving = [x for x in facts.near if x.name not in others and facts.standing(x) == "leaving"]
+    return {x.name for x in leaving if low_bounce(facts, x, facts.falling(x, udot), facts.rate(x))}
 
 
 def _goes_on(mode: Mode, before: Mode) -> bool:

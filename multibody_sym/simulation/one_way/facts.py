@@ -160,6 +160,10 @@ class Facts:
         beside = self.known["jacobian"][place] @ (udot - self.known["free"]) - self.known["right"][place]
         return -float(beside)
 
+    def udot(self, x: Floats) -> Floats:
+        """Return the accelerations (nu,) that weighted coordinates x (n,) of a state of the laws stand for."""
+        return self.known["free"] + self.speeds(x)
+
     def speeds(self, x: Floats) -> Floats:
         """Return the change of the speeds (nu,) that weighted coordinates x (n,) stand for."""
         changed: Floats = self.known["inverse"] @ x
