@@ -20,7 +20,11 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def look(name: str) -> tuple[list[Mark], Projection]:
-    scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
+    return look_of(mbs.load(EXAMPLES / f"{name}.yaml"))
+
+
+def look_of(system: mbs.System) -> tuple[list[Mark], Projection]:
+    scene = scene_of(system)
     placed = scene.at()
     seen = Projection(scene.view.right, scene.view.up, 1.0, scene.plane).scaled(extent(scene, placed))
     return scene_marks(scene, placed, seen), seen
@@ -120,3 +124,26 @@ def test_a_rail_reaches_as_far_as_what_slides_on_it_goes_in_a_motion() -> None:
     (rail,) = (item for item in scene.items if item.role == "guide" and item.name == "J5")
     (line,) = (mark for mark in item_marks(sheet, rail) if isinstance(mark, Hatch))
     assert 300.0 < line.points[:, 0].max() < 350.0
+
+
+INSIDE_AND_BELOW = """
+multibody_sym: 1
+name: touched
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {loop: {disc: 0.8, inside: true}}}
+  bar: {mass: 1, com: [0.3, 0, 0], inertia: {Izz: 1}, surfaces: {under: {plane: [0, 0, 0], normal: -y}}}
+joints: {hinge: {type: revolute, parent: ground, child: bar, q: a, initial: {q: 35 deg}}}
+"""
+
+
+def test_what_is_touched_inside_is_seen_all_around_and_a_body_lies_behind_its_face() -> None:
+    marks, seen = look_of(mbs.loads(INSIDE_AND_BELOW))
+    (loop,) = [m.points for m in marks if isinstance(m, Hatch) and m.name == "ground.loop"]
+    assert np.hypot(*loop.T) == pytest.approx(0.8 * seen.scale)
+    ways = np.unwrap(np.arctan2(loop[:, 1], loop[:, 0]))
+    assert abs(ways[-1] - ways[0]) == pytest.approx(2 * np.pi)
+    (bar,) = [m.points for m in marks if isinstance(m, Stroke) and (m.role, m.name) == ("body", "bar")]
+    out = np.array([np.sin(np.deg2rad(35)), -np.cos(np.deg2rad(35))])  # -y of the bar
+    assert (bar @ out).max() == pytest.approx(0.0, abs=1e-9)
+    assert (bar @ out).min() < -5.0

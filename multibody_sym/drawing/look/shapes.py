@@ -113,17 +113,14 @@ def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
 
 
 def _hollow(sheet: Sheet, item: Item, centre: Floats, radius: float) -> Iterator[Mark]:
-    """Yield a drum or bowl that is touched inside: its lower half with hatching outside, all of it if it moves."""
-    named = sheet.named(item, LAYER_GROUND)
-    low = float(np.arctan2(sheet.down[1], sheet.down[0]))
-    half = np.pi / 2 if item.on_ground else np.pi
-    angles = np.linspace(low - half, low + half, 73)
-    points = centre + radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    """Yield a drum or bowl that is touched inside, all around: with hatching outside, as a ring if it moves."""
     if item.on_ground:
-        yield Hatch(points, sheet.pen(item, BOLD), side=-1, **named)
-    else:
-        yield Arc(centre, radius, sheet.pen(item), **named)
-        yield Arc(centre, radius + 3.5, sheet.pen(item), **named)
+        angles = np.linspace(0.0, 2.0 * np.pi, 145)
+        points = centre + radius * np.column_stack((np.cos(angles), np.sin(angles)))
+        yield Hatch(points, sheet.pen(item, BOLD), side=-1, **sheet.named(item, LAYER_GROUND))
+        return
+    for size in (radius, radius + 3.5):
+        yield Arc(centre, size, sheet.pen(item), **sheet.named(item, LAYER_GROUND))
 
 
 def _teeth(sheet: Sheet, item: Item, form: Disc, centre: Floats, radius: float) -> Iterator[Mark]:
@@ -265,13 +262,13 @@ def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
 
 
 def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
-    """Return the outline (n, 2) of a moving body that shows a face: a wedge below it, a plate where it is level."""
+    """Return the outline (n, 2) of a moving body behind a face: a wedge below a slope, a plate where it faces else."""
     normal = unit2(sheet.way(item.body, form.normal))
     along, through = left(normal), sheet.at(item.body, form.through)
     ways = (_near(sheet, item, rest=False) - through) @ along
     low, high = min([-_HALF, *(ways - 8.0)]), max([_HALF, *(ways + 8.0)])
     points = np.array([through + low * along, through + high * along])
-    if abs(float(normal @ left(sheet.down))) < 0.02 or abs(float(normal @ sheet.down)) < 0.02:
+    if abs(float(normal @ left(sheet.down))) < 0.02 or float(normal @ sheet.down) > -0.02:
         below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
         if below > 2.0 * _HALF:  # higher than long: a block, not a column
             points += np.outer([-1.0, 1.0], 0.6 * below * along)
