@@ -29,10 +29,7 @@ from multibody_sym.scalars.traversal import flatten, leaves
 
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
-    """Return what each name in expressions stands for; raise where two things share one.
-
-    An output may be named like what moves, whose course it may tell anew, but not like a parameter.
-    """
+    """Return what names in expressions stand for; raise where two things but outputs and what moves share one."""
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
