@@ -156,3 +156,20 @@ def test_drawn_crates_rest_or_move_as_solved() -> None:
 def test_many_drawn_crates_rest_or_move_as_solved() -> None:
     for seed in range(3, 55):
         rests_or_moves_as_solved(seed)
+
+
+@pytest.mark.parametrize("angle", [0.2, 0.35, 0.5])
+def test_a_box_on_a_box_on_a_slope_slips_on_the_rougher_one_first(angle: float) -> None:
+    """mu = 0.4 below, nu = 0.3 between, masses 2 : 1: at rest to tan a = nu; then the upper one, then both slide."""
+    text = STACK[: STACK.index("forces")].replace("[0, 0, -9.81]", "[9.81*sin(a), 0, -9.81*cos(a)]")
+    slope = f"parameters: {{a: {angle}}}\ncontacts: {{c: {{between: [low, ground.floor], static: 0.4}}, "
+    text = text.replace("12 kg", "10 kg").replace("[0.05, 0.02, 0.4", "[0, 0, 0.4")
+    system = mbs.loads(text + slope + "d: {between: [up, low], static: 0.3}}\n")
+    tangent, normal = 9.81 * math.sin(angle), 9.81 * math.cos(angle)
+    up = max(tangent - 0.3 * normal, 0.0)
+    low = max(tangent + (0.3 * 5 - 0.4 * 15) * normal / 10, 0.0)
+    state = examined_state(system)
+    assert state.posed is not None
+    udot = accelerations_of(state.posed.dynamics, state.found.states[0].x)
+    speeds = [speed.name for speed in state.mechanism.speeds]
+    assert [udot[speeds.index(name)] for name in ("u_J_x", "u_K_x")] == pytest.approx([low, up], abs=1e-12)

@@ -188,6 +188,7 @@ class States:
         for times in range(FINER + 1):
             motion = proposal.x, proposal.z
             trial = self._locally(mu, Near(proposal.mode, proposal.carrying, 0 if times else FLIPS, motion))
+            trial = trial or self._moving_so(mu, proposal)
             if trial is not None:
                 return trial
             fine = fans(self.problem, mu, proposal, times + 1)
@@ -197,6 +198,16 @@ class States:
             if proposal.ray:
                 return None
         return None
+
+    def _moving_so(self, mu: Floats, proposal: Proposal) -> Trial | None:
+        """Return the state in which all presses, sticks and slips as it moves in a proposal, whose forces are few."""
+        moving = solve_mode(self.problem, proposal.mode, mu, proposal.carrying)
+        if not np.isfinite(moving.x).all():
+            return None
+        trial = solve_mode(self.problem, labelled(self.problem, moving), mu)
+        if trial.idle.shape[1] and holds_equations(self.problem, trial):
+            trial = admissible(self.problem, trial) or trial
+        return trial if fulfils(self.problem, trial) else None
 
     def _press(self, norms: list[Part], proposal: Proposal, pressing: dict[int, Floats]) -> bool:
         """Take the directions of pressing forces from a proposal; return whether they moved."""
