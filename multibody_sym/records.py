@@ -1,14 +1,12 @@
 """`dataclass`, completed when a class is first used: a command uses a third of the classes that it imports.
 
 The standard library compiles half a dozen methods for each class while its module is imported, which took half of the
-time in which a command starts. The same methods are made here, by the standard library but for `__init__`, which is
-written as it writes it; only the moment differs.
+time in which a command starts. The same methods are made here, by the standard library; only the moment differs.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Callable
 from functools import wraps
 from threading import RLock
@@ -41,7 +39,7 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
                 dataclasses.dataclass(**options, init=False)(cls)
                 delattr(cls, "__signature__")
                 delattr(cls, "__setstate__")
-                cls.__init__ = _told(cls, _init(cls))
+                cls.__init__ = _told(cls, _init(cls, options))
 
     def begin(self: Any, *values: Any, **named: Any) -> None:
         complete()
@@ -57,54 +55,12 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
     return cls
 
 
-def _init(cls: Any) -> Any:
-    """Return a class's `__init__`, as the standard library writes it.
-
-    The library could make it only for a class that inherits this one, as at no moment may another thread find none: the
-    methods of a frozen class were compiled a second time for that.
-    """
-    every = dataclasses.fields(cls)
-    places = [f for f in every if f.init and not f.kw_only]
-    names = [f for f in every if f.init and f.kw_only]
-    used: dict[str, Any] = {"_set": object.__setattr__, "_factory": _FACTORY}
-    arguments = ["self", *[_argument(f, used) for f in places], *["*"][: len(names)]]
-    arguments += [_argument(f, used) for f in names]
-    lines = [f"_set(self, {f.name!r}, {value})" for f in every if (value := _value(f, used))]
-    lines += ["self.__post_init__()"] if hasattr(cls, "__post_init__") else []
-    head = f"def _made({', '.join(used)}):\n def __init__({', '.join(arguments)}):\n  "
-    found: dict[str, Any] = {}
-    exec("\n  ".join([head, *(lines or ["pass"])]) + "\n return __init__", vars(sys.modules[cls.__module__]), found)
-    made = found["_made"](**used)
-    made.__qualname__, made.__module__ = f"{cls.__qualname__}.__init__", cls.__module__
-    made.__annotations__ = {f.name: f.type for f in (*places, *names)} | {"return": None}
+def _init(cls: Any, options: dict[str, Any]) -> Any:
+    """Return a class's `__init__`, made for a class that inherits it: at no moment may another thread find none."""
+    heir = dataclasses.dataclass(eq=False, repr=False, match_args=False, frozen=options.get("frozen", False))
+    made = vars(heir(type(cls.__name__, (cls,), {"__doc__": cls.__name__})))["__init__"]
+    made.__qualname__ = f"{cls.__qualname__}.__init__"
     return made
-
-
-def _argument(f: dataclasses.Field[Any], used: dict[str, Any]) -> str:
-    """Return an argument of `__init__`, whose default is added to what it uses."""
-    if f.default is not dataclasses.MISSING:
-        used[f"_default_{f.name}"] = f.default
-        return f"{f.name}=_default_{f.name}"
-    return f.name if f.default_factory is dataclasses.MISSING else f"{f.name}=_factory"
-
-
-def _value(f: dataclasses.Field[Any], used: dict[str, Any]) -> str:
-    """Return what `__init__` sets a field to; nothing where that is left to the class."""
-    if f.default_factory is dataclasses.MISSING:
-        return f.name if f.init else ""
-    used[f"_make_{f.name}"] = f.default_factory
-    made = f"_make_{f.name}()"
-    return f"{made} if {f.name} is _factory else {f.name}" if f.init else made
-
-
-class _Factory:
-    """The default of an argument that is made anew for each instance."""
-
-    def __repr__(self) -> str:
-        return "<factory>"
-
-
-_FACTORY: Final = _Factory()
 
 
 def _told(cls: Any, made: Any) -> Any:
