@@ -16,11 +16,11 @@ from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
 from multibody_sym.dynamics.impacts.problem import Stage
 from multibody_sym.dynamics.impacts.sweeps import settled, turned
 from multibody_sym.dynamics.laws.judgement import fulfils
-from multibody_sym.dynamics.laws.mode_solve import solve_mode
+from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
 from multibody_sym.dynamics.laws.problem import Equality, LawProblem, LawState
 from multibody_sym.dynamics.laws.scaled import scaled
 from multibody_sym.dynamics.laws.search import find, modes_of
-from multibody_sym.dynamics.laws.uniqueness import undetermined
+from multibody_sym.dynamics.laws.uniqueness import SEEN, undetermined
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import DRAWN, exact, least_squares, null_space
@@ -193,13 +193,19 @@ def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
     here = replace(trial, x=state.x, z=state.z * system.sizes, a=state.a / system.lengths)
     unsure = np.flatnonzero(undetermined(system, trial, here)[0])
     if len(unsure):
-        idle = trial.forces @ trial.idle
+        idle = trial.forces @ trial.idle @ _unmoved(trial)
         equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
         free = idle @ null_space(idle[equal], DRAWN)
         even = replace(here, z=here.z - free @ least_squares(free, here.z))
         if fulfils(system, even):
             here = even
     return here.z / system.sizes, [int(k) for k in unsure]
+
+
+def _unmoved(trial: Trial) -> Floats:
+    """Return combinations (j, k) of impulses that no equation sees that change no speed: what slides may be pushed."""
+    pushed = float(np.linalg.norm(trial.moved)) > SEEN * float(np.linalg.norm(trial.forces @ trial.idle))
+    return null_space(trial.moved, DRAWN) if pushed else np.eye(trial.idle.shape[1])
 
 
 def _nothing(account: Account, closed: Collection[int]) -> str:

@@ -33,7 +33,7 @@ from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
 from multibody_sym.simulation.one_way.stops_in_space import stopped
-from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps
+from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, tell
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
@@ -232,7 +232,7 @@ class OneWayRun:
                 return None
         else:
             u = facts.u + blow.jump
-        self._hit(t, blow)
+        tell(self.changes, t, self._hit(t, blow))
         self._tips.struck(facts)
         after = np.concatenate([facts.q, u])
         self.jumps.append((len(self.stretches) - 1, t, after))
@@ -281,8 +281,7 @@ class OneWayRun:
         began = passage.time, passage.x
         self.legs.append(Leg(stretch.problem, passage.written, passage.written, passage.time, 0, began, passage.steps))
         self._returns(passage.time, stretch.key)
-        for name, word, before in self._begin(stretch):
-            self.changes.append(Change(passage.time, name, word, before))
+        tell(self.changes, passage.time, (Change(passage.time, *each) for each in self._begin(stretch)))
 
     def _decided(self, t: float, x: Floats, cause: Switching, guess: Mode | None) -> Decided:
         """Return how the run goes on from a state at which a switching function of its mode has crossed."""
@@ -365,14 +364,14 @@ class OneWayRun:
         return returns
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
-        if found.several:
-            self.changes.append(Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, ""))
+        several = [Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, "")] if found.several else []
         blow, changes = found.blow, self._begin(stretch)
-        changed = {name: word for name, word, _ in changes}
+        changed, hits = {name: word for name, word, _ in changes}, list[Change]()
         if blow is not None:
             words = {x: changed.pop(x, COLLAPSE if x in found.collapsed else IMPACT) for x in blow.impulses}
-            self._hit(time, blow, words, found.late)
-        self.changes += [Change(time, name, word, before) for name, word, before in changes if name in changed]
+            hits = self._hit(time, blow, words, found.late)
+        others = [Change(time, *each) for each in changes if each[0] in changed]
+        tell(self.changes, time, [*several, *hits, *others])
 
     def _begin(self, stretch: Stretch) -> list[tuple[str, str, str]]:
         """Begin a stretch, and return which elements are in another state than before: name, state now and before."""
@@ -385,15 +384,17 @@ class OneWayRun:
 
     def _hit(
         self, time: float, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
-    ) -> None:
-        """Note what an impact did; what rests does so when it would have ceased to bounce."""
+    ) -> list[Change]:
+        """Note what an impact did, and return it; what rests does so when it would have ceased to bounce."""
         lost = sum(blow.lost.values())
         self.blows.append(Jump(time, blow.q, blow.u, blow.jump, blow.rows, lost, self.laws.parameters))
         for name, each in blow.lost.items():
             self.lost[name] = self.lost.get(name, 0.0) + each
+        changes = []
         for name, impulse in blow.impulses.items():
             when, word = time + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
             if impulse:
                 self._bounces.hit(time, name)
             if impulse or word != IMPACT:
-                self.changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
+                changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
+        return changes

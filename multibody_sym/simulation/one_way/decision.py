@@ -115,8 +115,7 @@ def decided(
     held = before.bounces.dying(facts, closing).keys() - {*beyond, *hidden} if before is not None else set[str]()
     try:
         after = _after(facts, touching, before, late, held)
-        back = _back(after, {*beyond, *hidden}) if late else set[str]()
-        if back:
+        while late and (back := _back(after, {*beyond, *hidden}) - held):
             late, held = dict.fromkeys(back, 0.0) | late, held | back
             after = _after(facts, touching, before, late, held)
     except NoSolutionError as error:
@@ -174,7 +173,8 @@ def _back(after: _After, others: Collection[str]) -> set[str]:
         return set()
     udot = facts.udot(states[0].x)
     leaving = [x for x in facts.near if x.name not in others and facts.standing(x) == "leaving"]
-    return {x.name for x in leaving if low_bounce(facts, x, facts.falling(x, udot), facts.rate(x))}
+    low = {x.name for x in leaving if low_bounce(facts, x, facts.falling(x, udot), facts.rate(x))}
+    return low | {x.name for x in leaving if x.name in after.touching}
 
 
 def _goes_on(mode: Mode, before: Mode) -> bool:

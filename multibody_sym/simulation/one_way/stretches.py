@@ -42,6 +42,13 @@ class Change:
         return known if self.impulse is None else known | {"impulse": self.impulse, "lost": self.lost}
 
 
+def tell(changes: list[Change], time: float, more: Iterable[Change]) -> None:
+    """Add what a switch at a time did, in the order of time: what was told to rest later does so by now."""
+    late = next((k for k in reversed(range(len(changes))) if changes[k].time <= time), -1) + 1
+    changes[late:] = [replace(each, time=time) for each in changes[late:]]
+    changes += sorted(more, key=lambda each: each.time)
+
+
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """A part of a run in one mode: the Programs and the problem as it began."""

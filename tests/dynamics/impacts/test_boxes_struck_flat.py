@@ -140,6 +140,17 @@ def test_a_box_that_turns_as_it_lands_is_struck_without_trying_all_modes(
     judged(*in_space(sizes, m, u, mu, e), sizes, m, u, mu)
 
 
+def test_boxes_that_tip_from_an_edge_onto_a_face_move_as_their_impulses_say() -> None:
+    """They slide and turn as they do so: other shares of the impulses would rub in other directions."""
+    rng = np.random.default_rng(0)
+    for _ in range(12):
+        sizes = (float(rng.uniform(0.1, 0.5)), float(rng.uniform(0.1, 0.5)), float(rng.uniform(0.1, 0.5)))
+        m, mu, tips = float(rng.uniform(0.5, 4.0)), float(rng.uniform(0.1, 0.8)), float(rng.uniform(1.0, 8.0))
+        slides, spins = rng.uniform(-1.0, 1.0, 2).tolist(), float(rng.uniform(-0.3, 0.3))
+        u = [*slides, -tips * sizes[0] / 2.0, 0.0, tips, spins]
+        judged(*in_space(sizes, m, u, mu, 0.0), sizes, m, u, mu)
+
+
 def test_a_table_on_three_legs_has_one_share_of_each() -> None:
     """Dropped with its mass centre off the middle: the normal impulses are those of levers, by Poisson twice."""
     mass = np.diag([3.0, 3.0, 3.0, 0.2, 0.3, 0.4])
