@@ -119,3 +119,36 @@ def _lowest(q: np.ndarray, sizes: list[float]) -> float:
     w, x, y, z = (q[:, 3:] / np.linalg.norm(q[:, 3:], axis=1)[:, None]).T
     up = np.abs([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]).T
     return float((q[:, 2] - up @ np.array(sizes) / 2).min())
+
+
+def test_a_cube_that_never_slips_rolls_down_a_ramp_as_in_the_plane_where_one_corner_strikes_alone() -> None:
+    """Two corners strike at once in space. Once friction that stops their slip throws them up: nothing presses then."""
+    rough = "contacts: {c: {between: [cube, ground.floor], static: enough}}\n"
+    flat, deep = (
+        mbs.simulate(mbs.loads(f"multibody_sym: 1\nname: cube\n{text}{rough}"), t_end=1.45)
+        for text in (
+            """\
+gravity: [9.81*sin(1.1), -9.81*cos(1.1), 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  cube: {shape: {box: [0.2, 0.2, 0.2], mass: 2 kg}}
+joints: {J: {type: planar, parent: ground, child: cube, q: [x, y, th], initial: {q: [0, 0.1, 0]}}}
+""",
+            """\
+gravity: [0, 9.81*sin(1.1), -9.81*cos(1.1)]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  cube: {shape: {box: [0.2, 0.2, 0.2], mass: 2 kg}}
+joints: {J: {type: free, parent: ground, child: cube, initial: {q: [0, 0, 0.1, 1, 0, 0, 0]}}}
+""",
+        )
+    )
+    assert deep.u[-1][:4] == pytest.approx([0, flat["u_x"][-1], flat["u_y"][-1], flat["u_th"][-1]], abs=1e-6)
+    assert deep.q[-1][:3] == pytest.approx([0, flat["x"][-1], flat["y"][-1]], abs=1e-7)
+    struck = [event for event in flat.events if event["kind"] == "impact"]
+    assert [event["impulse"] for event in struck].count(0.0) == 1
+    for k, event in enumerate(struck):
+        pair = [each for each in deep.events if each["kind"] == "impact"][2 * k : 2 * k + 2]
+        assert [each["t"] for each in pair] == pytest.approx([event["t"]] * 2, rel=1e-8)
+        assert sum(each["impulse"] for each in pair) == pytest.approx(event["impulse"], rel=1e-7)
+        assert sum(each["lost"] for each in pair) == pytest.approx(event["lost"], rel=1e-7)

@@ -13,11 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
+from multibody_sym.dynamics.impacts.elimination import moved_by
 from multibody_sym.dynamics.impacts.problem import Stage
 from multibody_sym.dynamics.impacts.sweeps import settled, turned
 from multibody_sym.dynamics.laws.judgement import fulfils
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
-from multibody_sym.dynamics.laws.problem import Equality, LawProblem, LawState
+from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, LawState
 from multibody_sym.dynamics.laws.scaled import scaled
 from multibody_sym.dynamics.laws.search import find, modes_of
 from multibody_sym.dynamics.laws.uniqueness import SEEN, undetermined
@@ -86,7 +87,13 @@ def _newton(account: Account, closed: Collection[int]) -> bool:
 
 
 def _poisson(account: Account, closed: Collection[int]) -> None:
-    z = _found(account, closed, "compression")
+    z = _search(account, closed, np.zeros(len(account.z)), "compression")
+    if z is None and _stopped_at_once(account, closed):
+        if not set(account.closing()).intersection(closed):
+            return
+        z = _found(account, closed, "compression")
+    if z is None:
+        raise NoSolutionError(_nothing(account, closed), number="N108")
     given = {k: float(account.restitution[k] * z[k]) for k in closed}
     given = {k: value for k, value in given.items() if value > 0.0}
     if not given:
@@ -95,6 +102,26 @@ def _poisson(account: Account, closed: Collection[int]) -> None:
         names = ", ".join(account.problem.name(k) for k in sorted(account.unsure.intersection(given)))
         account.note(f"impulses of compression at {names} are not unique; restitution follows the most even ones")
     _found(account, closed, "restitution", given)
+
+
+def _stopped_at_once(account: Account, closed: Collection[int]) -> bool:
+    """Stop slip where friction is always enough, before anything presses; return whether there was any.
+
+    So it is with one contact alone. Where that pushes contacts apart, friction has nothing that presses beside it.
+    """
+    some, v = chosen(account.rows, closed), account.speeds()
+    rubs = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction)]
+    moved = moved_by(some, rubs)
+    enough = [rubs.index(row) for part in some.problem.parts if part.enough for row in part.rows]
+    slip = v[some.rows][rubs][enough]
+    if not (np.abs(slip) > account.rounding[some.rows][rubs][enough]).any():
+        return False
+    f = np.zeros(len(rubs))
+    f[enough] = least_squares(moved.K[np.ix_(enough, enough)], -slip)
+    z = np.zeros(len(v))
+    z[some.rows] = moved.Z @ f
+    account.add("compression", closed, some.of_all((STICKS,) * len(some.parts), account.rows), (z, moved.X @ f))
+    return True
 
 
 def _found(account: Account, closed: Collection[int], stage: Stage, given: Mapping[int, float] | None = None) -> Floats:

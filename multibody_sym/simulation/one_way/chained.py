@@ -395,6 +395,6 @@ class OneWayRun:
             when, word = time + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
             if impulse:
                 self._bounces.hit(time, name)
-            if impulse or word != IMPACT:
+            if impulse or blow.lost.get(name) or word != IMPACT:
                 changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
         return changes
