@@ -72,6 +72,55 @@ def test_time_that_does_not_go_on_is_told() -> None:
     assert not stands.lasts(time + 1e-9, 1)
 
 
+def too_fast(stands: Standstill, times: list[float]) -> bool:
+    return any(stands.lasts(time, 1) for time in times)
+
+
+def test_a_pace_that_a_run_cannot_hold_is_told_and_one_that_it_can_is_not() -> None:
+    steady = [2.0 + k * 1e-7 for k in range(5000)]
+    assert too_fast(Standstill(2.0), steady)  # 2e7 in the whole run
+    assert not too_fast(Standstill(0.9), steady)
+    assert not too_fast(Standstill(2.0), steady[:2400])  # two blocks of 1,200 tell a pace
+
+
+@pytest.mark.parametrize("e", [0.9, 0.999, 0.9999])
+def test_bounces_that_shrink_are_not_too_fast_however_many_there_are(e: float) -> None:
+    """They cease at t = 1, the last 1e-9 of that aside."""
+    times, left = [0.0], 1.0
+    while left > 1e-9:
+        left *= e
+        times.append(1.0 - left)
+    assert not too_fast(Standstill(1e3), times)
+
+
+WALLS = """\
+multibody_sym: 1
+name: walls
+gravity: [0, 0, 0]
+parameters: {d: 1e-7}
+bodies:
+  ground: {surfaces: {left: {plane: [0, 0, 0], normal: x}, right: {plane: [d, 0, 0], normal: -x}}}
+  p: {mass: 1}
+joints: {free: {type: point, parent: ground, child: p, q: [x, y], initial: {q: [d/2, 0], u: [1, 0]}}}
+contacts: {a: {between: [p, ground.left], restitution: 1}, b: {between: [p, ground.right], restitution: 1}}
+simulation: {samples: 3}
+"""
+
+
+def test_a_run_with_impacts_without_end_says_between_what_and_when() -> None:
+    """Each d/v = 1e-7 s, a hundred million times in 10 s; a run of 3e-4 s goes to its end."""
+    said = r"a, b: it strikes or lets go 1400 times in 0.00014 s, more often than .* at t = 0.00028"
+    with pytest.raises(FailedRunError, match=said) as met:
+        mbs.simulate(mbs.loads(WALLS), t_end=10.0)
+    assert met.value.number == "R100"
+    events = met.value.trajectory.events
+    assert {event["element"] for event in events} == {"a", "b"}
+    assert 2800 <= len(events) <= 2802
+    run = mbs.simulate(mbs.loads(WALLS), t_end=3e-4)
+    assert len(run.events) == 3000
+    assert (run["x"][-1], run["u_x"][-1]) == pytest.approx((0.5e-7, 1.0), rel=1e-6)
+
+
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_a_run_that_is_struck_for_ever_ends_with_words(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Were what is inside let stay there, it would be met again at once."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
 from functools import cached_property
+from itertools import takewhile
 from typing import Any, Final
 
 import numpy as np
@@ -28,7 +29,7 @@ from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
-from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
@@ -86,13 +87,13 @@ class OneWayRun:
     _scale: Scale = Scale(1.0, 1.0)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _passed: dict[int, Stretch] = field(default_factory=dict)
-    _recent: list[tuple[float, Key]] = field(default_factory=list)
     _bounces: Bounces = field(default_factory=Bounces)
-    _standstill: Standstill = field(default_factory=Standstill)
 
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
-        self._roads = Roads(self.laws, self.template, self._soon, self.turned)
+        soon = _AT_ONCE * self.template.t_end / 200.0
+        self._returns, self._standstill = Returns(soon), Standstill(self.template.t_end - self.template.t0)
+        self._roads = Roads(self.laws, self.template, soon, self.turned)
         self._tips = Tips.of(self.laws.mechanism)
 
     def begin(self) -> Problem:
@@ -169,8 +170,9 @@ class OneWayRun:
 
     def _hindered(self, t: float, x: Floats, cause: Switching) -> str:
         """Return why nothing follows what has ended a mode, empty where something does."""
-        if self._standstill.lasts(t, len(self.laws.unilateral)):
-            return f"{cause.element.name}: {ENDLESS}"
+        if endless := self._standstill.lasts(t, len(self.laws.unilateral)):
+            lately = takewhile(lambda each: each.time >= self._standstill.since, reversed(self.changes))
+            return f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}"
         facts = self.laws.at(t, x[: len(self.template.q0)], x[len(self.template.q0) :], self._scale)
         if cause.ends != "closes" or not thin_bars.is_behind(facts, cause.element):
             return ""
@@ -280,7 +282,7 @@ class OneWayRun:
         self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
         began = passage.time, passage.x
         self.legs.append(Leg(stretch.problem, passage.written, passage.written, passage.time, 0, began, passage.steps))
-        self._returns(passage.time, stretch.key)
+        self._returns.to(passage.time, stretch.key)
         tell(self.changes, passage.time, (Change(passage.time, *each) for each in self._begin(stretch)))
 
     def _decided(self, t: float, x: Floats, cause: Switching, guess: Mode | None) -> Decided:
@@ -328,7 +330,7 @@ class OneWayRun:
             self.trouble = found.why_none
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self._first_problem if switch is None else self.modes.problem(found, switch.begun)
-        returns = 0 if switch is None or found.blow is not None else self._returns(t, key_of(found.mode))
+        returns = 0 if switch is None or found.blow is not None else self._returns.to(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
             self.trouble = f"the state of {changing or 'what touches'} goes back and forth and time does not go on"
@@ -351,17 +353,6 @@ class OneWayRun:
         if self._roads.course is not None:
             self._passed[self._roads.number(mode)] = stretch
         return stretch
-
-    @property
-    def _soon(self) -> float:
-        return _AT_ONCE * self.template.t_end / 200.0
-
-    def _returns(self, time: float, key: Key) -> int:
-        """Return how often the run has come back to a mode without time going on."""
-        self._recent = [(t, k) for t, k in self._recent if time - t <= self._soon]
-        returns = sum(k == key for _, k in self._recent)
-        self._recent.append((time, key))
-        return returns
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
         several = [Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, "")] if found.several else []

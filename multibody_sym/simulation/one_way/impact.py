@@ -31,11 +31,17 @@ _ALIKE: Final = 1e-2
 """The part by which they may differ: rounding of where what is nearly at rest strikes is in them."""
 _ROUNDING: Final = 16.0 * np.finfo(float).eps
 """The part of the time by which it has to go on to have done so."""
+MOST: Final = 1e7
+"""Switches and impacts of a whole run, at the pace of a block of them: each keeps a kilobyte, so many ten gigabytes."""
+SHRINKS: Final = 0.99
+"""Blocks of switches that are shorter than this part of those before end soon enough: 2,300 blocks make it 1e-10."""
 
-ENDLESS: Final = (
-    "it strikes or lets go again and again and time does not go on; let it lose energy (restitution below 1), give "
-    "what touches a radius or a surface that reaches further, or begin from a state that differs a little"
+_ADVICE: Final = (
+    "let it lose energy (restitution below 1), give what touches a radius or a surface that reaches further, or begin "
+    "from a state that differs a little"
 )
+ENDLESS: Final = f"it strikes or lets go again and again and time does not go on; {_ADVICE}"
+TOO_FAST: Final = f"more often than a run can hold that goes on at this pace; ask for a shorter time, or {_ADVICE}"
 
 
 @dataclass(frozen=True)
@@ -56,16 +62,55 @@ class Blow:
 
 @dataclass
 class Standstill:
-    """How often what ends a mode has done so without time going on by more than rounding."""
+    """How often what ends a mode, or strikes, has done so without time going on, or too fast for a run of `span` (s).
 
+    Time goes on by more than rounding. What is too fast is told of blocks of ten times as many as let impacts collapse:
+    a run of such blocks could not be kept. Where they get shorter they come to an end by themselves, as bounces do.
+    """
+
+    span: float = 0.0
+    since: float = -np.inf
     _last: float = -np.inf
     _times: int = 0
+    _begun: float = np.inf
+    _number: int = 0
+    _before: float = 0.0
+    _fast: bool = False
 
-    def lasts(self, time: float, contacts: int) -> bool:
-        """Note an end of a mode; return whether there are ten times as many as let impacts collapse."""
+    def lasts(self, time: float, contacts: int) -> str:
+        """Note such an end; return why the run is to end, in words, empty where it goes on; `since` tells from when."""
+        most = 10 * _endless(contacts)
         on = time - self._last > _ROUNDING * abs(time)
         self._last, self._times = time, 1 if on else self._times + 1
-        return self._times > 10 * _endless(contacts)
+        if self._times > most:
+            self.since = time
+            return ENDLESS
+        self._begun = min(self._begun, time)
+        self._number += int(on)
+        if self._number > most:
+            self._verify_pace(time, most)
+        return f"it strikes or lets go {most} times in {time - self.since:.3g} s, {TOO_FAST}" if self._fast else ""
+
+    def _verify_pace(self, time: float, most: int) -> None:
+        """End a block: too fast are two as long as each other where a run of such ones has too many."""
+        took = time - self._begun
+        self._fast = took * MOST < most * self.span and 0.0 < SHRINKS * self._before < took
+        self.since, self._begun, self._before, self._number = self._begun, time, took, 0
+
+
+@dataclass
+class Returns:
+    """How often a run has come back to a mode as `soon` (s) as is no motion."""
+
+    soon: float
+    _recent: list[tuple[float, object]] = field(default_factory=list)
+
+    def to(self, time: float, mode: object) -> int:
+        """Note a mode, and return how often it was there lately."""
+        self._recent = [(t, k) for t, k in self._recent if time - t <= self.soon]
+        returns = sum(k == mode for _, k in self._recent)
+        self._recent.append((time, mode))
+        return returns
 
 
 def _endless(contacts: int) -> int:
