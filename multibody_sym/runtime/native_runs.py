@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.integrators.flow import Status
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.integration import Integration, loop_for
 from multibody_sym.runtime.native import StateStruct
 from multibody_sym.runtime.native_loop import native_loop, piece_of, statistics_of
@@ -20,14 +21,49 @@ from multibody_sym.runtime.problem import Problem
 _STATE: Final = np.dtype(StateStruct)
 
 
-def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) -> list[Integration | None]:
-    """Return what `integrate` does of the problem with other numbers: parameters (n, np), q0 (n, nq), u0 (n, nu).
+@dataclass(frozen=True, eq=False)
+class Each:
+    """What came of n runs that are `like` one: samples (n, m, nq + nu), the states (n, nq + nu) and what they reached.
 
-    None of a run that is not done within a few steps, meets an event or fails: it is one for `integrate`.
+    `done`: of which that is all; one that is not done within a few steps, meets an event or fails is for `integrate`.
+    """
+
+    like: Problem
+    samples: Floats
+    ends: Floats
+    states: Any
+    done: list[bool]
+
+    @cached_property
+    def t(self) -> Floats:
+        """The times of samples (m,)."""
+        return self.like.times()
+
+    @cached_property
+    def q(self) -> Floats:
+        """Coordinates (n, m, nq)."""
+        return self.samples[:, :, : len(self.like.q0)]
+
+    @cached_property
+    def u(self) -> Floats:
+        """Speeds (n, m, nu)."""
+        return self.samples[:, :, len(self.like.q0) :]
+
+    def integration(self, k: int) -> Integration:
+        """Return what `integrate` does of run number k, if it is done."""
+        q_final, u_final = np.split(self.ends[k], [len(self.like.q0)])
+        taken = partial(statistics_of, self.like, self.states[k])
+        return Integration(self.t, self.q[k], self.u[k], self.states[k].t, q_final, u_final, taken, None)
+
+
+def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) -> Each | None:
+    """Return what comes of the problem with other numbers: parameters (n, np), q0 (n, nq), u0 (n, nu).
+
+    None where no single call does it.
     """
     count = len(parameters)
     if loop_for(like) is not native_loop or like.begun or like.jump or like.course or any(like.terminal):
-        return [None] * count
+        return None
     native, x0 = NativeProblem(like.again()), np.hstack([q0, u0])  # a copy: threads write their own
     width = x0.shape[1]
     samples, ends = np.empty((count, like.samples, width)), np.empty((count, width))
@@ -46,18 +82,7 @@ def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) ->
         address(samples),
         address(ends),
     )
-    return _integrations(like, samples, ends, states)
-
-
-def _integrations(like: Problem, samples: Floats, ends: Floats, states: Any) -> list[Integration | None]:
-    """Return what came of each run; what all have in common is looked at once, since this is done for every run."""
-    found = np.frombuffer(states, dtype=_STATE)
+    found: Any = np.frombuffer(memoryview(states), dtype=_STATE)
     done = (found["status"] == Status.DONE) & (found["event"] < 0) & (found["passed"] == 0)
     done &= found["sample"] == like.samples
-    nq, times = len(like.q0), like.times()
-    halves = samples[:, :, :nq], samples[:, :, nq:], ends[:, :nq], ends[:, nq:]
-    runs = enumerate(zip(done.tolist(), found["t"].tolist(), *halves, strict=True))
-    return [
-        Integration(times, q, u, t, last_q, last_u, partial(statistics_of, like, states[k]), None) if fine else None
-        for k, (fine, t, q, u, last_q, last_u) in runs
-    ]
+    return Each(like, samples, ends, states, done.tolist())

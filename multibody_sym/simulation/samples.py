@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
 from functools import cached_property, partial
 from typing import Any
 
@@ -16,36 +15,61 @@ from multibody_sym.model.declaration.doors import door
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.runs.made import Sampled
 from multibody_sym.simulation.runs.runnable import Runnable
+from multibody_sym.simulation.runs.told import Told
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Samples:
-    """A motion at times t (m,): coordinates q (m, nq) and speeds u (m, nu) of a system with `parameters` (np,).
+    """A motion at times t (m,): coordinates q (m, nq) and speeds u (m, nu) of a system, as they were `made`.
 
-    A run in modes has `parts`, each with Programs of its own.
     `samples["theta"]` is a coordinate, a speed, an input or a declared output by name, (m,).
     """
 
-    ready: Runnable
-    parameters: Floats
-    t: Floats
-    q: Floats
-    u: Floats
-    parts: tuple[Part, ...] = field(default=(), kw_only=True)
+    _made: Sampled
 
     def __len__(self) -> int:
         return len(self.t)
 
+    @property
+    def ready(self) -> Runnable:
+        """The system, ready to run."""
+        return self._made.ready
+
+    @property
+    def _told(self) -> Told:
+        return self._made.told
+
+    @property
+    def parameters(self) -> Floats:
+        """The parameter vector (np,)."""
+        return self._made.parameters
+
+    @property
+    def t(self) -> Floats:
+        """The times (m,) in s."""
+        return self._made.t
+
+    @property
+    def q(self) -> Floats:
+        """The coordinates (m, nq)."""
+        return self._made.q
+
+    @property
+    def u(self) -> Floats:
+        """The speeds (m, nu)."""
+        return self._made.u
+
     @cached_property
     def units(self) -> Mapping[str, str]:
         """The SI unit of each coordinate, speed and input, measured coordinates too; empty where none is known."""
-        return {**self.ready.told.input_units, **self.ready.told.state_units}
+        return {**self._told.input_units, **self._told.state_units}
 
     @cached_property
     def output_units(self) -> Mapping[str, str]:
         """The SI unit of each output; empty where none is known, as of what hangs on parameters without units."""
-        return self.ready.told.output_units
+        return self._told.output_units
 
     def __getitem__(self, name: str) -> Floats:
         if not isinstance(name, str):
@@ -54,7 +78,7 @@ class Samples:
             columns: Mapping[str, Floats] = getattr(self, kind)
             if name in columns:
                 return columns[name]
-        told = self.ready.told
+        told = self._told
         known = [*self.coordinates, *self.speeds, *told.outputs, *told.run_outputs, *told.inputs]
         raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}", number="M106")
 
@@ -66,17 +90,17 @@ class Samples:
     @cached_property
     def coordinates(self) -> Mapping[str, Floats]:
         """Each coordinate (m,) by name."""
-        return dict(zip(self.ready.told.coordinates, self.q.T, strict=True))
+        return dict(zip(self._told.coordinates, self.q.T, strict=True))
 
     @cached_property
     def speeds(self) -> Mapping[str, Floats]:
         """Each speed (m,) by name."""
-        return dict(zip(self.ready.told.speeds, self.u.T, strict=True))
+        return dict(zip(self._told.speeds, self.u.T, strict=True))
 
     @cached_property
     def inputs(self) -> Mapping[str, Floats]:
         """Each input (m,) by name."""
-        return dict(zip(self.ready.told.inputs, self._of_all(lambda part: part.arguments[4]).T, strict=True))
+        return dict(zip(self._told.inputs, self._of_all(lambda part: part.arguments[4]).T, strict=True))
 
     @cached_property
     def outputs(self) -> Mapping[str, Floats]:
@@ -85,12 +109,12 @@ class Samples:
         Work and impulses are those since the start of the run; samples that are reported meanwhile have nan.
         """
         (values,) = self._evaluated("outputs")
-        untold = {name: np.full(len(self.t), np.nan) for name in self.ready.told.untold}
-        return {**dict(zip(self.ready.told.outputs, values.T, strict=True)), **untold, **self._run_outputs()}
+        untold = {name: np.full(len(self.t), np.nan) for name in self._told.untold}
+        return {**dict(zip(self._told.outputs, values.T, strict=True)), **untold, **self._run_outputs()}
 
     def _run_outputs(self) -> dict[str, Floats]:
         """Return the outputs that add up along a run (m,): samples alone do not tell them."""
-        return {name: np.full(len(self.t), np.nan) for name in self.ready.told.run_outputs}
+        return {name: np.full(len(self.t), np.nan) for name in self._told.run_outputs}
 
     @cached_property
     def kinetic_energy(self) -> Floats:
@@ -114,7 +138,7 @@ class Samples:
     @cached_property
     def accelerations(self) -> Mapping[str, Floats]:
         """The rate of each speed (m,), by the speed's name."""
-        return dict(zip(self.ready.told.speeds, self._of_all(lambda part: part.derivative[1]).T, strict=True))
+        return dict(zip(self._told.speeds, self._of_all(lambda part: part.derivative[1]).T, strict=True))
 
     @cached_property
     def multipliers(self) -> Mapping[str, Floats]:
@@ -140,12 +164,12 @@ class Samples:
     @property
     def withheld(self) -> Mapping[str, tuple[str, ...]]:
         """Components of joints' reactions that are not determined: constraints do not say where their forces act."""
-        return self.ready.told.withheld
+        return self._told.withheld
 
     @property
     def withheld_reasons(self) -> list[str]:
         """Why reactions are withheld, and what to declare instead."""
-        return list(self.ready.told.withheld_reasons)
+        return list(self._told.withheld_reasons)
 
     @door
     def table(self, units: str | Sequence[str] | Units | None = None) -> Table:
@@ -159,7 +183,7 @@ class Samples:
             column = f"output {name}" if name in columns else name
             columns[column], known[column] = values, self.output_units[name]
         known = {"t": "s", **{name: unit for name, unit in known.items() if unit}}
-        about = {"system": self.ready.told.name, "formalism": self.ready.formalism}
+        about = {"system": self._told.name, "formalism": self.ready.formalism}
         try:
             return Table(columns, known, about).told_in(chosen_units(units))
         except ValueError as problem:
@@ -169,8 +193,8 @@ class Samples:
 
     @cached_property
     def _parts(self) -> Sequence[Part]:
-        own = self.ready.told, self.ready.compiled, self.parameters
-        return self.parts or (Part(*own, self.t, self.q, self.u),)
+        own = self._told, self.ready.compiled, self.parameters
+        return self._made.parts or (Part(*own, self.t, self.q, self.u),)
 
     def _of_all(self, of_part: Callable[[Part], Floats]) -> Floats:
         """Return what the parts have, one after the other."""

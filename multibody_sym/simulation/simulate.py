@@ -24,7 +24,8 @@ from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from multibody_sym.simulation.families.family import Family, Member
+    from multibody_sym.simulation.families.family import Family
+    from multibody_sym.simulation.families.members import Member
     from multibody_sym.simulation.one_way.chained import OneWayRun
 
 Columns = Mapping[str, Sequence[float]]
@@ -164,9 +165,7 @@ class Prepared:
         return {}
 
     @door
-    def runs(
-        self, parameters: Columns, initial: Columns
-    ) -> Iterator[Callable[[Progressed], Trajectory]]:
+    def runs(self, parameters: Columns, initial: Columns) -> Iterator[Callable[[Progressed], Trajectory]]:
         """Yield a function for each of some runs that makes it, given of each number by name as many values.
 
         Each has the bits of the run that is made alone.
@@ -192,8 +191,8 @@ class Prepared:
         """Return run number k, ready as a member of a family; of none, and of one that fails, all is examined."""
         if member is not None:
             try:
-                if member.done is not None:
-                    return ended(member.ready, member.problem, member.done, None, ())
+                if member.done:
+                    return ended(member)
                 return run(member.ready, member.problem, None, on_progress, ())
             except FailedRunError as error:
                 failed = error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, field
+from dataclasses import asdict
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ from multibody_sym.simulation.oddities import (
     pulling_wheels,
     pushing_ropes,
 )
+from multibody_sym.simulation.runs.made import Made
 from multibody_sym.simulation.runs.told import frozen
 from multibody_sym.simulation.samples import Samples
 
@@ -39,19 +40,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Samples):
-    """The motion of a system: `samples` evenly spaced, `problem` as it was integrated, `integration` as it ended.
+    """The motion of a system: samples evenly spaced, `problem` as it was integrated, `integration` as it ended.
 
-    `begun` are the events of the impact from which it goes on. `run["theta"]`, `run.energy`,
-    `run.reactions["hinge"]["fx"]`; see `Samples`.
+    `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`.
     """
 
-    problem: Problem
-    integration: Integration
-    modes: OneWayRun | None = field(default=None, kw_only=True)
-    begun: tuple[Mapping[str, Any], ...] = field(default=(), kw_only=True)
+    _made: Made
+
+    @property
+    def problem(self) -> Problem:
+        """What was integrated."""
+        return self._made.problem
+
+    @property
+    def integration(self) -> Integration:
+        """How that ended."""
+        return self._made.integration
+
+    @property
+    def modes(self) -> OneWayRun | None:
+        """The modes through which it went, if something holds one way only."""
+        return self._made.modes
+
+    @property
+    def begun(self) -> tuple[Mapping[str, Any], ...]:
+        """The events of the impact from which it goes on."""
+        return self._made.begun
 
     def __repr__(self) -> str:
-        return f"<Trajectory of {self.ready.told.name}: {len(self)} samples to t = {self.t_final:g} s>"
+        return f"<Trajectory of {self._told.name}: {len(self)} samples to t = {self.t_final:g} s>"
 
     @property
     def t_final(self) -> float:
@@ -61,13 +78,14 @@ class Trajectory(Samples):
     @property
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended the run."""
-        return self.integration.status is Status.INTERRUPTED
+        failure = self._made.failure
+        return failure is not None and failure.status is Status.INTERRUPTED
 
     @property
     def stop(self) -> dict[str, Any] | None:
         """The condition that ended the run, by name, and when; None for a run that reached `t_end`, or failed."""
         met = [event for event in self.integration.events if event.terminal]
-        return {"t": met[0].time, "kind": "stop", "element": self.ready.told.stops[met[0].index]} if met else None
+        return {"t": met[0].time, "kind": "stop", "element": self._told.stops[met[0].index]} if met else None
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -94,7 +112,7 @@ class Trajectory(Samples):
 
     @property
     def _limits_passed(self) -> list[dict[str, Any]]:
-        if not self.ready.told.limited:
+        if not self._told.limited:
             return []
         from multibody_sym.analysis.limits import limits_passed
 
@@ -103,7 +121,7 @@ class Trajectory(Samples):
 
     @cached_property
     def _crossed_boxes(self) -> list[dict[str, Any]]:
-        if not self.ready.told.one_way:
+        if not self._told.one_way:
             return []
         from multibody_sym.simulation.crossed_boxes import crossed_boxes
 
@@ -147,7 +165,7 @@ class Trajectory(Samples):
         return verified(self.stretches, jumps=jumps)
 
     def _run_outputs(self) -> dict[str, Floats]:
-        if not self.ready.told.run_outputs:
+        if not self._told.run_outputs:
             return {}
         from multibody_sym.simulation.along.adding import Adding, told
 
@@ -178,7 +196,7 @@ class Trajectory(Samples):
     @property
     def final(self) -> dict[str, Any]:
         """Time, coordinates and speeds that the run reached."""
-        told, end = self.ready.told, self.integration
+        told, end = self._told, self.integration
         return {
             "t": end.t_final,
             "coordinates": dict(zip(told.coordinates, end.q_final.tolist(), strict=True)),
@@ -197,14 +215,14 @@ class Trajectory(Samples):
         return {
             "position": statistics.drift_position,
             "velocity": statistics.drift_velocity,
-            "energy": math.nan if self.ready.told.drives else _largest_change(self.energy),
+            "energy": math.nan if self._told.drives else _largest_change(self.energy),
             "quaternion": statistics.quaternion_deviation,
         }
 
     @cached_property
     def redundancy(self) -> Redundancy:
         """Which constraints were redundant at the start, and which forces that leaves undetermined."""
-        told, rank = self.ready.told, self.integration.statistics.greatest_rank
+        told, rank = self._told, self.integration.statistics.greatest_rank
         if rank == len(told.rows):
             return Redundancy(rank - sum(told.doubles.values()), (), (), doubles=told.doubles)
         if self.ready.known is not None:
@@ -239,7 +257,7 @@ class Trajectory(Samples):
         if self.modes is not None:
             names = ("alpha", "beta")
             return None if self.modes.stabilised is None else dict(zip(names, self.modes.stabilised, strict=True))
-        if not self.ready.told.rows or self.problem.project or self.problem.index_2:
+        if not self._told.rows or self.problem.project or self.problem.index_2:
             return None
         from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 
@@ -251,7 +269,7 @@ class Trajectory(Samples):
         known = {"coordinates": self.units, "speeds": self.units, "outputs": self.output_units}
         columns = {"coordinates": self.coordinates, "speeds": self.speeds, "outputs": self.outputs}
         found = self.redundancy
-        rows = len(self.ready.told.rows) - sum(found.doubles.values())
+        rows = len(self._told.rows) - sum(found.doubles.values())
         return {
             "t": self.t.tolist(),
             **{kind: {name: _plain(x) for name, x in named.items()} for kind, named in columns.items()},

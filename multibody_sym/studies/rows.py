@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +38,10 @@ class Rows:
     @classmethod
     def of(cls, first: int, rows: Sequence[Row]) -> Rows:
         """Return rows one after the other; a name has a column where one of them has it."""
-        names = tuple(dict.fromkeys(name for row in rows for name in row.numbers))
-        numbers = np.array([[row.numbers.get(name, np.nan) for name in names] for row in rows], dtype=float)
+        found = [row.numbers for row in rows]
+        names = tuple(dict.fromkeys(chain.from_iterable(found)))
+        columns = [[numbers.get(name, math.nan) for numbers in found] for name in names]
+        numbers = np.array(columns, dtype=float).T
         texts = {EVENTS: [row.events for row in rows], FAILURE: [row.failure for row in rows]}
         return cls(first, names, numbers.reshape(len(rows), len(names)), texts)
 

@@ -6,7 +6,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.metadata import PackageNotFoundError, version
 from threading import Event, Lock
 from typing import Any, Final
@@ -85,13 +85,13 @@ class Task:
         columns: dict[str, dict[str, list[float]]] = {"parameters": {}, "initial": {}}
         for axis, column in zip(self.plan.axes, values.T.tolist(), strict=True):
             columns[axis.kind][axis.name] = column
-        for run, own in zip(self.prepared.runs(**columns), values.tolist(), strict=True):
-            if stop is not None and stop.is_set():
-                break
-            try:
-                found.append(self._row(run, own, stop))
-            except StoppedError:
-                break
+        look = partial(_go_on, stop)
+        try:
+            for run, own in zip(self.prepared.runs(**columns), values.tolist(), strict=True):
+                look()
+                found.append(self._row(run, own, look))
+        except StoppedError:
+            pass
         return Rows.of(first, found)
 
     def verify(self) -> None:
@@ -120,11 +120,7 @@ class Task:
                 _prepared[self.key] = found
             return found
 
-    def _row(self, made: Callable[[Progressed], Trajectory], values: list[float], stop: Event | None) -> Row:
-        def look(*_: Any) -> None:
-            if stop is not None and stop.is_set():
-                raise StoppedError
-
+    def _row(self, made: Callable[[Progressed], Trajectory], values: list[float], look: Progressed) -> Row:
         try:
             run = made(look)
         except FailedRunError as error:
@@ -143,6 +139,12 @@ class Task:
             given = ", ".join(f"{name} = {x:g}" for name, x in zip(self.plan.names, values, strict=True))
             raise InputError(f"reduce failed for {given}: {type(error).__name__}: {error}") from error
         return Row(_numbers(found))
+
+
+def _go_on(stop: Event | None, *_: Any) -> None:
+    """Raise StoppedError where somebody asks to stop."""
+    if stop is not None and stop.is_set():
+        raise StoppedError
 
 
 def ends_and_extremes(run: Trajectory) -> dict[str, float]:

@@ -47,6 +47,16 @@ again = pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, pickled])
 backends = pytest.mark.parametrize("backend", ["c", "python"])
 
 
+@again
+def test_a_run_among_others_is_copied_without_them(again: Callable[[Any], Any]) -> None:
+    lengths = np.linspace(0.4, 0.6, 50).tolist()
+    run = list(mbs.prepare(mbs.loads(SYSTEM)).runs({"l": lengths}, {}))[7]()
+    copied = again(run)
+    assert copied.as_json() == run.as_json()
+    assert copied.ready.system == run.ready.system
+    assert len(pickle.dumps(copied)) < 2 * len(pickle.dumps(mbs.simulate(mbs.loads(SYSTEM))))
+
+
 # --- everything that is public -------------------------------------------------------------------------------------
 
 

@@ -99,6 +99,10 @@ def test_a_run_of_a_family_tells_its_own_system(odd: tuple[mbs.System, mbs.Prepa
     assert run.ready.system == alone.ready.system
     assert run.ready.start == alone.ready.start
     assert run.as_json() == alone.as_json()
+    first, second = prepared.runs({"m": [1.0, 2.5]}, {})
+    assert second().as_json() == alone.as_json()
+    assert second().parameters.tolist() == alone.parameters.tolist()
+    assert first().ready.system != alone.ready.system
 
 
 PLAIN = ("double_pendulum", "elastic_pendulum", "spinning_top", "furuta", "four_bar")

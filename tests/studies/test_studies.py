@@ -93,6 +93,13 @@ def test_a_run_that_fails_is_a_row_with_its_reason(system: mbs.System) -> None:
     assert np.isfinite(study["theta end"][[0, 2]]).all()
 
 
+def test_a_setting_that_a_varied_parameter_makes_wrong_is_a_row_with_its_reason() -> None:
+    text = PENDULUM.replace("g: 9.81}", "g: 9.81, T: 1}").replace("t_end: 1", "t_end: 2*T")
+    study = mbs.sweep(mbs.loads(text), {"T": [0.1, -1, 0.2]})
+    assert study["t"][[0, 2]].tolist() == [0.2, 0.4]
+    assert study["failure"].tolist() == ["", "simulation.t_end: expected a positive number, got -2", ""]
+
+
 def test_results_hang_on_values_alone(system: mbs.System) -> None:
     vary = {"l": (0.2, 0.9, 40)}
     one, four = mbs.sweep(system, vary, workers=1), mbs.sweep(system, vary, workers=4)

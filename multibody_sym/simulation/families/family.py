@@ -27,14 +27,15 @@ from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.runtime import loading
-from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.native_runs import integrate_each
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.families.layout import Layout, Values
+from multibody_sym.simulation.families.members import Batch, Member, numbers_of
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.recall import compiled, formalism_name
 from multibody_sym.simulation.runs.runnable import Numbers, Runnable
+from multibody_sym.simulation.runs.told import Alone, Told
 from multibody_sym.simulation.settings import form_of
 
 _LEAST: Final = 32
@@ -44,14 +45,6 @@ _NUMBERS: Final = 1024
 
 Those of small systems, which do, are as many as have so many numbers in their states.
 """
-
-
-class Member(NamedTuple):
-    """A run of a family, ready; `done` is what came of it, if it is."""
-
-    ready: Runnable
-    problem: Problem
-    done: Integration | None = None
 
 
 class _Varied(NamedTuple):
@@ -88,25 +81,33 @@ class Family:
         together = max(_LEAST, min(_MOST, _NUMBERS // max(1, numbers.q0.shape[1] + numbers.u0.shape[1])))
         for begin in range(0, count, together):
             here = slice(begin, begin + together)
-            yield from self._ready(Numbers(*(x[here] for x in numbers)), clear[here])
+            yield from self._together(Numbers(*(x[here] for x in numbers)), clear[here])
 
-    def _ready(self, numbers: Numbers, clear: Any) -> Iterator[Member | None]:
+    def _together(self, declared: Numbers, clear: Any) -> Iterator[Member | None]:
         """Yield runs, those integrated already that one call does."""
-        ready = {}
-        for k in np.flatnonzero(clear).tolist():
-            own = Numbers(numbers.parameters[k], numbers.q0[k], numbers.u0[k])
-            one = self._closed(own) if self._closes else self._one(own, own)
-            if one is not None:
-                ready[k] = one
-        done: Sequence[Integration | None] = [None] * len(ready)
-        if len(ready) > 1 and self._settled:
-            together = zip(*(one.numbers for one, _ in ready.values()), strict=True)
-            done = integrate_each(self._first[0], *map(np.array, together))
-        found = {k: Member(*one, each) for (k, one), each in zip(ready.items(), done, strict=True)}
-        yield from map(found.get, range(len(clear)))
+        starts = self._starts(declared, np.flatnonzero(clear).tolist())
+        batch = self._batch(declared.of(list(starts)), list(starts.values()))
+        members = {k: Member(batch, place) for place, k in enumerate(starts)}
+        yield from map(members.get, range(len(clear)))
 
-    def _closed(self, own: Numbers) -> tuple[Runnable, Problem] | None:
-        """Return a run whose loops are closed from what is declared; None of one that has to be examined."""
+    def _batch(self, declared: Numbers, starts: Sequence[Start | None]) -> Batch:
+        """Return runs, integrated where one call does that."""
+        closed, each = [start for start in starts if start is not None], None
+        numbers = numbers_of(closed) if closed else declared
+        if len(starts) > 1 and self._settled:
+            first = self.ready(numbers.of(0), declared.of(0), starts[0])
+            each = integrate_each(self.problem(first), *numbers)
+        return Batch(self, declared, numbers, starts, each)
+
+    def _starts(self, declared: Numbers, places: list[int]) -> dict[int, Start | None]:
+        """Return how loops are closed, by place, None where there are none; runs left out have to be examined."""
+        if not self._closes:
+            return dict.fromkeys(places)
+        found = {k: self._start(declared.of(k)) for k in places}
+        return {k: start for k, start in found.items() if start is not None}
+
+    def _start(self, own: Numbers) -> Start | None:
+        """Return how a run starts whose loops are closed from what is declared; None of one that has to be examined."""
         try:
             begin = start_from(self._rows, own.parameters.tolist(), own.q0, own.u0, project=self._projects)
         except (MultibodyError, *UNDEFINED):
@@ -114,16 +115,19 @@ class Family:
         independent = self._mechanism.parameters.independent_rows(begin.parameters)
         if begin.rank < independent:
             return None
-        found = Numbers(*(np.array(x, dtype=float) for x in (begin.parameters, begin.q, begin.u)))
-        one = self._one(found, own, begin)
-        return one if one[1].independent == independent else None
+        one = self.ready(numbers_of([begin]).of(0), own, begin)
+        return begin if self.problem(one).independent == independent else None
 
-    def _one(self, numbers: Numbers, declared: Numbers, begin: Start | None = None) -> tuple[Runnable, Problem]:
-        """Return a run that starts with these numbers: as it is declared, or as it was begun."""
+    def ready(self, numbers: Numbers, declared: Numbers, start: Start | None) -> Runnable:
+        """Return a run that starts with these numbers: as it is declared, or as its loops were closed."""
         layout = self._layout
-        begun = partial(_begun, self._varied, declared, begin)
-        one = Runnable(layout.formalism, layout.compiled, numbers, begun, layout.mechanism)
-        return one, self._problem(one)
+        begun = partial(_begun, self._varied, declared, start)
+        return Runnable(layout.formalism, layout.compiled, numbers, begun, self.told)
+
+    @cached_property
+    def told(self) -> Told:
+        """What is told of all runs."""
+        return Told(Alone(self._mechanism))
 
     @cached_property
     def _varied(self) -> _Varied:
@@ -183,7 +187,7 @@ class Family:
         given = (getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples"))
         return all(node is None or node.shadow is not None for node in given)
 
-    def _problem(self, ready: Runnable) -> Problem:
+    def problem(self, ready: Runnable) -> Problem:
         """Return the problem of a run; all but its numbers is that of the first, unless settings name parameters."""
         if not self._settled:
             return problem_of(ready, settings_of(ready))

@@ -12,6 +12,7 @@ from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.runs.made import Made, MadeAlone, Piece
 from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
@@ -35,38 +36,33 @@ def run(
     def report(chunk: Chunk) -> None:
         if on_progress is not None:
             parts = () if modes is None else modes.parts(chunk.t, chunk.q, chunk.u, chunk.first)
-            new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u, parts=parts)
-            on_progress(new, chunk.time / problem.t_end)
+            new = Piece(ready, problem.parameters, chunk.t, chunk.q, chunk.u, parts)
+            on_progress(Samples(new), chunk.time / problem.t_end)
 
     loop = None if modes is None else modes.loop
     if held_at_start(problem) is not None:
         loop = end_at_once
-    done = integrate(problem, on_chunk=report, loop=loop)
-    return ended(ready, problem, _kept(ready, problem, done), modes, told)
-
-
-def ended(
-    ready: Runnable,
-    problem: Problem,
-    done: Integration,
-    modes: OneWayRun | None,
-    told: tuple[Mapping[str, Any], ...],
-) -> Trajectory:
+    done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    values = problem.parameters, done.t, done.q, done.u, problem, done
-    trajectory = Trajectory(ready, *values, parts=parts, modes=modes, begun=told)
-    if ready.told.loses_mass:
+    return ended(MadeAlone(ready, problem, done, parts, modes, told))
+
+
+def ended(made: Made) -> Trajectory:
+    """Return the trajectory of a run. Raises FailedRunError."""
+    trajectory = Trajectory(made)
+    if made.told.loses_mass:
         from multibody_sym.simulation.runs.why_failed import mass_used_up
 
         if (left := mass_used_up(trajectory)) is not None:
             raise FailedRunError(left, trajectory)
-    if done.failure is None or done.failure.status is Status.INTERRUPTED:
-        if modes is not None and (passed := modes.passed_through(done.t, done.q, done.u)):
+    failure, modes = made.failure, made.modes
+    if failure is None or failure.status is Status.INTERRUPTED:
+        if modes is not None and (passed := modes.passed_through(made.t, made.q, made.u)):
             raise FailedRunError(passed, trajectory)
         return trajectory
     from multibody_sym.simulation.runs.why_failed import failure_message  # which few runs need
 
-    raise FailedRunError(failure_message(trajectory, done.failure), trajectory)
+    raise FailedRunError(failure_message(trajectory, failure), trajectory)
 
 
 def _kept(ready: Runnable, problem: Problem, done: Integration) -> Integration:

@@ -22,37 +22,45 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
 
 
 class Numbers(NamedTuple):
-    """The numbers of a start: the parameter vector (np,), coordinates (nq,) and speeds (nu,) at t = 0."""
+    """The numbers of a start: the parameter vector (np,), coordinates (nq,), speeds (nu,) at t = 0; of many, rows."""
 
     parameters: Floats
     q0: Floats
     u0: Floats
+
+    def of(self, which: int | list[int]) -> Numbers:
+        """Return the numbers of one start among many, or of some."""
+        return Numbers(self.parameters[which], self.q0[which], self.u0[which])
 
 
 @dataclass(frozen=True, eq=False)
 class Runnable:
     """A mechanism in its mode at the start, with compiled Programs and the numbers that it starts with.
 
-    `begin` tells its system and how it starts. Runs that differ in numbers alone have one mechanism, which is `shared`:
-    its own numbers are those of the first. Of a run that is recalled `begin` makes all that anew; `known` is what
-    results tell of it.
+    `begin` tells its system and how it starts. Runs that differ in numbers alone share one mechanism, whose own numbers
+    are those of the first, with what is told of it. Of a run that is recalled `begin` makes all that anew; `known` is
+    what results tell of it.
     """
 
     formalism: str
     compiled: Compiled
     numbers: Numbers
     begin: Callable[[], tuple[System, StartState]]
-    shared: Mechanism | None = None
+    shared: Told | None = None
     known: Mapping[str, Any] | None = None
 
     @cached_property
     def mechanism(self) -> Mechanism:
         """The mechanism in its mode at the start."""
-        return self.state.mechanism if self.shared is None else self.shared
+        return self.state.mechanism if self.shared is None else self.shared.mechanism
 
-    @cached_property
+    @property
     def told(self) -> Told:
         """What results tell of the mechanism."""
+        return self._told if self.shared is None else self.shared
+
+    @cached_property
+    def _told(self) -> Told:
         return Told(self) if self.known is None else recalled(self.known["told"], self)
 
     @cached_property
