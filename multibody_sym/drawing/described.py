@@ -22,6 +22,7 @@ def description(scene: Scene, placed: Placed, shown: Shown) -> str:
         _listed("Joints", _named(item for item in scene.items if item.role == "joint")),
         _listed("Pulleys", _named(item for item in scene.items if item.role == "pulley")),
         _listed("Contacts", _named(item for item in scene.items if item.role == "contact")),
+        _listed("Stops", [item.label for item in scene.items if item.role == "stop"]),
         _listed("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
         _listed("Lengths and angles", _once([*(d.label for d in scene.dimensions), *(a.label for a in scene.angles)])),
         _listed("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),

@@ -14,25 +14,25 @@ from multibody_sym.drawing.room import Room, box_at, crossings, distances
 from multibody_sym.drawing.style import LAYER_TEXT, THIN
 from multibody_sym.numerics.arrays import Floats
 
-_STEPS: Final = (0.0, 2.5, 5.5, 9.0, 13.0)
+STEPS: Final = (0.0, 2.5, 5.5, 9.0, 13.0)
 """Distances (pt) beyond the nearest at which a label is tried first."""
-_FURTHER: Final = (
+FURTHER: Final = (
     (18.0, 25.0), (34.0, 46.0), (62.0, 85.0), (115.0, 150.0), (200.0, 270.0),
 )  # fmt: skip
 """Rings that follow until one has a free place."""
-_ANGLES: Final = np.radians([45, 90, 135, 0, 180, 315, 225, 270, 22, 67, 112, 157, 337, 292, 247, 202])
+ANGLES: Final = np.radians([45, 90, 135, 0, 180, 315, 225, 270, 22, 67, 112, 157, 337, 292, 247, 202])
 """Directions from a point, those that a book takes first first."""
 _ALONG: Final = (0.5, 0.38, 0.62, 0.25, 0.75, 0.12, 0.88)
 """Where along a line a label is tried."""
 _SHORT: Final = 2.0
 """A line below this length (pt) is a point: it has no sides."""
-_LEADER: Final = 11.0
+LEADER: Final = 11.0
 """From this distance (pt) on a thin line leads to what a label names."""
 _TURNED: Final = 7.0
 """Cost of a place straight opposite to the preferred one, halved; in points of distance."""
 _MISLEADING: Final = 12.0
 """Cost of a place nearer to what another label names."""
-_FOREIGN: Final = 9.0
+FOREIGN: Final = 9.0
 """Cost of a place on something filled."""
 
 _NEVER: Final = 1e6
@@ -61,7 +61,7 @@ class Candidates:
             self.centres = np.vstack((base[:1], self.centres))
             self.base = np.vstack((base[:1], base))
             self.distance = np.insert(step, 0, 0.0)
-            self.cost = np.insert(self.cost, 0, -_FOREIGN - 1.0)
+            self.cost = np.insert(self.cost, 0, -FOREIGN - 1.0)
         self.boxes = box_at(self.centres, self.wide, self.high)
 
 
@@ -71,7 +71,7 @@ def _tried(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[
     if short or steps[0] > 0.0:
         base = about[0] if short else _point_along(about, 0.5)[0]
         for step in steps:
-            for i, angle in enumerate(_ANGLES):
+            for i, angle in enumerate(ANGLES):
                 yield base, np.array([np.cos(angle), np.sin(angle)]), step, 0.15 * i
     if short:
         return
@@ -102,7 +102,7 @@ def place_labels(room: Room, wishes: Sequence[Wish]) -> list[Placed]:
 
     Those with the fewest free places come first, so that others leave them what they need.
     """
-    tried = [Candidates(wish, _STEPS) for wish in wishes]
+    tried = [Candidates(wish, STEPS) for wish in wishes]
     free = [int((room.touched(one.boxes, _lines(room, one)) == 0).sum()) for one in tried]
     found: list[Placed] = []
     for i in sorted(range(len(wishes)), key=lambda i: (free[i] > 0, free[i], i)):
@@ -116,7 +116,7 @@ def place_labels(room: Room, wishes: Sequence[Wish]) -> list[Placed]:
 
 def _further(room: Room, wish: Wish, others: Sequence[Floats]) -> list[Placed]:
     """Return a label away from everything, with its leader; outside of what is drawn there is always room."""
-    for steps in _FURTHER:
+    for steps in FURTHER:
         marks = _placed(room, Candidates(wish, steps), others)
         if marks:
             return marks
@@ -165,7 +165,7 @@ def _crossed(room: Room, leader: list[float]) -> float:
 def _doubt(room: Room, one: Candidates, others: Sequence[Floats], free: Any) -> Floats:
     """Return costs of places that seem to belong to something else."""
     centres = one.centres[free]
-    doubt = _FOREIGN * np.minimum(1.0, room.covered(centres))
+    doubt = FOREIGN * np.minimum(1.0, room.covered(centres))
     own = _apart(centres, np.asarray(one.wish.about, dtype=float))
     for other in others:
         doubt += np.where(_apart(centres, other) < own, _MISLEADING / 2, 0.0)
@@ -181,7 +181,7 @@ def _apart(points: Floats, about: Floats) -> Floats:
 
 def _leader(one: Candidates, i: int) -> list[float] | None:
     """Return the line that leads to a far label."""
-    if one.distance[i] < _LEADER:
+    if one.distance[i] < LEADER:
         return None
     base, box = one.base[i], one.boxes[i]
     end = np.clip(base, box[:2] - 1.5, box[2:] + 1.5)

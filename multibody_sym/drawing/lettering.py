@@ -48,6 +48,10 @@ _FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
 """Sums and quotients of symbols of a letter or two, and of functions; names with a hyphen are longer words."""
 
 
+_RELATION: Final = re.compile(r"(.+) ([≤≥]) (.+)")
+"""A coordinate and a limit of it."""
+
+
 def width_of(runs: Sequence[Run], size: float) -> float:
     """Return the width of letters of a size, in the unit of the size."""
     return sum(run_width(run, size) for run in runs)
@@ -78,6 +82,9 @@ def letters(name: str) -> tuple[Run, ...]:
     shown = printable(name)
     if SYMBOL.fullmatch(shown):
         return _symbol(shown)
+    limit = _RELATION.fullmatch(shown)
+    if limit is not None:
+        return (*letters(limit[1]), (f" {limit[2]} ", "roman"), *letters(limit[3]))
     return _formula(shown) if _FORMULA.fullmatch(shown) else words(shown)
 
 

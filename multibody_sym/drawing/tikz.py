@@ -19,6 +19,7 @@ _SPECIAL: Final = {
     **{c: f"\\{c}" for c in "#$%&_{}"},
     "°": r"\textdegree{}", "·": r"\textperiodcentered{}", "²": r"\texttwosuperior{}", "³": r"\textthreesuperior{}",
     "…": r"\dots{}", "±": r"\textpm{}", "×": r"\texttimes{}", "µ": r"$\mu$", "≈": r"$\approx$", "−": "$-$",
+    "≤": r"$\leq$", "≥": r"$\geq$",
 }  # fmt: skip
 _CAPITALS: Final = frozenset("Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega".split())
 _LETTERS: Final = {

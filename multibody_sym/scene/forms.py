@@ -165,6 +165,44 @@ class Rail:
 
 
 @dataclass(frozen=True)
+class Stop:
+    """What ends a way: the place of a body that comes `at` it is `point`, in the axes of that body.
+
+    `axis` is the unit direction that is barred, `front` how far (m) what has a size reaches ahead of the place.
+    """
+
+    at: Vector
+    axis: Vector
+    point: Vector
+    front: float = 0.0
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3), where the front of the body comes to."""
+        found: Floats = np.array([self.at]) + self.front * np.array(self.axis)
+        return found
+
+
+@dataclass(frozen=True)
+class TurnStop:
+    """What ends a turn about a place: turning on about the unit `axis` is barred.
+
+    There the direction `own` of the body that turns, in its axes, lies along `way`; it is `reach` (m) long.
+    """
+
+    at: Vector
+    axis: Vector
+    way: Vector
+    own: Vector
+    reach: float
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3)."""
+        return np.array([self.at])
+
+
+@dataclass(frozen=True)
 class Symbol:
     """A sign of a `kind` at a place, whose size is the page's affair, with an axis and a direction along which it lies.
 
@@ -223,4 +261,4 @@ class Axes:
         return np.array([self.at])
 
 
-Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Symbol
+Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Stop | Symbol | TurnStop

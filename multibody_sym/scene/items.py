@@ -16,7 +16,7 @@ GROUND: Final = -1
 """The body of what stands in the world; poses have it at their end."""
 Role = Literal[
     "body", "joint", "guide", "ground", "surface", "pulley", "gear", "contact", "mass centre", "frame", "point",
-    "limit", "force",
+    "limit", "force", "stop",
 ]
 Path = tuple[str, ...]
 

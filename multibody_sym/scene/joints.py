@@ -114,8 +114,9 @@ def _slide(joint: Held, axis: Vector, values: tuple[float, ...]) -> Iterator[Ite
     way = values[0] if values and math.isfinite(values[0]) else _way(joint, axis)
     low, high = min(0.0, way), max(0.0, way)
     limits: Limits | None = getattr(joint.joint, "limits", None)
-    if limits is not None and limits.lower is not None and limits.upper is not None:
-        low, high = joint.stage.number(limits.lower), joint.stage.number(limits.upper)
+    if limits is not None:
+        ends = [joint.stage.number(end) for end in (limits.lower, limits.upper) if end is not None]
+        low, high = (min(ends), max(ends)) if len(ends) == 2 else (min(low, *ends), max(high, *ends))
     light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
     yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light))
 

@@ -153,10 +153,10 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
         if label not in own_names and stage.mechanism.relative is None:
             continue
         axis: Floats = np.array(unit(stage.vector(joint.free_steps[0].step.turns[0])))
-        away = _away(stage, stage.body(joint.child), made.child.point, places)
-        if away is None:
+        there = away(stage, stage.body(joint.child), made.child.point, places)
+        if there is None:
             continue
-        own = made.child.rotation.T @ away  # in frame M, which is F's at zero
+        own = made.child.rotation.T @ there  # in frame M, which is F's at zero
         own = own - (own @ axis) * axis
         if np.linalg.norm(own) < 1e-9:
             continue
@@ -168,7 +168,7 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
     yield from _slopes(stage)
 
 
-def _away(stage: Stage, body: str, place: Vector, places: Mapping[str, Sequence[Vector]]) -> Floats | None:
+def away(stage: Stage, body: str, place: Vector, places: Mapping[str, Sequence[Vector]]) -> Floats | None:
     """Return the direction from a joint's place to what is farthest of its child: the way that its rod goes."""
     candidates = [*places.get(body, ()), stage.centre(body)]
     shape = stage.declared(body).shape

@@ -27,6 +27,7 @@ from multibody_sym.scene.machines import constraint_items, contact_items, force_
 from multibody_sym.scene.marks import angles, dimensions, ways
 from multibody_sym.scene.places import places
 from multibody_sym.scene.stage import Stage, drawn_start, poses_of
+from multibody_sym.scene.stops import stop_items
 from multibody_sym.scene.strands import Runs, placed_rope, ropes_of, strands
 from multibody_sym.scene.surfaces import surface_items
 from multibody_sym.scene.view import is_plane, natural_view
@@ -149,6 +150,7 @@ def _scene(stage: Stage) -> Scene:
         *constraint_items(stage),
         *joint_items(stage),
         *(_spelt(item, book) for item in (*force_items(stage), *contact_items(stage))),
+        *stop_items(stage, bodies, found),
         *marker_items(stage),
     )
     return Scene(

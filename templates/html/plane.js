@@ -45,6 +45,19 @@ function planeStage(root, data) {
     }
     return "M" + found.join("L");
   }
+  const moved = ([x, y], m) => [m[0] * x + m[2] * y + m[4], m[1] * x + m[3] * y + m[5]];
+  const names = data.names && data.names.length ? nameLayer(root, data.names, data.rule) : null;
+  function named(low, high, part) {
+    const at = new Map(), still = [1, 0, 0, 1, 0, 0];
+    const of = (body) => { if (!at.has(body)) at.set(body, body < 0 ? still : matrix(body, low, high, part)); return at.get(body); };
+    const { a, e, f } = svg.querySelector("g").getScreenCTM(), { left, top } = root.getBoundingClientRect();
+    const seen = (body, point) => { const [x, y] = moved(point, of(body)); return [a * x + e - left, a * y + f - top]; };
+    const lines = data.lines.flatMap(({ body, points }) => {
+      const found = points.map((point) => seen(body, point));
+      return found.slice(1).map((point, k) => [...found[k], ...point]);
+    });
+    names.show(data.names.map(({ body, at: place }) => seen(body, place)), lines, 3.5 * a);
+  }
   const written = (m) => "matrix(" + m.map((x) => x.toFixed(4)).join(" ") + ")";
   return {
     show(low, high, part, traced) {
@@ -53,6 +66,7 @@ function planeStage(root, data) {
       for (const [p, number] of lines)
         p.setAttribute("d", "M" + rope(number, low, high, part).map(([x, y]) => x.toFixed(2) + " " + y.toFixed(2)).join("L"));
       for (const [p, point] of trails) p.setAttribute("d", traced ? trail(point, low) : "");
+      if (names) named(low, high, part);
     },
   };
 }

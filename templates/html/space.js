@@ -106,6 +106,19 @@ function spaceStage(root, data) {
       const ends = item.reach.map((x) => at.clone().addScaledVector(axis, x).toArray());
       bar(group, ends[0], ends[1], (item.light ? 0.003 : 0.006) * size, paint(0x9aa3ad, 1));
     },
+    Stop(group, item) {
+      const axis = new THREE.Vector3(...item.axis), front = (item.front || 0.035 * size) + 0.006 * size;
+      const at = new THREE.Vector3(...item.at).addScaledVector(axis, front).toArray();
+      solid(group, new THREE.CylinderGeometry(0.045 * size, 0.045 * size, 0.012 * size, 24), paint(0x475569, 1), at, item.axis);
+    },
+    TurnStop(group, item) {
+      const way = new THREE.Vector3(...item.way), barred = new THREE.Vector3(...item.axis).cross(way);
+      const at = new THREE.Vector3(...item.at).addScaledVector(way, Math.min(0.62 * item.reach, 0.12 * size));
+      const bar = new THREE.Mesh(new THREE.BoxGeometry(0.06 * size, 0.012 * size, 0.04 * size), paint(0x475569, 1));
+      bar.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(way, barred, new THREE.Vector3(...item.axis)));
+      bar.position.copy(at.addScaledVector(barred, 0.017 * size));
+      group.add(bar);
+    },
     Symbol(group, item, material) {
       (symbols[item.kind] || symbols.point)(group, item, material);
     },
@@ -142,7 +155,7 @@ function spaceStage(root, data) {
     scene.add(lettered([["xyz"[k], "italic"]], from.addScaledVector(way, 0.2 * size), colour));
   });
 
-  // Names, as the figure has them: letters on a small picture that faces the reader.
+  // Letters of axes on a small picture that faces the reader.
   function lettered(runs, at, colour) {
     const picture = document.createElement("canvas"), pen = picture.getContext("2d"), type = 44;
     const fonts = { italic: `italic ${type}px serif`, roman: `${type}px serif`, subscript: `${0.75 * type}px serif` };
@@ -165,19 +178,22 @@ function spaceStage(root, data) {
     sprites.push(sprite);
     return sprite;
   }
-  const names = data.names.map(({ body, at, runs, row }) => {
-    const sprite = lettered(runs, new THREE.Vector3(...at), 0x1a1a1a);
-    sprite.center.set(0, -0.15 - row);
-    (body < 0 ? ground : groups[body]).add(sprite);
-    return sprite;
-  });
-  const choice = document.createElement("label"), box = document.createElement("input");
-  box.type = "checkbox";
-  box.checked = true;
-  choice.append(box, " names");
-  const controls = root.parentElement.querySelector(".controls");
-  if (controls && names.length) controls.append(choice);
-  box.addEventListener("change", () => { names.forEach((sprite) => { sprite.visible = box.checked; }); show(...shown); });
+  const names = data.names.length ? nameLayer(root, data.names, data.rule) : null;
+  const bars = data.items.filter((item) => item.form === "Polyline" && item.points.length <= 12);
+  function named() {
+    const wide = canvas.clientWidth, high = canvas.clientHeight, p = new THREE.Vector3();
+    const seen = (body, at) => {
+      p.set(...at);
+      if (body >= 0) p.applyQuaternion(groups[body].quaternion).add(groups[body].position);
+      p.project(camera);
+      return [(p.x + 1) / 2 * wide, (1 - p.y) / 2 * high];
+    };
+    const lines = bars.flatMap(({ body, points }) => {
+      const found = points.map((point) => seen(body, point));
+      return found.slice(1).map((point, k) => [...found[k], ...point]);
+    });
+    names.show(data.names.map(({ body, at }) => seen(body, at)), lines, 0.025 * size * zoom / data.reach * high);
+  }
 
   function quaternion(v, a) { return new THREE.Quaternion(v[a], v[a + 1], v[a + 2], v[a + 3]); }
   function poseOf(body, low, high, part, position, turn) {
@@ -209,8 +225,8 @@ function spaceStage(root, data) {
     line.geometry.attributes.position.needsUpdate = true;
   }
   function look() {
-    const wide = root.clientWidth || 640, high = Math.round(0.62 * wide), ratio = Math.min(2, window.devicePixelRatio || 1);
-    if (canvas.width !== Math.round(wide * ratio)) { renderer.setPixelRatio(ratio); renderer.setSize(wide, high, false); }
+    const wide = root.clientWidth || 640, high = Math.round(0.62 * Math.min(wide, window.innerHeight || wide)), ratio = Math.min(2, window.devicePixelRatio || 1);
+    if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(high * ratio)) { renderer.setPixelRatio(ratio); renderer.setSize(wide, high, false); }
     const half = 0.5 * data.reach / zoom, aspect = wide / high;
     Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     const right = new THREE.Vector3(...data.right).applyAxisAngle(up, azimuth);
@@ -225,6 +241,7 @@ function spaceStage(root, data) {
     camera.updateProjectionMatrix();
     sun.position.copy(camera.position).addScaledVector(up, 4 * size).addScaledVector(right, 3 * size);
     renderer.render(scene, camera);
+    if (names) named();
   }
   function show(low, high, part, traced) {
     shown = [low, high, part, traced];

@@ -22,6 +22,22 @@ CHAIN = (
     " simulation: {t_end: 30 s, rtol: 1e-6, atol: 1e-6}}"
 )
 
+STOPS = """
+multibody_sym: 1
+name: stops
+gravity: [0, -9.81, 0]
+bodies: {cart: {mass: 1}, rod: {mass: 0.2, com: [0, -0.5, 0]}}
+joints:
+  rail: {type: prismatic, parent: ground, child: cart, axis: x, q: x, initial: {u: 1}, limits: {lower: -.6, upper: .2}}
+  hinge: {type: revolute, parent: cart, child: rod, axis: z, q: phi, limits: {lower: -50 deg, upper: 60 deg}}
+simulation: {t_end: 1 s}
+"""
+NAMES = """
+return [...document.querySelectorAll('.names text')].map((t) => {
+  const r = t.getBoundingClientRect(); return [t.textContent, r.left, r.top, r.right, r.bottom];
+});
+"""
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
@@ -92,6 +108,37 @@ def test_a_plot_is_zoomed_by_dragging_and_shown_whole_by_a_double_click(browser:
     assert span() == pytest.approx((whole[0] + length / 4, whole[1] - length / 4), abs=0.02 * length)
     ActionChains(browser).move_to_element_with_offset(canvas, middle, 0).double_click().perform()
     assert span() == pytest.approx(whole)
+
+
+def overlapping(names: list[tuple[str, float, float, float, float]]) -> list[tuple[str, str]]:
+    """Return the names of which one lies over the other, by more than half a pixel."""
+    pairs = ((a, b) for k, a in enumerate(names) for b in names[:k])
+    apart = ((a, b, min(a[3], b[3]) - max(a[1], b[1]), min(a[4], b[4]) - max(a[2], b[2])) for a, b in pairs)
+    return [(a[0], b[0]) for a, b, wide, high in apart if min(wide, high) > 0.5]
+
+
+@pytest.mark.parametrize("name", ["stewart_platform", "gyroscope", "andrews_squeezer", "stops"])
+def test_names_do_not_lie_over_each_other_while_things_move_and_turn(name: str, browser: Any, tmp_path: Path) -> None:
+    """Four joints of the platform are at one place, and all of a gyroscope are."""
+    from selenium.webdriver import ActionChains
+
+    system = mbs.loads(STOPS) if name == "stops" else mbs.load(EXAMPLES / f"{name}.yaml")
+    mbs.animate(mbs.simulate(system, samples=60), tmp_path / "motion.html")
+    opened(browser, tmp_path / "motion.html")
+    slider = "const slider = document.querySelector('input[type=range]'); slider.value = arguments[0];"
+    move = slider + "slider.dispatchEvent(new Event('input'));"
+    found = {}
+    for part in (0.0, 0.3, 0.6, 0.9):
+        browser.execute_script(move, part)
+        names = browser.execute_script(NAMES)
+        found[part] = overlapping(names)
+        for canvas in browser.find_elements("css selector", ".stage canvas"):
+            ActionChains(browser).drag_and_drop_by_offset(canvas, 90, 30).perform()
+    assert {part: pairs for part, pairs in found.items() if pairs} == {}
+    joints = {label.replace("_", "") for label in system.joints}
+    assert joints & {label for label, *_ in names}
+    if name == "stops":
+        assert {"x ≤ 0.2 m", "x ≥ −0.6 m", "φ ≥ −50°", "φ ≤ 60°"} <= {label for label, *_ in names}
 
 
 def test_a_chain_of_100_links_is_smooth_and_small(browser: Any, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Axes of what moves freely, below the figure: its coordinates with their directions."""
+"""Axes of what moves freely, below the figure, with its coordinates; arrows of what is driven."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.drawing.lettering import letters
-from multibody_sym.drawing.look.sheet import Sheet
+from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arc, Arrow, Mark, Wish
 from multibody_sym.drawing.style import BLACK, LAYER_ARROW, LAYER_TEXT, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Axes
+from multibody_sym.scene.forms import Axes, Symbol, across
 from multibody_sym.scene.items import Item
 
 _LENGTH: Final = 22.0
 _TURN: Final = 11.0
 """The radius of the bow of what turns (pt)."""
 _APART: Final = 58.0
+_BESIDE, _DRIVEN, _ABOUT = 16.0, 24.0, 12.0
+"""How far (pt) the arrow of a drive is from what slides, its length, and its radius about what turns."""
 
 
 def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
@@ -50,3 +52,18 @@ def _turn(sheet: Sheet, item: Item, at: Floats, named: dict[str, Any]) -> Iterat
     middle, way = points[len(points) // 2][None, :], first + second
     name = letters(item.form.names[-1])
     yield Wish(middle, name, prefer=(float(way[0]), float(way[1])), clear=1.5, layer=LAYER_TEXT, **named)
+
+
+def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+    """Return the points (n, 2) of the arrow by which a prescribed motion is seen."""
+    at = sheet.at(item.body, symbol.at)
+    if symbol.kind == "drive_along":
+        way = unit2(sheet.way(item.body, symbol.axis), (0.0, 1.0))
+        start = at - _BESIDE * left(way)
+        return np.array([start, start + _DRIVEN * way])
+    e1 = np.array(across(symbol.axis))
+    e2 = np.cross(symbol.axis, e1)
+    angles = np.linspace(0.3, 4.6, 32)[:, None]
+    rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
+    found: Floats = at + _ABOUT * np.array(rim)
+    return found

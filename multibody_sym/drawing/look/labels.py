@@ -8,17 +8,18 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.drawing.lettering import letters, words
+from multibody_sym.drawing.look.axes import driven_points
 from multibody_sym.drawing.look.contacts import touching_place
-from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import drawn_pieces
 from multibody_sym.drawing.look.rails import rail_ends, rail_lines, sleeve_place
 from multibody_sym.drawing.look.rings import ring_pins
 from multibody_sym.drawing.look.shapes import face_ends, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.look.stops import stop_line
 from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
 from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MARKED, MOTION, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Axes, Disc, Face, Rail, Symbol
+from multibody_sym.scene.forms import Axes, Disc, Face, Rail, Stop, Symbol, TurnStop
 from multibody_sym.scene.items import Anchor, AngleMark, Dimension, Item, PlacedStrand
 
 _SHORTEST: Final = 9.0
@@ -28,7 +29,7 @@ _SAME: Final = 3.0
 """Within this distance (pt) places are one."""
 _NEAR_BLOCK: Final = 22.0
 """How far from its block (pt) the name of a slider stands on what it slides along."""
-_NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit")
+_NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit", "stop")
 _SILENT: Final = ("tie", "point", "used_point", "frame")
 """Symbols without a name on the figure."""
 
@@ -45,7 +46,10 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
         if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
             continue
         named.add(key)
-        yield _name(sheet, item)
+        if isinstance(item.form, (Stop, TurnStop)):
+            yield from _of_stop(sheet, item, item.form)
+        else:
+            yield _name(sheet, item)
     for placed in sheet.placed.strands:
         pieces = drawn_pieces(sheet, placed)
         if len(pieces) and np.all(np.isfinite(pieces)) and _is_named(placed, pieces):
@@ -87,6 +91,14 @@ def _name(sheet: Sheet, item: Item) -> Wish:
         about = _beside(sheet, item, item.form, about)
     clear = 7.0 if isinstance(item.form, Symbol) and len(about) == 1 else 5.0
     return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
+
+
+def _of_stop(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Iterator[Mark]:
+    line = stop_line(sheet, item, form)
+    if line is not None:
+        way = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
+        prefer, text = (float(way[0]), float(way[1])), _text(item.role, item.name)
+        yield Wish(line.mean(axis=0)[None, :], letters(item.label), prefer=prefer, clear=7.0, **text)
 
 
 def _turns_at_middle(sheet: Sheet, item: Item, disc: Disc) -> bool:

@@ -133,7 +133,7 @@ def _reach(sheet: Sheet, item: Item, along: Floats) -> tuple[float, float]:
             continue
         form = other.form
         if isinstance(form, Symbol):
-            points = _wedge(sheet, other, form)
+            points = wedge_corners(sheet, other, form)
         else:
             points = wedge(sheet, other, form) if isinstance(form, Face) else sheet.page(child, form.bounds)
         ways = (points - here) @ along
@@ -191,7 +191,7 @@ def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
             found += list(wedge(sheet, other, other.form) @ across - middle)
         elif isinstance(other.form, Symbol):
             blocks = blocks or other.form.kind == "block"
-            found += list(_wedge(sheet, other, other.form) @ across - middle)
+            found += list(wedge_corners(sheet, other, other.form) @ across - middle)
         elif not isinstance(other.form, Polyline) or other.form.closed:
             found += list(sheet.page(child, other.form.bounds) @ across - middle)
     if found:
@@ -200,7 +200,7 @@ def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
     return -half, half
 
 
-def _wedge(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+def wedge_corners(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
     """Return the corners (3, 2) of a mass that is drawn as a wedge, none (0, 2) of others."""
     slope = slope_of(sheet, item) if symbol.kind == "block" and sheet.flat else None
     if slope is None or abs(float(slope @ sheet.down)) <= LEVEL:

@@ -12,12 +12,13 @@ from multibody_sym.drawing.look.labels import angle_marks, dimension_marks, labe
 from multibody_sym.drawing.look.rails import rail_marks
 from multibody_sym.drawing.look.shapes import FORMS
 from multibody_sym.drawing.look.sheet import Sheet
+from multibody_sym.drawing.look.stops import stop_marks
 from multibody_sym.drawing.look.strands import strand_marks
 from multibody_sym.drawing.look.symbols import SYMBOLS
 from multibody_sym.drawing.picture import Arc, Hatch, Mark, Stroke
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Axes, Rail, Symbol
+from multibody_sym.scene.forms import Axes, Rail, Stop, Symbol, TurnStop
 from multibody_sym.scene.items import Item, Path, Placed
 from multibody_sym.scene.scene import Scene
 
@@ -73,5 +74,7 @@ def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
         return  # they stand beside the figure
     elif isinstance(item.form, Rail):
         yield from rail_marks(sheet, item, item.form)
+    elif isinstance(item.form, (Stop, TurnStop)):
+        yield from stop_marks(sheet, item, item.form)
     else:
         yield from FORMS[type(item.form)](sheet, item, item.form)

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.drawing.look.axes import driven_points
 from multibody_sym.drawing.look.contacts import touching_place
-from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import axle_marks, held_wheel, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered, sleeve_place
 from multibody_sym.drawing.look.rings import ring_marks, ring_pins

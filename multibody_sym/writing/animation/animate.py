@@ -127,7 +127,8 @@ def player(
     times = [short(float(t)) for t in frames.times]
     data = script_json({"times": times, **moved, "plot": plot_data(plot_of({"": run}, units, show))})
     kind = "plane" if projection.flat else "space"
-    scripts = "".join(template_text(f"html/{name}.js") for name in ("animation", "plots", kind))
+    parts = ["animation", "plots", *(["names"] if moved.get("names") else []), kind]
+    scripts = "".join(template_text(f"html/{name}.js") for name in parts)
     library = "" if projection.flat else f"<script>{three()}</script>"
     return (
         f'<section class="animation"><h1>{escape(run.ready.mechanism.name)}</h1><div class="stage">{drawn}</div>'

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.drawing.draw import MOST_NAMED
 from multibody_sym.drawing.look.scene_marks import item_marks
 from multibody_sym.drawing.look.sheet import Sheet, extent
 from multibody_sym.drawing.look.strands import strand_marks
@@ -19,6 +20,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Face
 from multibody_sym.scene.items import Anchor
 from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
+from multibody_sym.writing.animation.names import lines_on_page, names_on_page, rule
 from multibody_sym.writing.animation.packing import packed, short
 
 _MARGIN: Final = 30.0
@@ -45,6 +47,11 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "height": short(height),
         "traces": [_trace(frames, projection, each, height) for each in traces],
     }
+    if len(frames.scene.bodies) <= MOST_NAMED:
+        home = frames.placed[0]
+        sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+        data["names"] = names_on_page(frames.scene, sheet, height)
+        data |= {"lines": lines_on_page(frames.scene, sheet, height), "rule": rule()}
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(width)} {number(height)}" '
         f'aria-label="{escaped(frames.scene.name)}"><title>{escaped(frames.scene.name)}</title>'

@@ -7,21 +7,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.drawing.draw import MOST_NAMED
-from multibody_sym.drawing.lettering import letters
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.errors import OutputError
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Axes, Face, Rail
+from multibody_sym.scene.forms import Face, Rail
 from multibody_sym.scene.items import Anchor, Item
 from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
+from multibody_sym.writing.animation.names import names_in_space, rule
 from multibody_sym.writing.animation.packing import packed, short
 
 _COLOURS: Final = (0x5B8DB8, 0xE0A458, 0x6DA67A, 0xB57BA6, 0x8C8C8C, 0xC96F53, 0x4FA3A5, 0xA3A948)
 _GROUND: Final = 0x9AA3AD
-_NAMED: Final = ("body", "joint", "pulley")
-_SAME: Final = 0.05
-"""Names closer than this part of the scene's size stand above each other."""
 _BELOW: Final = 0.05
 """How far below everything the grid of the ground lies, as a part of its reach."""
 
@@ -45,7 +41,8 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "middle": _shorts((low + high) / 2),
         "low": _shorts(_corner(low, high, up)),
         "floor": _floor(low, high, up),
-        "names": _names(frames),
+        "names": names_in_space(scene),
+        "rule": rule(),
         "reach": short(max(float(np.linalg.norm(high - low)), 0.5 * scene.size)),
         "right": _shorts(projection.right),
         "up": _shorts(up),
@@ -68,26 +65,6 @@ def _corner(low: Floats, high: Floats, up: Floats) -> Floats:
     level = low - float(low @ up) * up
     found: Floats = level + float(np.array(floor["middle"]) @ up) * up
     return found
-
-
-def _names(frames: Frames) -> list[dict[str, Any]]:
-    """Return the letters of bodies, joints and pulleys with their places on bodies; none of very many.
-
-    Of several at one place each stands in a `row` above those before.
-    """
-    scene = frames.scene
-    found: dict[tuple[str, str], dict[str, Any]] = {}
-    for item in scene.items if len(scene.bodies) <= MOST_NAMED else ():
-        if item.role not in _NAMED or not item.label or isinstance(item.form, Axes):
-            continue
-        at = _shorts(item.form.bounds.mean(axis=0))
-        found.setdefault((item.role, item.name), {"body": item.body, "at": at, "runs": letters(item.label)})
-    taken: list[Floats] = []
-    for each in found.values():
-        place = frames.placed[0].world(each["body"], np.array([each["at"]]))[0]
-        each["row"] = sum(float(np.linalg.norm(place - other)) < _SAME * scene.size for other in taken)
-        taken.append(place)
-    return list(found.values())
 
 
 def three() -> str:
