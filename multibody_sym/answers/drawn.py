@@ -80,7 +80,7 @@ def draw(
         if wanted["forces"] or wanted["reactions"]:
             shown = replace(shown, reactions=_acting(asked, scene, motion, run, wanted))
         if wanted["reactions"] and run is not None:
-            shown = replace(shown, not_unique=tuple(_not_unique(run, scene)))
+            shown = _with_open(shown, run, scene)
         if wanted["redundant"]:
             shown = replace(shown, marked={**_redundant(asked, scene), **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
@@ -138,19 +138,25 @@ def _acting(
     return (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
 
 
-def _not_unique(run: Trajectory, scene: Scene) -> Iterator[str]:
-    """Yield the elements whose reactions are not unique, each once, and whether a possible value of them is drawn."""
+def _with_open(shown: Shown, run: Trajectory, scene: Scene) -> Shown:
+    """Return what is shown with what is not unique: the elements, each once, whether they are drawn and how."""
     from multibody_sym.answers.cut_free.joints import shown_components
+    from multibody_sym.dynamics.derivation.letters import component_label
 
-    seen = shown_components(scene)
-    elements = {row.name: element.name for element in run.ready.mechanism.one_way for row in element.rows}
+    seen, dashed = shown_components(scene), {arrow.name for arrow in shown.reactions if arrow.open}
+    elements = {row.name: element for element in run.ready.mechanism.one_way for row in element.rows}
     told: dict[str, str] = {}
+    undrawn: list[str] = []
     for name, components in run.redundancy.ambiguous.items():
+        element = elements.get(name)
         kept = [each for each in components if seen(each[0] == "m", np.eye(3)["xyz".index(each[1])])]
-        if kept or not components:
-            word = "one possible value is drawn" if name in elements else "not drawn"
-            told[elements.get(name, name)] = f"{' '.join([elements.get(name, name), *kept])} ({word})"
-    yield from told.values()
+        if element is not None and element.kind != "rope":
+            word = "dashed" if element.path[1] in dashed else "their sum is drawn"
+            told[element.name] = f"{element.name} ({word})"
+        elif kept or not components:
+            told[name] = f"{' '.join([name, *kept])} (not drawn)"
+            undrawn += [component_label(name, each).text for each in kept] or [name]
+    return replace(shown, not_unique=tuple(told.values()), undrawn=tuple(undrawn))
 
 
 def _reached(scene: Scene, run: Trajectory) -> Motion:

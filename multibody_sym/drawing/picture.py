@@ -2,7 +2,7 @@
 
 Every mark says what it belongs to by `role` (body, joint, rope, dimension, ...) and `name`. Marks of a greater `layer`
 hide those of a smaller one; within a layer those of a greater `depth` (nearer to the reader) do, then those that come
-later. `Wish`, `Measure` and `Bend` are marks whose place the layout still has to find.
+later. `Wish`, `Measure`, `Bend` and `Note` are marks whose place the layout still has to find.
 """
 
 from __future__ import annotations
@@ -166,11 +166,19 @@ class Bend(Mark):
     size: float = 10.0
 
 
+@dataclass(frozen=True, eq=False)
+class Note(Mark):
+    """One line of letters of the legend, which stands below all that is drawn."""
+
+    runs: tuple[Run, ...]
+    size: float = 9.0
+
+
 Placed = Stroke | Arc | Hatch | Arrow | Text
 """A mark that has its place."""
 Simple = Stroke | Arc | Text
 """A mark that a backend draws."""
-Wanted = Wish | Measure | Bend
+Wanted = Wish | Measure | Bend | Note
 
 
 @dataclass(frozen=True, eq=False)

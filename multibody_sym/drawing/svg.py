@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterable, Iterator
 from typing import Final
 
@@ -48,7 +49,8 @@ def escaped(text: str) -> str:
 
 def _allowed(character: str) -> bool:
     code = ord(character)
-    return character.isprintable() or character in "\t\n" or 0xE000 <= code < 0xFFFE or code > 0xFFFF
+    blank = unicodedata.category(character) == "Zs"  # such as the thin one of a product
+    return character.isprintable() or blank or character in "\t\n" or 0xE000 <= code < 0xFFFE or code > 0xFFFF
 
 
 def number(value: float) -> str:

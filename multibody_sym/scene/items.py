@@ -95,7 +95,8 @@ class ArrowItem:
     """An arrow at a point of a body: gravity, a force, torque, motion of ground, impulse; its vector is in the world.
 
     `vector` is what it was at the start; at another state `Placed.vectors` has it, by its place among the arrows.
-    `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several.
+    `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several. What is
+    `open` is not unique: others would do as well.
     """
 
     role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
@@ -105,6 +106,7 @@ class ArrowItem:
     at: Anchor
     vector: Vector
     way: Vector = ZERO
+    open: bool = False
 
 
 @dataclass(frozen=True)

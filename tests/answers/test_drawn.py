@@ -182,7 +182,7 @@ def test_the_description_says_which_forces_are_not_unique() -> None:
     system = replace(ladder, contacts={**ladder.contacts, "top": rough})
     told = mbs.draw(system, reactions=True, parameters={"mu": 0.6}).description
     names = mbs.solve(system, parameters={"mu": 0.6}).not_unique
-    doubtful = [f"{name} (one possible value is drawn)" for name in names]
+    doubtful = [f"{name} (dashed)" for name in names]
     assert f"Not unique, because constraints depend on each other: {', '.join(doubtful)}." in told
     assert "Not unique" not in mbs.draw(ladder, reactions=True).description
 

@@ -62,3 +62,9 @@ def test_no_label_is_markup(label: str) -> None:
 
     assert shape(label) == shape("harmless")
     svg(Picture(100, 50, [], label, label)).encode("utf-8")
+
+
+def test_products_have_their_thin_space() -> None:
+    written = svg(Picture(100, 50, [Text(np.zeros(2), letters("2*m*g"), 10.0)], "t"))
+    assert "\ufffd" not in written
+    assert written.count("\u2009") == 2

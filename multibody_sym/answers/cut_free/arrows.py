@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Final, Literal
 
 import numpy as np
@@ -43,13 +44,19 @@ def applied_arrows(cut: CutFree) -> tuple[ArrowItem, ...]:
 
 
 def _arrows(cut: CutFree, pulls: Sequence[Pull], drawn: Callable[[Pull], Floats]) -> list[ArrowItem]:
-    """Return arrows of what is more than rounding: couples also of the moments that forces have."""
-    forces, couples = (max((p.size for p in pulls if p.turns == turns), default=0.0) for turns in (False, True))
+    """Return arrows of what is more than rounding, couples also of the moments that forces have; what is open, of all.
+
+    That points as its possible value does, where this is none the way in which its letter counts.
+    """
+    known = [pull for pull in pulls if np.isfinite(pull.size)]
+    forces, couples = (max((p.size for p in known if p.turns == turns), default=0.0) for turns in (False, True))
     largest = {False: forces, True: max(couples, forces * cut.scene.size)}
-    kept = [pull for pull in pulls if pull.size > _NEGLIGIBLE * largest[pull.turns]]
+    seen = [pull.size > _NEGLIGIBLE * largest[pull.turns] for pull in pulls]
+    pairs = zip(pulls, seen, strict=True)
+    kept = [pull if large else replace(pull, value=1.0) for pull, large in pairs if large or pull.open]
     names = force_names(cut.system, cut.scene.mechanism, [*_acting(kept), *cut.lasting()])
     return [
-        ArrowItem(_role(pull), pull.path[1], names[pull.key], pull.path, pull.at, vector(drawn(pull)))
+        ArrowItem(_role(pull), pull.path[1], names[pull.key], pull.path, pull.at, vector(drawn(pull)), open=pull.open)
         for pull in kept
         if np.isfinite(pull.vector).all()
     ]

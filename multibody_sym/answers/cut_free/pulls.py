@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -38,7 +39,8 @@ class CutFree:
     """A system whose bodies are cut free of each other at an instant of a `motion`.
 
     `values` are what acts there, by element and component: those of a `Solution` or of a run; nan where it is unknown.
-    `sliding` are the elements that slide.
+    `sliding` are the elements that slide, `open` the elements and components that are not unique, though they may
+    have a possible value.
     """
 
     system: System
@@ -46,6 +48,7 @@ class CutFree:
     motion: Motion
     values: Values
     sliding: Collection[str] = ()
+    open: Collection[tuple[str, str]] = ()
 
     @cached_property
     def placed(self) -> Placed:
@@ -196,7 +199,7 @@ class CutFree:
         if element.unilateral:
             row = element.normals[0]
             component = "normal" if element.kind == "contact" else "force"
-            yield from self._exerted(row, self._value(element.name, component), ("row", row.name), element.path, places)
+            yield from self._single(element, row, component, places)
         for part in element.frictions:
             yield from self._friction(element, part, places)
 
@@ -204,12 +207,24 @@ class CutFree:
         """Yield friction along one row as the equations have it; in space both parts together, as a force."""
         word = "friction" if part is element.frictions[0] else part.name.rpartition(".")[2]
         several = len(part.rows) > 1
-        values = [self._value(element.name, f"{word}_{k + 1}" if several else word) for k in range(len(part.rows))]
+        words = [f"{word}_{k + 1}" if several else word for k in range(len(part.rows))]
         total = self._value(element.group, word)
-        if not np.isfinite(values).all() and np.isfinite(total) and not several:
+        known = [np.isfinite(self._value(element.name, each)) for each in words]
+        is_open = not all(known) or any((element.name, each) in self.open for each in words)
+        if is_open and element.group != element.name and np.isfinite(total) and not several:
             yield from self._together(element, part, total)
-        for row, value in zip(part.rows, values, strict=True):
-            yield from self._exerted(row, value, ("row", row.name), element.path, places, slides=element.name)
+            return
+        for row, each in zip(part.rows, words, strict=True):
+            yield from self._single(element, row, each, places, element.name)
+
+    def _single(
+        self, element: OneWay, row: Row, component: str, places: Mapping[Body, Floats], slides: str = ""
+    ) -> Iterator[Pull]:
+        """Yield the force of one row, of one that is open without a value by its way."""
+        value, is_open = self._value(element.name, component), (element.name, component) in self.open
+        known = 1.0 if is_open and not np.isfinite(value) else value
+        for pull in self._exerted(row, known, ("row", row.name), element.path, places, slides=slides):
+            yield replace(pull, value=pull.value if np.isfinite(value) else value, open=True) if is_open else pull
 
     def _together(self, element: OneWay, part: FrictionPart, total: float) -> Iterator[Pull]:
         """Yield the friction of all corners of a contact, where only that is determined, once: where they press."""

@@ -20,7 +20,8 @@ Values = Mapping[str, Mapping[str, float]]
 class Pull:
     """A force or couple (`turns`) on a body at a place: `value` times `way` (world), which is the way of its letter.
 
-    `path` is where it is declared. `both`: a figure of the whole has it at both ends, as it has pulls of ropes.
+    `path` is where it is declared. `both`: a figure of the whole has it at both ends, as it has pulls of ropes. `open`:
+    it is not unique; its value is one of those that are possible, or unknown (nan).
     """
 
     key: Key
@@ -30,6 +31,7 @@ class Pull:
     value: float
     turns: bool
     both: bool = False
+    open: bool = False
 
     @property
     def vector(self) -> Floats:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from multibody_sym.answers.cut_free.open import Component, open_forces, sums
 from multibody_sym.answers.cut_free.records import Values
 from multibody_sym.answers.solution import Solution
 from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
@@ -33,8 +34,17 @@ def sliding_of(solution: Solution) -> frozenset[str]:
     return frozenset(name for name, word in solution.states.items() if word.startswith("slide"))
 
 
-def at_end(run: Trajectory) -> tuple[Values, frozenset[str]]:
-    """Return what acts at the end of a run, and what slides there."""
+def open_of(solution: Solution) -> frozenset[Component]:
+    """Return the elements and components of a solution that are not unique."""
+    reactions = solution.reactions.items()
+    return frozenset((name, part) for name, parts in reactions for part, x in parts.items() if not x.unique)
+
+
+def at_end(run: Trajectory) -> tuple[Values, frozenset[str], frozenset[Component]]:
+    """Return what acts at the end of a run, what slides there, and what of contacts and stops is not unique.
+
+    Where the friction of a contact's corners is not, and their sum is, this is among the values.
+    """
     from multibody_sym.simulation.samples import last_part
 
     part = last_part(run)
@@ -44,10 +54,16 @@ def at_end(run: Trajectory) -> tuple[Values, frozenset[str]]:
     instant = Instant(motion_of(part.mechanism, known), udot[-1].tolist(), multipliers[-1].tolist())
     mode = part.mechanism.mode
     sliding = frozenset(name for name, slip in (mode.slips.items() if mode else ()) if slip)
-    return _values(run, instant), sliding
+    several = open_forces(instant.motion, run.redundancy.ambiguous)
+    values = _values(run, instant)
+    if several:
+        told = run.ready.told.mechanism
+        begin = state_of(told, float, float(run.problem.t0), run.q[0], run.u[0], part.parameters.tolist())
+        values |= sums(instant, several, motion_of(told, begin))
+    return values, sliding, several
 
 
-def _values(run: Trajectory, instant: Instant) -> Values:
+def _values(run: Trajectory, instant: Instant) -> dict[str, Mapping[str, float]]:
     """Return the forces at an instant; those of joints are what the run tells of them."""
     mechanism, several = instant.motion.mechanism, run.redundancy.ambiguous
     acting = OneWayForces(instant.motion, instant.multipliers)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.drawing.lettering import letters
 from multibody_sym.drawing.look.shapes import wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
-from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Stroke, Wish, simple
+from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Mark, Pen, Stroke, Wish, simple
 from multibody_sym.drawing.room import crossed, segments_of
 from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, MOTION, REACTION, THIN
 from multibody_sym.numerics.arrays import Floats
@@ -28,6 +28,8 @@ _BESIDE: Final = 6.0
 _NEAR: Final = 2.0
 """Within this distance (pt) places are one."""
 _SAME_WAY: Final = 0.98
+_OPEN: Final = (3.5, 2.5)
+"""The dashes of an arrow that others would do for as well (pt)."""
 _CLEAR: Final = 0.05
 """The part of an arrow at its tail that may touch what it acts on."""
 
@@ -47,13 +49,18 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
         elif item.role == "motion":
             yield from _moving(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
-            pen = REACTION if item.role == "couple" else FORCE
+            pen = _pen(item, REACTION if item.role == "couple" else FORCE)
             yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
-            pen = {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE)
+            pen = _pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
             at = at + taken.aside(at, sheet.projection.page(vector))
             pushes = item.role == "force" and item.path[0] == "forces" and _pushes(sheet, at, vector, lines)
             yield from force_marks(sheet, at, vector, item.label, named, pen, pushes=pushes)
+
+
+def _pen(item: ArrowItem, pen: Pen) -> Pen:
+    """Return the pen of an arrow, dashed for what is not unique."""
+    return replace(pen, dash=_OPEN) if item.open else pen
 
 
 def _place(sheet: Sheet, item: ArrowItem) -> Floats:

@@ -14,7 +14,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
+from multibody_sym.numerics.dependence import NEGLIGIBLE, Dependence, dependence, support
 from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
 from multibody_sym.numerics.rank import rank as rank_of
 
@@ -32,7 +32,7 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
         return Redundancy(0, (), ())
     matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
     found, names = dependence(matrix), dynamics.row_names
-    idle = [_unit(circuit / scaled_rows(matrix)[0]) for circuit in found.circuits]
+    idle = _idle(matrix, found)
     shared = {k for circuit in found.circuits for k in support(circuit)}
     loaded = _ambiguous(motion, dynamics, idle)
     of_joints = {k for cut in motion.mechanism.cuts for k in cut.rows}
@@ -46,6 +46,20 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
         doubles,
     )
+
+
+def idle_combinations(dynamics: TreeDynamics) -> tuple[tuple[str, ...], list[Floats]]:
+    """Return the names of the rows that restrict motion, and combinations of their multipliers that exert nothing."""
+    dynamics = restricting(dynamics)
+    if not dynamics.rows:
+        return (), []
+    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
+    return dynamics.row_names, _idle(matrix, dependence(matrix))
+
+
+def _idle(matrix: Floats, found: Dependence) -> list[Floats]:
+    """Return the combinations of the rows of a matrix that vanish, of length one."""
+    return [_unit(circuit / scaled_rows(matrix)[0]) for circuit in found.circuits]
 
 
 def restricting(dynamics: TreeDynamics) -> TreeDynamics:
