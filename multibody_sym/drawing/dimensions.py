@@ -31,6 +31,8 @@ _ACROSS: Final = 40.0
 """Cost of a line across a load, a spring or a rope; in points of distance."""
 _SMALL: Final = np.radians(4.0)
 """An angle below is told in letters: an arc of it could not be seen."""
+_BESIDE: Final = (5.0, 16.0)
+"""From where to where on its side (pt) the letters of such an angle stand: behind it the next hinge may be."""
 _NONE: Final = 0.5
 """A length (pt) below is told in letters, such as one seen along its own direction."""
 
@@ -176,7 +178,7 @@ def place_bends(room: Room, bends: Sequence[Bend]) -> tuple[list[Placed], list[W
         at = np.asarray(one.at, dtype=float)
         if abs(one.stop - one.start) < _SMALL:
             runs = (*one.runs, (" = 0" if abs(one.stop - one.start) < 1e-6 else " ≈ 0", "roman"))
-            wishes.append(Wish(_ray(at, one.start, 14.0, 30.0), runs, size=one.size, role=one.role, name=one.name))
+            wishes.append(Wish(_ray(at, one.start, *_BESIDE), runs, size=one.size, role=one.role, name=one.name))
             continue
         radius = min(_RADII, key=lambda r: _arc_cost(room, one, r))
         marks = _arc_marks(one, radius)

@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.drawing.described import description
 from multibody_sym.drawing.layout import laid_out
 from multibody_sym.drawing.look.scene_marks import scene_marks
-from multibody_sym.drawing.notes import notes
+from multibody_sym.drawing.notes import in_legend, notes
 from multibody_sym.drawing.picture import Mark, Picture
 from multibody_sym.drawing.projection import Projection, view_of
 from multibody_sym.drawing.shown import Shown
@@ -71,7 +71,8 @@ def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Pla
 
 def _marks(scene: Scene, placed: Placed, projection: Projection, shown: Shown) -> list[Mark]:
     named = shown.names and len(scene.bodies) <= MOST_NAMED
-    return [*scene_marks(scene, placed, projection, names=named, marked=shown.marked), *notes(shown)]
+    scene, told = in_legend(scene) if named else (scene, [])
+    return [*scene_marks(scene, placed, projection, names=named, marked=shown.marked), *told, *notes(shown)]
 
 
 def _projection(scene: Scene, view: str | Sequence[float] | None) -> Projection:

@@ -171,7 +171,7 @@ class Note(Mark):
     """One line of letters of the legend, which stands below all that is drawn."""
 
     runs: tuple[Run, ...]
-    size: float = 9.0
+    size: float = 10.0
 
 
 Placed = Stroke | Arc | Hatch | Arrow | Text

@@ -67,7 +67,10 @@ class Strand:
 
 @dataclass(frozen=True)
 class Dimension:
-    """A named length between two points, or a coordinate along a way (`coordinate`)."""
+    """A named length between two points, or a coordinate along a way (`coordinate`).
+
+    `component` is the one of a point of the body, sign and all, whose size the label is.
+    """
 
     name: str
     label: str
@@ -75,6 +78,7 @@ class Dimension:
     b: Anchor
     coordinate: bool = False
     radius: bool = False
+    component: str = ""
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def _points(stage: Stage) -> Iterator[Dimension]:
                 if label:
                     start[k] = 0.0
                     ends = Anchor(number, vector(start)), Anchor(number, stage.vector(point))
-                    yield Dimension(f"{name}.{word}", label, *ends)
+                    yield Dimension(f"{name}.{word}", label, *ends, component=text(point[k]))
 
 
 # --- coordinates and angles ----------------------------------------------------------------------------------------

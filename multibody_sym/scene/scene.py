@@ -160,7 +160,7 @@ def _scene(stage: Stage) -> Scene:
         size=size,
         items=items,
         strands=tuple(strands(stage, {name: k for k, name in enumerate(ropes)})),
-        dimensions=(*(_spelt(each, book) for each in dimensions(stage, found)), *ways(stage)),
+        dimensions=(*(_component(_spelt(each, book), book) for each in dimensions(stage, found)), *ways(stage)),
         angles=tuple(each if each.coordinate else _spelt(each, book) for each in angles(stage, found)),
         arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
         mechanism=stage.mechanism,
@@ -176,6 +176,10 @@ _Labelled = TypeVar("_Labelled", Dimension, AngleMark, ArrowItem, Item)
 def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
     """Return what is named by parameters with the letters that the book has for them."""
     return replace(each, label=in_letters(each.label, book))
+
+
+def _component(each: Dimension, book: Mapping[str, str]) -> Dimension:
+    return replace(each, component=in_letters(each.component, book))
 
 
 def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:

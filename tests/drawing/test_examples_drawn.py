@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from geometry import faults, texts
+from geometry import faults, shown, texts
 
 import multibody_sym as mbs
 from multibody_sym.drawing.draw import draw
+from multibody_sym.drawing.lettering import letters
 from multibody_sym.drawing.picture import Picture
 from multibody_sym.scene.scene import Scene, scene_of
 
@@ -22,10 +23,17 @@ INSTANTS = (13, 37)
 def missing(scene: Scene, picture: Picture) -> list[str]:
     """Return what is declared and not drawn: bodies, joints that are no freedom alone, named lengths and angles."""
     drawn = {name for _, name in picture.boxes()}
-    written = {text.name for text in texts(picture)}
+    legend = "".join(shown(text) for text in texts(picture) if text.role == "legend")
+    told = {each.name for each in scene.dimensions if each.name.endswith(".com") and each.component}
+    told = {name for name in told if f"{shown_name(name)} (" in legend}
+    written = {text.name for text in texts(picture)} | told
     joints = {item.name for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") != "free"}
     lengths = {each.name for each in scene.dimensions}
     return [*sorted(joints - drawn), *sorted(lengths - written)]
+
+
+def shown_name(name: str) -> str:
+    return "".join(run for run, _ in letters(name.removesuffix(".com")))
 
 
 def wrong(scene: Scene, picture: Picture) -> list[str]:
