@@ -12,7 +12,7 @@ function spaceStage(root, data) {
   scene.add(sun);
   const up = new THREE.Vector3(...data.up), middle = new THREE.Vector3(...data.middle);
   const stage = { changed: () => {}, show }, sprites = [];
-  let azimuth = 0, elevation = 0, zoom = 1, shown = [0, 0, 0, false];
+  let azimuth = 0, elevation = 0, zoom = 1, half = 0.5 * data.reach, centre = middle, shown = [0, 0, 0, false];
 
   const groups = data.bodies.map(() => { const g = new THREE.Group(); scene.add(g); return g; });
   const ground = new THREE.Group();
@@ -35,6 +35,7 @@ function spaceStage(root, data) {
     return line;
   });
 
+  const lines = (width) => (data.near ? Math.max(10, Math.min(200, Math.round(width / data.near))) : 10);
   function paint(colour, clear) {
     return new THREE.MeshLambertMaterial({ color: colour, transparent: clear < 1, opacity: clear, side: THREE.DoubleSide });
   }
@@ -92,11 +93,11 @@ function spaceStage(root, data) {
     },
     Face(group, item) {
       // As far as the motion goes where it is ground's, around the middle of the motion.
-      const width = item.body < 0 ? Math.max(2.2 * size, data.floor.width) : 2.2 * size;
+      const width = item.body < 0 ? Math.max(2.2 * size, data.floor.width) + 6 * (data.near || 0) : 2.2 * size;
       const normal = new THREE.Vector3(...item.normal), at = new THREE.Vector3(...item.through);
       if (item.body < 0) at.copy(middle.clone().addScaledVector(normal, at.sub(middle).dot(normal)));
       solid(group, new THREE.PlaneGeometry(width, width), paint(0xd9dee4, 0.5), at.toArray(), item.normal, [0, 0, 1]);
-      const grid = new THREE.GridHelper(width, 10, 0xaab2bc, 0xc5ccd4);
+      const grid = new THREE.GridHelper(width, lines(width), 0xaab2bc, 0xc5ccd4);
       along(grid, item.normal);
       grid.position.copy(at);
       group.add(grid);
@@ -144,7 +145,7 @@ function spaceStage(root, data) {
   // The ground, as the eye needs it: a level grid below everything where no plane is declared, and the axes of space.
   const low = data.low;
   if (!data.items.some((item) => item.form === "Face" && item.body < 0)) {
-    const grid = new THREE.GridHelper(data.floor.width, 10, 0xb4bcc6, 0xd7dce2);
+    const grid = new THREE.GridHelper(data.floor.width, lines(data.floor.width), 0xb4bcc6, 0xd7dce2);
     along(grid, data.up);
     grid.position.set(...data.floor.middle);
     scene.add(grid);
@@ -192,7 +193,19 @@ function spaceStage(root, data) {
       const found = points.map((point) => seen(body, point));
       return found.slice(1).map((point, k) => [...found[k], ...point]);
     });
-    names.show(data.names.map(({ body, at }) => seen(body, at)), lines, 0.025 * size * zoom / data.reach * high);
+    names.show(data.names.map(({ body, at }) => seen(body, at)), lines, 0.0125 * size / half * high);
+  }
+
+  // What goes far is followed, so that it can be seen; the ground passes below.
+  const following = data.near ? document.createElement("input") : null;
+  if (following) {
+    const choice = document.createElement("label");
+    following.type = "checkbox";
+    following.checked = data.follow;
+    choice.append(following, " follow");
+    const controls = root.parentElement.querySelector(".controls");
+    if (controls) controls.append(choice);
+    following.addEventListener("change", () => show(...shown));
   }
 
   function quaternion(v, a) { return new THREE.Quaternion(v[a], v[a + 1], v[a + 2], v[a + 3]); }
@@ -227,7 +240,9 @@ function spaceStage(root, data) {
   function look() {
     const wide = root.clientWidth || 640, high = Math.round(0.62 * Math.min(wide, window.innerHeight || wide)), ratio = Math.min(2, window.devicePixelRatio || 1);
     if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(high * ratio)) { renderer.setPixelRatio(ratio); renderer.setSize(wide, high, false); }
-    const half = 0.5 * data.reach / zoom, aspect = wide / high;
+    const follows = following && following.checked, aspect = wide / high;
+    half = 0.5 * (follows ? 2 * data.near : data.reach) / zoom;
+    centre = follows ? groups.reduce((sum, group) => sum.add(group.position), new THREE.Vector3()).divideScalar(groups.length) : middle;
     Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     const right = new THREE.Vector3(...data.right).applyAxisAngle(up, azimuth);
     const towards = new THREE.Vector3(...data.towards).applyAxisAngle(up, azimuth).applyAxisAngle(right, elevation);
@@ -236,8 +251,8 @@ function spaceStage(root, data) {
       sprite.scale.set(letter * sprite.userData.wide, letter * sprite.userData.high, 1);
     }
     camera.up.copy(up);
-    camera.position.copy(middle).addScaledVector(towards, 10 * size);
-    camera.lookAt(middle);
+    camera.position.copy(centre).addScaledVector(towards, 10 * size);
+    camera.lookAt(centre);
     camera.updateProjectionMatrix();
     sun.position.copy(camera.position).addScaledVector(up, 4 * size).addScaledVector(right, 3 * size);
     renderer.render(scene, camera);

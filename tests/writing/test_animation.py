@@ -159,3 +159,22 @@ def test_a_racket_that_is_a_face_alone_has_room_on_its_page() -> None:
     (racket,) = re.findall(r'<g data-body="0">(.*?)</g>', html)
     ways = [float(y) for y in re.findall(r"[ML][\d.-]+[ ,]([\d.-]+)", racket)]
     assert 60.0 < np.ptp(ways) < height - 10.0
+
+
+@pytest.mark.parametrize(
+    ("joint", "speed", "near", "follow"),
+    [("free", "[10, 0, 0, 0, 0, 0]", 0.2, True), ("free", "[0, 0, 0, 0, 0, 1]", None, True),
+     ("prismatic, axis: x", "10", 0.2, False)],
+)  # fmt: skip
+def test_what_goes_far_in_space_may_be_followed(joint: str, speed: str, near: float | None, follow: bool) -> None:
+    """A ball of 0.2 m goes 10 m in a second; what only turns needs no following, and a rail is not left behind."""
+    system = mbs.loads(
+        "{multibody_sym: 1, name: s, bodies: {b: {shape: {sphere: 0.1 m, mass: 1}}}, joints: "
+        f"{{j: {{type: {joint}, parent: ground, child: b, initial: {{u: {speed}}}}}}}}}"
+    )
+    frames = frames_of(mbs.simulate(system, t_end=1, samples=20, backend="python"))
+    _, data = space_stage(frames, Projection((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), [])
+    assert (data["near"] is None) == (near is None)
+    if near is not None:
+        assert near <= data["near"] <= near * np.sqrt(3.0) + 1e-9
+    assert data["follow"] == follow
