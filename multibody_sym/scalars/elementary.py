@@ -7,7 +7,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.scalars.interning import FLOAT_OPERATIONS, intern
+from multibody_sym.scalars.interning import FLOAT_OPERATIONS, in_order, intern
 from multibody_sym.scalars.node import (
     ONE,
     PI,
@@ -130,7 +130,7 @@ def _extreme(op: str, a: Node, b: Node) -> Node:
         return a
     if a.shadow is not None and b.shadow is not None:
         return a if FLOAT_OPERATIONS[op](a.shadow, b.shadow) == a.shadow else b
-    return intern(Node, op, (a, b) if a.key <= b.key else (b, a))
+    return intern(Node, op, in_order(a, b))
 
 
 def minimum(a: Node, b: Node) -> Node:

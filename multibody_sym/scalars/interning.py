@@ -1,7 +1,8 @@
 """Expressions that are one object where they are equal: how they lie in memory, and the table that knows them all.
 
 Two of them are equal exactly when they are the same object, whichever threads made them. Operands of `+` and `*` stand
-in the order of keys, which depend on structure only, never on names' hashes, addresses or history.
+in the order of keys, which depend on structure only, never on names' hashes, addresses or history. Nor do they depend
+on the values of constants other than 0, 1 and -1: what is derived with other numbers is the same but for these.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from multibody_sym.errors import ExpressionError
 
 _HELD_BY_ONE: Final = 2  # the reference of a table or list and the argument of getrefcount
 _SMALLEST_LIMIT: Final = 200_000
+_TOLD_APART: Final = (0, 1, -1)
 _table: dict[tuple[Any, ...], Any] = {}
 _limit = [_SMALLEST_LIMIT]
 _changing = RLock()
@@ -91,7 +93,7 @@ def intern(cls: type[E], op: str, args: tuple[E, ...], data: Any = None) -> E:
     if len(args) == 2:  # most are, and this function makes every Node
         key = hash((_CODE[op], args[0].key, args[1].key))
     else:
-        key = hash((_CODE[op], *[a.key for a in args])) if args else hash((_CODE[op], _data_key(data)))
+        key = hash((_CODE[op], *[a.key for a in args])) if args else _leaf_key(op, data)
     _set_key(node, key)
     _set_shadow(node, None if args and args[-1].shadow is None else _shadow(op, args, data))
     with _changing:
@@ -99,6 +101,26 @@ def intern(cls: type[E], op: str, args: tuple[E, ...], data: Any = None) -> E:
             forget_unused()
         kept: E = _table.setdefault(identity, node)  # another thread's, if it was first
         return kept
+
+
+def in_order(a: E, b: E) -> tuple[E, E]:
+    """Return two operands in the order of their keys; of those that only constants tell apart, by the first of them."""
+    if a.key == b.key:
+        return (a, b) if _precedes(a, b) else (b, a)
+    return (a, b) if a.key < b.key else (b, a)
+
+
+def _precedes(a: Interned, b: Interned) -> bool:
+    pairs, seen = [(a, b)], set()
+    while pairs:
+        x, y = pair = pairs.pop()
+        if x is y or pair in seen:
+            continue
+        if not x.args or x.op != y.op or len(x.args) != len(y.args):
+            return (x.op, _value_key(x)) < (y.op, _value_key(y))
+        seen.add(pair)
+        pairs += zip(reversed(x.args), reversed(y.args), strict=True)
+    return True
 
 
 def forget_unused() -> None:
@@ -115,6 +137,17 @@ def forget_unused() -> None:
                 _table[identity] = taken[0]
             taken.clear()  # else it would hold its operands, whose turn is next
     _limit[0] = max(_SMALLEST_LIMIT, 2 * len(_table))
+
+
+def _leaf_key(op: str, data: Any) -> int:
+    if op in ("number", "real") and data not in _TOLD_APART:
+        return hash(_CODE["number"])
+    return hash((_CODE[op], _data_key(data)))
+
+
+def _value_key(node: Interned) -> tuple[int, float, str]:
+    """Return what orders leaves of one key: constants by their value, others, whose keys hardly agree, by their text."""
+    return len(node.args), 0.0 if node.shadow is None else node.shadow, repr(node.data)
 
 
 def _data_key(data: Any) -> int:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, ExpressionError, shown
-from multibody_sym.scalars.interning import Interned, constant_value, finite_float, intern
+from multibody_sym.scalars.interning import Interned, constant_value, finite_float, in_order, intern
 from multibody_sym.scalars.plain_numbers import unboxed
 
 Exact = int | Fraction
@@ -187,7 +187,7 @@ def add(a: Node, b: Node) -> Node:
         return ONE
     if a.shadow is not None and b.shadow is not None and (total := _surds_added(a, b)) is not None:
         return total
-    return intern(Node, "add", (a, b) if a.key <= b.key else (b, a))
+    return intern(Node, "add", in_order(a, b))
 
 
 def _difference(a: Node, b: Node) -> Node:
@@ -246,7 +246,7 @@ def multiply(a: Node, b: Node) -> Node:
         return multiply(b.args[0], multiply(b.args[1], a))
     if a.op == "mul" and a.args[0].op in _NUMBERS:
         return multiply(a.args[0], multiply(a.args[1], b))
-    return intern(Node, "mul", (a, b) if a.key <= b.key else (b, a))
+    return intern(Node, "mul", in_order(a, b))
 
 
 def _scaled(factor: Node, b: Node) -> Node:

@@ -7,6 +7,7 @@ import gc
 import itertools
 import math
 import os
+import random
 import subprocess
 import sys
 import time
@@ -239,6 +240,34 @@ def test_order_of_two_operands_does_not_matter(operands: tuple[Node, ...]) -> No
     assert a + b is b + a
     assert a * b is b * a
     assert minimum(a, b) is minimum(b, a)
+
+
+@pytest.mark.parametrize("operands", list(itertools.combinations([3 * x, 5 * x, x / 7, sin(3 * x), sin(5 * x)], 2)))
+def test_order_of_operands_that_only_constants_tell_apart_does_not_matter(operands: tuple[Node, ...]) -> None:
+    a, b = operands
+    assert a + b is b + a
+    assert a * b is b * a
+    assert minimum(a, b) is minimum(b, a)
+
+
+def blank(n: Node) -> object:
+    """Return the form of an expression without the values of its constants."""
+    return "constant" if n.op == "number" else (n.op, n.data, *map(blank, n.args))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_constants_do_not_decide_the_order(seed: int) -> None:
+    """The same formula with other numbers is the same but for these, wherever they stand in it."""
+
+    def formula(numbers: random.Random) -> Node:
+        choices, pool = random.Random(seed), [x, y, z, sin(x), cos(y)]
+        for _ in range(30):
+            a, b = choices.choice(pool), choices.choice(pool)
+            scaled = as_node(round(numbers.uniform(2, 9), 6)) * a
+            pool.append(choices.choice([scaled + b, scaled * b, sin(scaled + b), minimum(scaled, b), b / (scaled + 3)]))
+        return pool[-1] + pool[-2] * pool[-3]
+
+    assert blank(formula(random.Random(1))) == blank(formula(random.Random(2)))
 
 
 PROGRAM = """
