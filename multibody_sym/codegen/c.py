@@ -18,6 +18,7 @@ from multibody_sym.codegen.layout import (
     summary,
     wrapped,
 )
+from multibody_sym.codegen.numbers import NUMBERS_FILE, Numbers
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
 from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_PARTS, filled, runtime_files, runtime_sources
 from multibody_sym.program.program import Program
@@ -35,8 +36,11 @@ def c_source(
     samples: Samples | None = None,
     rare: Mapping[str, Program] = MappingProxyType({}),
     parts: Collection[str] = RUNTIME_PARTS,
+    apart: bool = False,
 ) -> dict[str, str]:
     """Return model.c, model.h and the runtime's files for its `parts` by name, and selftest.c for given `samples`.
+
+    With the numbers `apart` these are in a file of their own, and all else is the same for other numbers.
 
     Each program becomes the function `<prefix>_<name>`; `<prefix>_programs` lists them all under one type. Those that
     are `rare` come last: they are called so seldom that the compiler's work on them takes longer than it saves.
@@ -45,27 +49,41 @@ def c_source(
     """
     files = runtime_files(parts)
     used = {name for header in RUNTIME_HEADERS for name in re.findall(r"\bmbs_\w+", files[header])}
-    taken = [f"{prefix}_programs", f"{prefix}_program_count", *sorted(used)]
+    own = ("programs", "program_count", "numbers", "number_count", "_numbers")
+    taken = [*(f"{prefix}_{name}" for name in own), *sorted(used)]
     every = functions({**programs, **rare}, f"{prefix}_", f"{prefix}__", taken)
     often = len(functions(programs, f"{prefix}_", f"{prefix}__", taken).functions) if rare else None
-    model = _model(every, [*programs, *rare], prefix, often, runtime_sources(parts))
+    numbers = Numbers(prefix) if apart else None
+    model = _model(every, [*programs, *rare], prefix, often, runtime_sources(parts), numbers)
     files |= {"model.c": model, "model.h": _header(every, prefix)}
+    if numbers is not None:
+        files[NUMBERS_FILE] = numbers.file
     if samples is not None:
         files["selftest.c"] = _selftest(programs, samples, prefix)
     return files
 
 
-def _model(every: Functions, names: Sequence[str], prefix: str, often: int | None, runtime: Sequence[str]) -> str:
+def _model(
+    every: Functions,
+    names: Sequence[str],
+    prefix: str,
+    often: int | None,
+    runtime: Sequence[str],
+    numbers: Numbers | None,
+) -> str:
     """Return model.c; from function number `often` on the compiler does not work on its code."""
     exported = list(zip(names, every.exported, strict=True))
-    printed = [Printer(function, every, prefix).text(write) for function in every.functions]
+    constant = repr if numbers is None else numbers.named
+    printed = [Printer(function, every, prefix, constant).text(write) for function in every.functions]
+    told = [line for name, f in exported for line in summary(name, f.program)] if numbers is None else []
     if often is not None:
         printed = [*printed[:often], _AS_WRITTEN, *printed[often:], _AS_BEFORE]
     return filled(
         "c/model.c.in",
         title=_TITLE,
         runtime=" ".join(runtime),
-        summary="\n".join(f" * {line}" for name, f in exported for line in summary(name, f.program)),
+        summary="\n".join(f" * {line}" for line in told or ["Numbers stand apart."]),
+        numbers="" if numbers is None else numbers.definitions,
         prefix=prefix,
         functions="\n\n".join(printed),
         adapters="\n\n".join(_adapter(k, f, prefix) for k, (_, f) in enumerate(exported)),

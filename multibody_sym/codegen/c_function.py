@@ -17,7 +17,7 @@ from multibody_sym.codegen.layout import (
     wrapped,
 )
 from multibody_sym.codegen.profile import Span, elimination_cost
-from multibody_sym.program.infix import Language, Texts
+from multibody_sym.program.infix import Language
 from multibody_sym.program.statements import Array, Callee, Output, Scan, Statement
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
@@ -76,7 +76,7 @@ class _Piece:
     size: int = 0
 
 
-class _Names(Texts):
+class _Names(dict[Node, str]):
     """The text of what the current piece has used already; the printer is asked for the rest."""
 
     def __init__(self, text: Callable[[Node], str]) -> None:
@@ -84,16 +84,17 @@ class _Names(Texts):
         self.text = text
 
     def __missing__(self, node: Node) -> str:
-        self[node] = super().__missing__(node) if node.shadow is not None else self.text(node)
+        self[node] = self.text(node)
         return self[node]
 
 
 class Printer:
-    """Prints one Program, in pieces where it is long: static functions that share a work space w on the stack."""
+    """Prints one Program, constants by `constant`; a long one as static functions that share a work space w."""
 
-    def __init__(self, function: Function, every: Functions, prefix: str) -> None:
+    def __init__(self, function: Function, every: Functions, prefix: str, constant: Callable[[float], str]) -> None:
         self.function = function
         self.every = every
+        self.constant = constant
         self.language = Language(
             functions={"abs": "fabs"} | {op: f"{prefix}__{name}" for op, name in _OWN_FUNCTIONS.items()},
             choice="({condition} ? {yes} : {no})",
@@ -150,7 +151,9 @@ class Printer:
         self.places = dict(self.given)
 
     def _fetch(self, node: Node) -> str:
-        """Return the text of an input, or of a value of an earlier piece, which is then passed on in the work space."""
+        """Return the text of a constant, an input, or a value of an earlier piece: passed on in the work space."""
+        if node.shadow is not None:
+            return self.constant(node.shadow)
         if node in self.leaves:
             name, text = self.leaves[node]
             self.piece.used.add(name)

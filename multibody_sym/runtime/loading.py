@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import json
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
@@ -40,7 +41,8 @@ class Compiled:
 
     `path` is the library or module in the cache, `origin` tells what made it. `notice` says why it is Python although
     C was wanted, else None. Its copy in another process has no `path`: it holds no code, but makes or recalls its own
-    by `remake(native=, backend=)` when it is first called, for the `backend` that was `wanted`.
+    by `remake(native=, backend=)` when it is first called, for the `backend` that was `wanted`. `numbers` are
+    those that were given to the library.
     """
 
     backend: Backend
@@ -48,6 +50,7 @@ class Compiled:
     origin: str
     functions: Mapping[str, Function]
     notice: str | None = None
+    numbers: tuple[float, ...] = ()
     wanted: Backend | None = None
     native: bool = False
     remake: Callable[..., Compiled] | None = field(default=None, repr=False, compare=False)
@@ -115,7 +118,7 @@ def _elsewhere(
 ) -> Compiled:
     """Return what another process compiled, as it comes out of a pickle here."""
     functions = _Later(names, functools.partial(remake, native=native, backend=wanted))
-    return Compiled(backend, None, origin, functions, notice, wanted, native, remake)
+    return Compiled(backend, None, origin, functions, notice, (), wanted, native, remake)
 
 
 def load(
@@ -145,7 +148,7 @@ def load(
         from multibody_sym.codegen.c import c_source
         from multibody_sym.codegen.parts import parts_of
 
-        return c_source(programs, rare=rare, parts=parts_of(every))
+        return c_source(programs, rare=rare, parts=parts_of(every), apart=True)
 
     def printed_python() -> str:
         from multibody_sym.codegen.python import python_source
@@ -199,7 +202,8 @@ def load_c(
 ) -> Compiled:
     """Return the programs of the library known as `key`, built from `sources` if need be; raises OutputError, OSError.
 
-    `sources()` gives the texts of model.c, runtime.c and headers by file name.
+    `sources()` gives the texts of model.c, runtime.c and headers by file name, and the numbers that model.c leaves
+    open: models that differ in these alone have copies of one library, each with its own.
     """
     compiler = find_compiler(native=native)
     full_key = cache.digest("c", key, compiler.identity, cache.toolkit())
@@ -210,9 +214,15 @@ def load_c(
         found = _found("c", full_key, compiler.identity, signatures)  # another process has made it meanwhile
         if found is not None:
             return found
-        library = build_library(compiler, sources())
-        cache.store(full_key, library, {})
-        return _opened("c", library, compiler.identity, signatures)
+        from multibody_sym.codegen.numbers import NUMBERS_FILE  # what is found needs nothing of what prints
+
+        texts = dict(sources())
+        numbers = json.loads(texts.pop(NUMBERS_FILE, "[]"))
+        library = build_library(compiler, texts)
+        if numbers:
+            library = cache.keep(library.read_bytes(), full_key, library.suffix)
+        cache.store(full_key, library, {"numbers": numbers})
+        return _opened("c", library, compiler.identity, signatures, numbers)
 
 
 def load_python(signatures: Sequence[Signature], key: str, source: Callable[[], str]) -> Compiled:
@@ -222,7 +232,7 @@ def load_python(signatures: Sequence[Signature], key: str, source: Callable[[], 
     if found is not None:
         return found
     module = cache.keep(source().encode("ascii"), full_key, ".py")
-    cache.store(full_key, module, {})
+    cache.store(full_key, module, {"numbers": []})
     return _opened("python", module, _PYTHON, signatures)
 
 
@@ -231,14 +241,17 @@ def _found(backend: Backend, key: str, origin: str, signatures: Sequence[Signatu
     with cache.held():
         artifact = cache.find(key)
         if artifact is not None:
-            with contextlib.suppress(OSError, ValueError):
-                return _opened(backend, artifact.path, origin, signatures)
+            with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+                return _opened(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
     return None
 
 
-def _opened(backend: Backend, path: Path, origin: str, signatures: Sequence[Signature]) -> Compiled:
-    functions = open_library(path, signatures) if backend == "c" else open_module(path, signatures)
-    return Compiled(backend, path, origin, functions)
+def _opened(
+    backend: Backend, path: Path, origin: str, signatures: Sequence[Signature], numbers: Sequence[float] = ()
+) -> Compiled:
+    if backend == "python":
+        return Compiled(backend, path, origin, open_module(path, signatures))
+    return Compiled(backend, path, origin, open_library(path, signatures, numbers), numbers=tuple(numbers))
 
 
 @dataclass(frozen=True)
@@ -254,7 +267,8 @@ def remember(key: str, compiled: Compiled, metadata: Mapping[str, Any]) -> None:
     programs = [function.signature.as_json() for function in compiled.functions.values()]
     assert compiled.path is not None  # made here
     full_key = cache.digest("recall", key, compiled.origin, cache.toolkit())
-    cache.store(full_key, compiled.path, {"programs": programs, "caller": dict(metadata)})
+    about = {"programs": programs, "numbers": compiled.numbers, "caller": dict(metadata)}
+    cache.store(full_key, compiled.path, about)
 
 
 def recall(key: str, *, native: bool = False, backend: Backend | None = None) -> Recalled | None:
@@ -279,6 +293,7 @@ def _recalled(key: str, backend: Backend, origin: str) -> Recalled | None:
             return None
         try:
             signatures = [Signature.from_json(entry) for entry in artifact.metadata["programs"]]
-            return Recalled(_opened(backend, artifact.path, origin, signatures), artifact.metadata["caller"])
+            made = _opened(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
+            return Recalled(made, artifact.metadata["caller"])
         except (OSError, ValueError, KeyError, TypeError):
             return None

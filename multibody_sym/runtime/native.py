@@ -168,8 +168,10 @@ def _addresses(arrays: Sequence[Floats]) -> ctypes.Array[ctypes.c_void_p]:
     return (ctypes.c_void_p * len(arrays))(*[array.ctypes.data for array in arrays])
 
 
-def open_library(path: Path, signatures: Sequence[Signature]) -> Mapping[str, NativeFunction]:
-    """Return the programs of the shared library at `path` by name.
+def open_library(
+    path: Path, signatures: Sequence[Signature], numbers: Sequence[float] = ()
+) -> Mapping[str, NativeFunction]:
+    """Return the programs of the shared library at `path` by name; the `numbers` that its code names become its own.
 
     Raises OSError if it cannot be loaded, and ValueError if it does not hold programs of these signatures.
     """
@@ -179,6 +181,7 @@ def open_library(path: Path, signatures: Sequence[Signature]) -> Mapping[str, Na
     library.mbs_work.restype = ctypes.c_longlong
     library.mbs_integrate.restype = ctypes.c_longlong
     library.mbs_integrate_each.restype = None
+    _give(library, numbers)
     count = ctypes.c_int.in_dll(library, "mbs_program_count").value
     structures = (ProgramStruct * count).in_dll(library, "mbs_programs")
     found = {structure.name.decode("ascii"): structure for structure in structures}
@@ -187,6 +190,16 @@ def open_library(path: Path, signatures: Sequence[Signature]) -> Mapping[str, Na
         if structure is None or not _fits(structure, signature):
             raise ValueError(f"{path} has no program {signature.program} of the expected sizes")
     return {s.program: NativeFunction(s, found[s.program], library) for s in signatures}
+
+
+def _give(library: ctypes.CDLL, numbers: Sequence[float]) -> None:
+    """Write the numbers of a model into its library; raises ValueError if it names other ones."""
+    if not numbers:
+        return
+    if ctypes.c_int.in_dll(library, "mbs_number_count").value != len(numbers):
+        raise ValueError("the library names other numbers")
+    array = ctypes.POINTER(ctypes.c_double * len(numbers)).in_dll(library, "mbs_numbers")
+    array.contents[:] = list(numbers)
 
 
 def _fits(structure: ProgramStruct, signature: Signature) -> bool:

@@ -146,7 +146,7 @@ def _leaf_key(op: str, data: Any) -> int:
 
 
 def _value_key(node: Interned) -> tuple[int, float, str]:
-    """Return what orders leaves of one key: constants by their value, others, whose keys hardly agree, by their text."""
+    """Return what orders leaves of one key: constants by value, others, whose keys hardly agree, by their text."""
     return len(node.args), 0.0 if node.shadow is None else node.shadow, repr(node.data)
 
 

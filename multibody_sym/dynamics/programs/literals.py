@@ -1,11 +1,10 @@
 """Literal numbers of many bodies as the constant part of the parameter vector: bodies alike in kind share one loop.
 
-A number written in a model folds into the code, which suits few bodies: it is short, and its compiler sees the number.
-With many bodies the code of each body would be written out, and every changed number would be compiled anew. Where
-bodies are many and of few kinds but for their numbers, these are handed over as data, behind what the model names:
-masses, centres, inertias, frames, axes, springs, dampers and forces of joints, gravity; points, lengths and factors of
-what closes loops between them. Zero, one and minus one stay in the text, since they tell kinds apart and save
-operations.
+A number written in a model folds into what is computed with it, which suits few bodies: what is left is short. With
+many bodies the code of each body would be written out. Where bodies are many and of few kinds but for their numbers,
+these are handed over as data, behind what the model names: masses, centres, inertias, frames, axes, springs, dampers
+and forces of joints, gravity; points, lengths and factors of what closes loops between them. Zero, one and minus one
+stay in the text, since they tell kinds apart and save operations.
 """
 
 from __future__ import annotations
