@@ -3,10 +3,11 @@
     python benchmarks/kinds.py [hinges] [windows] [links]
 
 Chain of hinges with unlike numbers (default 300), written in the model and named: kB of C, CPU seconds of the compiler,
-microseconds of a state derivative; what other numbers compile. Four-bars in a row (default 10, 20, 40): slopes of the
-sizes of C, the compiler's CPU time and the evaluation with both projections from the first to the last; so many with
-unlike numbers. Chain from a file (default 1,000 links): CPU seconds of `multibody-sym simulate` with everything cached,
-beyond importing numpy in the same run. Minima; ratios and slopes only are for other machines.
+microseconds of a state derivative; what other numbers compile; the same of 3 hinges. Four-bars in a row (default 10,
+20, 40): slopes of the sizes of C, the compiler's CPU time and the evaluation with both projections from the first to
+the last; so many, and one, with unlike numbers. Chain from a file (default 1,000 links): CPU seconds of
+`multibody-sym simulate` with everything cached, beyond importing numpy in the same run. Minima; ratios and slopes only
+are for other machines.
 """
 
 from __future__ import annotations
@@ -165,9 +166,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
         load(programs(runnable(chain(2, 1, named=False)).mechanism, FORMALISMS["block_ldl"]).as_mapping(), backend="c")
-        unlike_numbers(hinges)
+        for count in (3, hinges):
+            unlike_numbers(count)
         rows_of_windows([max(2, last // 4), max(3, last // 2), last])
-        unlike_windows(last)
+        for count in (1, last):
+            unlike_windows(count)
         warm(links, Path(cache))
 
 

@@ -84,8 +84,10 @@ class _Names(dict[Node, str]):
         self.text = text
 
     def __missing__(self, node: Node) -> str:
-        self[node] = self.text(node)
-        return self[node]
+        text = self.text(node)
+        if node.shadow is None:
+            self[node] = text
+        return text
 
 
 class Printer:
@@ -197,7 +199,7 @@ class Printer:
         for source, pairs in sources.items():
             self._use(source)
             table = f"of_{name}_{source}"
-            lines.append(_table(f"int {table}", [str(x) for pair in pairs for x in pair]))
+            lines.append(_table(f"static const int {table}", [str(x) for pair in pairs for x in pair]))
             lines += [
                 f"        for (int k = 0; k < {len(pairs)}; k++)",
                 f"            {name}[{table}[2 * k]] = {source}[{table}[2 * k + 1]];",
@@ -293,8 +295,8 @@ class Printer:
         read = f"{source}[{at}[k]]" if source else f"{at}[k]"
         return [
             "    {",
-            _table(f"{'int' if source else 'double'} {at}", list(map(str, origins))),
-            _table(f"int {to}", list(map(str, found))),
+            _table(f"{'static const int' if source else 'const double'} {at}", list(map(str, origins))),
+            _table(f"static const int {to}", list(map(str, found))),
             f"        for (int k = 0; k < {len(found)}; k++)",
             f"            {name}[{to}[k]] = {read};",
             "    }",
@@ -329,8 +331,8 @@ class Printer:
 
 
 def _table(declared: str, elements: Sequence[str]) -> str:
-    """Return the declaration of constant numbers."""
-    return wrapped(f"        static const {declared}[] = {{", elements, "};", indent=" " * 12)
+    """Return the declaration of an array of numbers."""
+    return wrapped(f"        {declared}[] = {{", elements, "};", indent=" " * 12)
 
 
 def _strided(to: Sequence[int], at: Sequence[int]) -> list[tuple[int, tuple[int, int], tuple[int, int]]]:
