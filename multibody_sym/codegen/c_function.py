@@ -85,9 +85,7 @@ class _Names(dict[Node, str]):
 
     def __missing__(self, node: Node) -> str:
         text = self.text(node)
-        if node.shadow is None:
-            self[node] = text
-        return text
+        return text if node.shadow is not None else self.setdefault(node, text)
 
 
 class Printer:
