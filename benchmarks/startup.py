@@ -4,7 +4,8 @@
 
 Minimum of seven, each command in turn; `nothing cached` gets a new cache folder for every run. CPU seconds, those of
 the compiler among them, are told beyond those of `import numpy`. Warm is a run that was made before; `other numbers`
-have another parameter each time. Python keeps compiled modules, as it does where a package is installed.
+have another parameter each time. The block on a belt sticks and slides 24 times. Python keeps compiled modules, as it
+does where a package is installed.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 ROUNDS = 7
-MODEL = Path(__file__).parent.parent / "examples" / "double_pendulum.yaml"
+EXAMPLES = Path(__file__).parent.parent / "examples"
+MODEL = EXAMPLES / "double_pendulum.yaml"
+BELT = EXAMPLES / "textbook" / "mass_on_a_belt.yaml"
 COMMAND = shutil.which("multibody-sym", path=Path(sys.executable).parent) or "multibody-sym"
 
 
@@ -54,6 +57,7 @@ def main() -> None:
         motion = ["-o", str(Path(folder) / "motion.csv")]
         simulate = [COMMAND, "simulate", str(MODEL), *motion]
         long = [COMMAND, "simulate", str(links), *motion]
+        sticks = [COMMAND, "simulate", str(BELT), *motion]
         rows = {
             "python -c pass": [sys.executable, "-c", "pass"],
             "import numpy": [sys.executable, "-c", "import numpy"],
@@ -62,20 +66,24 @@ def main() -> None:
             "simulate, other numbers": simulate,
             "simulate, nothing cached": simulate,
             "chain of 1,000, warm": long,
+            "block on a belt, warm": sticks,
+            "block on a belt, other numbers": sticks,
         }
         best = dict.fromkeys(rows, (math.inf, math.inf))
         seconds(simulate, warm)
         seconds(long, warm)
+        seconds(sticks, warm)
         for k in range(ROUNDS):
             for name, command in rows.items():
                 cache = Path(folder) / f"cold{k}" if name == "simulate, nothing cached" else warm
-                other = ["--set", f"m1={k + 2}"] if name == "simulate, other numbers" else []
+                changed = {"simulate, other numbers": f"m1={k + 2}", "block on a belt, other numbers": f"m={k + 2}"}
+                other = ["--set", changed[name]] if name in changed else []
                 took = seconds([*command, *other], cache)
                 best[name] = min(best[name][0], took[0]), min(best[name][1], took[1])
     print(f"multibody_sym {version('multibody-sym')}, Python {sys.version.split()[0]}, minimum of {ROUNDS}")
     numpy = best["import numpy"][1]
     for name, (wall, cpu) in best.items():
-        print(f"{name:26} {wall:6.3f} s, CPU {cpu:6.3f} s = numpy {cpu - numpy:+.3f} s")
+        print(f"{name:30} {wall:6.3f} s, CPU {cpu:6.3f} s = numpy {cpu - numpy:+.3f} s")
 
 
 if __name__ == "__main__":

@@ -9,10 +9,11 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 if TYPE_CHECKING:  # a run that is recalled needs none of it
     from multibody_sym.model.declaration.system import System
+    from multibody_sym.simulation.runs.modes import Beginning
     from multibody_sym.simulation.runs.run import Progressed
     from multibody_sym.simulation.runs.runnable import Runnable
     from multibody_sym.simulation.simulate import Prepared
@@ -20,6 +21,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
 
 Run = Callable[["Progressed"], "Trajectory"]
 Settings = Mapping[str, Any]
+Made = TypeVar("Made")
 
 CHANGES: Final = ("parameters", "initial", "inputs", "coordinates", "project", "formalism")
 """The options that change the model or how it is solved: those that every command has."""
@@ -85,24 +87,37 @@ def _asked(options: argparse.Namespace, settings: Settings) -> _Asked | None:
 def _recalled(options: argparse.Namespace, settings: Settings, asked: _Asked) -> Run | None:
     from multibody_sym.simulation.runs.remembered import recalled
 
-    again = partial(_again, options, settings, asked.content)
-    found = recalled(asked.key, asked.digest, again, native=options.native, backend=options.backend)
+    anew = _Anew(options, settings, asked.content)
+    found = recalled(asked.key, asked.digest, anew, native=options.native, backend=options.backend)
     if found is None:
         return None
     from multibody_sym.simulation.runs.run import run
 
-    ready, problem = found
-    return lambda on_progress: run(ready, problem, None, on_progress, ())
+    return partial(run, found)
 
 
-def _again(options: argparse.Namespace, settings: Settings, content: bytes) -> Runnable:
-    """Return what was recalled, made from the model."""
-    from multibody_sym.cli.model import opened
-    from multibody_sym.simulation.runnable import runnable
+class _Anew(NamedTuple):
+    """What was recalled, made from the model."""
 
-    with opened(options, content) as (system, _tables):
-        changed = _prepared(options, settings, system).system
-        return runnable(changed, options.formalism, native=options.native, backend=options.backend)
+    options: argparse.Namespace
+    settings: Settings
+    content: bytes
+
+    def ready(self) -> Runnable:
+        from multibody_sym.simulation.simulate import ready_of
+
+        return self._made(ready_of)
+
+    def begin(self) -> Beginning:
+        from multibody_sym.simulation.simulate import beginning
+
+        return self._made(beginning)
+
+    def _made(self, make: Callable[[Prepared], Made]) -> Made:
+        from multibody_sym.cli.model import opened
+
+        with opened(self.options, self.content) as (system, _tables):
+            return make(_prepared(self.options, self.settings, system))
 
 
 def _prepared(options: argparse.Namespace, settings: Settings, system: System) -> Prepared:

@@ -14,6 +14,7 @@ import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.runtime.course import Passage
 from multibody_sym.runtime.integration import loop_for
 from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress, RunFailure, Statistics
 
@@ -22,8 +23,8 @@ from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress,
 class Leg:
     """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`, by so many `steps`.
 
-    It is the problem `of` a mode, begun at another time and state (nq + nu,) if there is one `since`. `before`: the
-    steps that the loop that took these had taken before.
+    It is the problem `of` a mode, begun where it was entered if that was passed `since`. `before`: the steps that the
+    loop that took these had taken before.
     """
 
     of: Problem
@@ -31,7 +32,7 @@ class Leg:
     end: int
     until: float
     steps: int = 0
-    since: tuple[float, Floats] | None = None
+    since: Passage | None = None
     before: int = 0
 
     @cached_property
@@ -39,8 +40,14 @@ class Leg:
         """The problem from the start of this part on."""
         if self.since is None:
             return self.of
-        (time, x), nq = self.since, len(self.of.q0)
-        return replace(self.of, begun=Begun(time, self.first), q0=x[:nq], u0=x[nq:])
+        passed, nq = self.since, len(self.of.q0)
+        q, u = passed.x[:nq], passed.x[nq:]
+        return replace(self.of, begun=Begun(passed.time, self.first), q0=q, u0=u, margins=passed.margins)
+
+    @staticmethod
+    def entered(of: Problem, since: Passage) -> Leg:
+        """Return the part of a run that has just passed into a mode."""
+        return Leg(of, since.written, since.written, since.time, 0, since, since.steps)
 
     def passed(self, end: int, until: float, steps: int) -> Leg:
         """Return it as far as it has come, by the steps of its loop."""

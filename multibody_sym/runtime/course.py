@@ -42,7 +42,7 @@ class KnownTurn:
 class Passage:
     """A turn that was taken: when, to which mode, after so many samples and steps, and the state (nq + nu,) then.
 
-    `speed` is the largest that was met.
+    `speed` is the largest that was met, `margins` those of the mode from then on.
     """
 
     time: float
@@ -51,3 +51,4 @@ class Passage:
     steps: int
     x: Floats
     speed: float
+    margins: tuple[float, ...]

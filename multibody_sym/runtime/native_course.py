@@ -75,9 +75,9 @@ class _Course(ctypes.Structure):
         ("laws", ctypes.POINTER(_Laws)),
         ("modes", ctypes.POINTER(_Mode)),
         ("passages", ctypes.POINTER(_Passage)),
-        *((name, _VOID) for name in ("states", "room")),
+        *((name, _VOID) for name in ("states", "margins", "room")),
         *((name, _DOUBLE) for name in ("since", "least")),
-        *((name, _INT) for name in ("mode", "most", "passed")),
+        *((name, _INT) for name in ("mode", "most", "passed", "width")),
     )
 
 
@@ -96,15 +96,19 @@ class NativeCourse:
         modes = (_Mode * len(course.modes))(*[self._mode(*pair) for pair in pairs])
         size = len(course.modes[0].problem.x0)
         self._states, self._laws = np.empty((_MOST, size)), self._laws_struct()
+        width = max(len(mode.rules) for mode in course.modes)
+        self._margins = np.empty((_MOST, width))
         self._structure = _Course(
             laws=ctypes.pointer(self._laws),
             modes=modes,
             passages=(_Passage * _MOST)(),
             states=address(self._states),
+            margins=address(self._margins),
             since=course.since,
             least=course.least,
             mode=course.mode,
             most=_MOST,
+            width=width,
         )
         self.handle = ctypes.byref(self._structure)
         room = self.now.library.mbs_room
@@ -131,7 +135,8 @@ class NativeCourse:
             turn = self._turns[self.course.mode][each.turn]
             self.course.mode, self.course.since = turn.to, each.time
             self.course.speed = self._laws.speed
-            reached = self._states[k].copy(), self._laws.speed
+            margins = self._margins[k, : len(self.course.modes[turn.to].rules)]
+            reached = self._states[k].copy(), self._laws.speed, tuple(margins.tolist())
             self.course.passed(Passage(each.time, turn.to, each.samples, each.steps, *reached))
         told.passed = 0
 

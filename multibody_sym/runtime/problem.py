@@ -306,6 +306,11 @@ class Chunk:
     u: Floats
     time: float
 
+    def beyond(self, number: int) -> Chunk:
+        """Return what of it comes after so many samples of the run."""
+        over = max(0, number - self.first)
+        return Chunk(self.first + over, self.t[over:], self.q[over:], self.u[over:], self.time) if over else self
+
 
 @dataclass(frozen=True)
 class Progress:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import product
 from typing import Any, Final
 
@@ -11,14 +11,12 @@ import numpy as np
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Face, Flat
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.contact_rows import Face, boxes_that_touch
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.oddities import EDGES_CROSS
 from multibody_sym.simulation.samples import Samples
 
-_FACES: Final = 6
 _MOST: Final = 200
 """At how many samples it is looked, evenly spaced: each takes the places of all bodies anew."""
 _DEPTH: Final = 1e-6
@@ -31,7 +29,7 @@ def crossed_boxes(run: Samples) -> list[dict[str, Any]]:
 
     Both its ends are outside, so that no corner tells.
     """
-    pairs = dict(_pairs(run.ready.mechanism))
+    pairs = boxes_that_touch(run.ready.mechanism.one_way)
     found: dict[str, float] = {}
     for k in np.unique(np.linspace(0, len(run) - 1, min(len(run), _MOST)).astype(int)).tolist() if pairs else ():
         motion = _motion(run, k)
@@ -45,21 +43,6 @@ def _motion(run: Samples, k: int) -> Motion:
     mechanism = run.ready.mechanism
     q, u = run.q[k].tolist(), run.u[k].tolist()
     return motion_of(mechanism, state_of(mechanism, float, float(run.t[k]), q, u, run.parameters.tolist()))
-
-
-def _pairs(mechanism: Mechanism) -> Iterator[tuple[str, tuple[Sequence[Face], Sequence[Face]]]]:
-    """Yield the contacts of two boxes in space by name, with the faces of both."""
-    boxes: dict[str, dict[int, Sequence[Face]]] = {}
-    for element in mechanism.one_way:
-        for row in element.normals:
-            for skin in row.skins if isinstance(row, ContactRow) else ():
-                if isinstance(skin, Flat) and len(skin.beside) == _FACES - 1:
-                    faces = (Face(skin.place, skin.normal), *skin.beside)
-                    boxes.setdefault(element.group, {}).setdefault(skin.place.body, faces)
-    for name, of_body in boxes.items():
-        if len(of_body) == 2:
-            first, second = of_body.values()
-            yield name, (first, second)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import runnable
+from multibody_sym.simulation.runs.modes import Beginning
 from multibody_sym.simulation.runs.run import Progressed, ended, run
 from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.samples import Samples
@@ -147,9 +148,7 @@ class Prepared:
         if any(values is not None for values in (parameters, initial, inputs)):
             changed = Changes(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
-        modes = None if self._one_way is None else self._one_way.again()
-        problem = self._problem.again() if modes is None else modes.begin()
-        return run(self._ready, problem, modes, on_progress, self._start[1])
+        return run(beginning(self), on_progress)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
         """Return the same, prepared for another end or number of samples; the one that was asked for last is kept."""
@@ -193,7 +192,7 @@ class Prepared:
             try:
                 if member.done:
                     return ended(member)
-                return run(member.ready, member.problem, None, on_progress, ())
+                return run(Beginning(member.ready, member.problem), on_progress)
             except FailedRunError as error:
                 failed = error
         own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
@@ -251,6 +250,19 @@ class Prepared:
 
         in_numbers = settings_of(self._ready)
         return one_way_run(self._ready, self._problem, in_numbers, native=self.native, backend=self.backend)
+
+
+def ready_of(prepared: Prepared) -> Runnable:
+    """Return what is ready to run of a prepared system."""
+    return prepared._ready
+
+
+def beginning(prepared: Prepared) -> Beginning:
+    """Return what a run of a prepared system begins with."""
+    one_way = prepared._one_way
+    modes = None if one_way is None else one_way.again()
+    problem = prepared._problem.again() if modes is None else modes.begin()
+    return Beginning(prepared._ready, problem, modes, prepared._start[1])
 
 
 def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from multibody_sym.expressions.chosen_units import Units
     from multibody_sym.simulation.along.fine import Stretch
     from multibody_sym.simulation.along.verified import Miss
-    from multibody_sym.simulation.one_way.account import FrictionWork
-    from multibody_sym.simulation.one_way.chained import OneWayRun
+    from multibody_sym.simulation.runs.modes import FrictionWork, RunInModes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,7 +57,7 @@ class Trajectory(Samples):
         return self._made.integration
 
     @property
-    def modes(self) -> OneWayRun | None:
+    def modes(self) -> RunInModes | None:
         """The modes through which it went, if something holds one way only."""
         return self._made.modes
 
@@ -121,7 +120,7 @@ class Trajectory(Samples):
 
     @cached_property
     def _crossed_boxes(self) -> list[dict[str, Any]]:
-        if not self._told.one_way:
+        if not self._told.boxes:
             return []
         from multibody_sym.simulation.crossed_boxes import crossed_boxes
 
@@ -185,9 +184,7 @@ class Trajectory(Samples):
         """
         if self.modes is None or len(self) < 2 or self.t[-1] != self.t_final:
             return math.nan
-        from multibody_sym.kinematics.energy import works_unseen
-
-        if works_unseen(self.ready.mechanism):
+        if self._told.works_unseen:
             return math.nan
         account = self.modes.account
         given = account.loads + sum(work.total for work in account.friction.values()) - sum(self.impact_losses.values())
@@ -246,7 +243,7 @@ class Trajectory(Samples):
             "method": problem.method.name,
             "formalism": self.ready.formalism,
             "backend": self.ready.compiled.backend,
-            "projection": problem.project if self.modes is None else self.modes.template.project,
+            "projection": problem.project if self.modes is None else self.modes.project,
             "index_2": problem.index_2,
             "baumgarte": self.baumgarte,
         }
@@ -284,7 +281,7 @@ class Trajectory(Samples):
             "withheld_reasons": self.withheld_reasons,
             "redundancy": {**asdict(found), "rows": rows},
             "statistics": self.statistics,
-            "start": {name: getattr(self.ready.start, name) for name in ("held", "assembled", "shifts")},
+            "start": self.ready.begun_from,
             "interrupted": self.interrupted,
         }
 

@@ -520,6 +520,8 @@ static int turned(mbs_course *c, mbs_state *state, double *work)
         if (!followed(c, turn, state->t, x, x + s->nq))
             continue;
         mbs_passage passage = {state->t, turn - now->turn, state->sample, state->steps};
+        const mbs_mode *to = c->modes + turn->to;
+        mbs_copy(to->problem->system->switches, to->margins, c->margins + c->passed * c->width);
         c->passages[c->passed++] = passage;
         c->since = state->t;
         c->mode = turn->to;

@@ -71,14 +71,15 @@ typedef struct {
     long long turn, samples, steps;
 } mbs_passage;
 
-/* A run that goes from mode to mode: where it stands, and since when; what was passed, with the states (nq + nu) after. */
+/* A run that goes from mode to mode: where it stands, and since when; what was passed, with the states (nq + nu) after and
+   the margins of the mode, `width` doubles of room for each. */
 typedef struct {
     mbs_laws *laws;
     const mbs_mode *modes;
     mbs_passage *passages;
-    double *states, *room;
+    double *states, *margins, *room;
     double since, least; /* a turn that comes sooner than `least` after the last one is left to others */
-    int mode, most, passed;
+    int mode, most, passed, width;
 } mbs_course;
 
 /* Go on as mbs_integrate does, over switches that were decided before. */

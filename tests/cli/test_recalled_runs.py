@@ -55,9 +55,18 @@ def run(capture: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str
     return code, shown.out, shown.err
 
 
-def test_a_second_run_imports_nothing_that_reads_models(tmp_path: Path) -> None:
-    model = ROOT / "examples" / "four_bar.yaml"  # with constraints, outputs and a start that is found
-    words = ["simulate", str(model), "--t-end", "0.1", "-o", str(tmp_path / "motion.csv")]
+@pytest.mark.parametrize(
+    ("example", "t_end"),
+    [
+        ("four_bar", "0.1"),  # with constraints, outputs and a start that is found
+        ("textbook/mass_on_a_belt", "2"),  # sticks and slides, by turns that are taken in C
+        ("impacts/bouncing_ball", "2"),
+        ("impacts/slammed_door", "0.1"),  # goes on from an impact
+    ],
+)
+def test_a_second_run_imports_nothing_that_reads_models(example: str, t_end: str, tmp_path: Path) -> None:
+    model = ROOT / "examples" / f"{example}.yaml"
+    words = ["simulate", str(model), "--t-end", t_end, "-o", str(tmp_path / "motion.csv")]
     program = (
         "import sys, json; from multibody_sym.cli.main import main;"
         f"code = main({words!r}); print(json.dumps([code, [m for m in {SLOW!r} if m in sys.modules]]))"
@@ -198,6 +207,6 @@ def test_a_recalled_run_is_plotted_without_its_model(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert run(capsys, "--plot", "first.png")[0] == 0
-    monkeypatch.setattr(prepared, "_again", lambda *_: pytest.fail("the model is read once more"))
+    monkeypatch.setattr(prepared._Anew, "_made", lambda *_: pytest.fail("the model is read once more"))
     assert run(capsys, "--plot", "second.png")[0] == 0
     assert Path("first.png").read_bytes() == Path("second.png").read_bytes()

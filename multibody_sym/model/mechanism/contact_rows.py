@@ -8,14 +8,19 @@ cross; or of a curve in a plane model with a plane, a centre with a radius or an
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import ClassVar, Final, Literal
 
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Multiplier, WithoutLine
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, slot
+
+_FACES: Final = 6
+"""Of a box."""
 
 
 @dataclass(frozen=True)
@@ -181,3 +186,16 @@ def is_curved(skin: Skin) -> bool:
 def is_point(skin: Skin) -> bool:
     """Return whether a skin is a point."""
     return isinstance(skin, Round) and skin.radius is ZERO
+
+
+def boxes_that_touch(elements: Iterable[OneWay]) -> dict[str, tuple[Sequence[Face], Sequence[Face]]]:
+    """Return the contacts of two boxes in space among elements by name, with the faces of both."""
+    boxes: dict[str, dict[int, Sequence[Face]]] = {}
+    for element in elements:
+        for row in element.normals:
+            for skin in row.skins if isinstance(row, ContactRow) else ():
+                if isinstance(skin, Flat) and len(skin.beside) == _FACES - 1:
+                    faces = (Face(skin.place, skin.normal), *skin.beside)
+                    boxes.setdefault(element.group, {}).setdefault(skin.place.body, faces)
+    pairs = ((name, tuple(of_body.values())) for name, of_body in boxes.items())
+    return {name: (faces[0], faces[1]) for name, faces in pairs if len(faces) == 2}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
 from multibody_sym.dynamics.programs.law_rows import friction_parts
@@ -11,27 +10,8 @@ from multibody_sym.kinematics.energy import split
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.rows import VelocityRow
-from multibody_sym.records import dataclass
 from multibody_sym.simulation.along.fine import Stretch, integral, with_program
-
-
-@dataclass
-class FrictionWork:
-    """The work of one friction part in J: on all bodies together, negative, and on each that it acts on, by name.
-
-    Of friction in a joint only the first is known: its force is the joint's own.
-    """
-
-    total: float = 0.0
-    bodies: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass
-class EnergyAccount:
-    """The work of each friction part by name, and that of the loads that the potential energy does not hold, in J."""
-
-    friction: dict[str, FrictionWork]
-    loads: float = 0.0
+from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:

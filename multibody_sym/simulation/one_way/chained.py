@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import takewhile
 from typing import Any, Final
 
@@ -26,7 +26,7 @@ from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.along.jumps import Jump, Passed, passed
 from multibody_sym.simulation.one_way import thin_bars
-from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
+from multibody_sym.simulation.one_way.account import energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Standstill, bounced, ceases
@@ -38,6 +38,7 @@ from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.runs.modes import Answer, EnergyAccount, noted
 from multibody_sym.simulation.runs.told import Alone, Told
 
 IMPACT: Final = "impact"
@@ -63,9 +64,9 @@ class OneWayRun:
 
     Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta (1/s).
     `blows` are all impacts, `changes` what switches did in the order of time, `stretches` the modes, `lost` what
-    impacts took (J), by element, `lost_at_start` (J) what they took in all before the first sample. `trouble` says why
-    a run could not go on. `jumps` are those after which a stretch went on: its number, the time, and the state after
-    it.
+    impacts took (J), by element, `lost_at_start` (J) what they took in all before the first sample, `answers` what
+    `jump` said. `trouble` says why a run could not go on. `jumps` are those after which a stretch went on: its number,
+    the time, and the state after it.
     """
 
     laws: Laws
@@ -80,6 +81,7 @@ class OneWayRun:
     trouble: str = ""
     legs: list[Leg] = field(default_factory=list)
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
+    answers: list[Answer] = field(default_factory=list)
     blows: list[Jump] = field(default_factory=list)
     bars: tuple[thin_bars.ThinBar, ...] = ()
     remembered: Remembered = field(default_factory=Remembered)
@@ -157,6 +159,11 @@ class OneWayRun:
     def passed(self) -> Iterator[Passed]:
         """Both sides of the general theorems at each impact."""
         return (passed(self.laws.mechanism, jump) for jump in self.blows)
+
+    @property
+    def project(self) -> bool:
+        """Whether rows are put back after each step."""
+        return self.template.project
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -280,8 +287,7 @@ class OneWayRun:
         if passage.speed != self._scale.speed:
             self._scale = replace(self._scale, speed=passage.speed)
         self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
-        began = passage.time, passage.x
-        self.legs.append(Leg(stretch.problem, passage.written, passage.written, passage.time, 0, began, passage.steps))
+        self.legs.append(Leg.entered(stretch.problem, passage))
         self._returns.to(passage.time, stretch.key)
         tell(self.changes, passage.time, (Change(passage.time, *each) for each in self._begin(stretch)))
 
@@ -348,7 +354,8 @@ class OneWayRun:
 
     def _met(self, program: ModeProgram, problem: Problem, mode: Mode, t: float) -> Stretch:
         """Return the run in a mode from a time on, which the loop in C knows if it can follow it."""
-        problem = self._roads.entered(replace(problem, jump=self.jump), program, mode, t, self._scale)
+        jump = partial(noted, self.jump, self.legs, self.answers)
+        problem = self._roads.entered(replace(problem, jump=jump), program, mode, t, self._scale)
         stretch = Stretch(program, problem, mode)
         if self._roads.course is not None:
             self._passed[self._roads.number(mode)] = stretch

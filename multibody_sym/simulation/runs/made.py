@@ -13,7 +13,7 @@ from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.runs.told import Told
 
 if TYPE_CHECKING:
-    from multibody_sym.simulation.one_way.chained import OneWayRun
+    from multibody_sym.simulation.runs.modes import RunInModes
 
 
 class Sampled(Protocol):
@@ -48,7 +48,7 @@ class Made(Sampled, Protocol):
     @property
     def failure(self) -> RunFailure | None: ...
     @property
-    def modes(self) -> OneWayRun | None: ...
+    def modes(self) -> RunInModes | None: ...
     @property
     def begun(self) -> tuple[Mapping[str, Any], ...]: ...
 
@@ -76,7 +76,7 @@ class MadeAlone(NamedTuple):
     problem: Problem
     integration: Integration
     parts: Sequence[Part] = ()
-    modes: OneWayRun | None = None
+    modes: RunInModes | None = None
     begun: tuple[Mapping[str, Any], ...] = ()
 
     @property

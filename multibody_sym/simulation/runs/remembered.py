@@ -7,120 +7,133 @@ anything is odd, it is prepared anew.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
-from typing import Any, Final
+from collections.abc import Mapping
+from dataclasses import asdict, field
+from pathlib import Path
+from typing import Any, Final, Protocol
 
 import numpy as np
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
-from multibody_sym.integrators.methods.methods import METHODS
-from multibody_sym.integrators.pairing import Pairing
+from multibody_sym.records import dataclass
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.loading import Backend, Compiled
-from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.runs.modes import Beginning
+from multibody_sym.simulation.runs.problems import problem_of, values_of
 from multibody_sym.simulation.runs.runnable import Numbers, Runnable
 from multibody_sym.simulation.runs.told import as_json
 from multibody_sym.simulation.trajectory import Trajectory
 
-_PLAIN: Final = (
-    *("t0", "t_end", "step", "rtol", "atol", "samples", "project", "max_steps", "contradiction", "closure"),
-    "independent",
-)
-"""Numbers of a problem that are remembered as they are."""
-_STORED: Final = frozenset(
-    {*_PLAIN, "compiled", "method", "q0", "u0", "parameters", "modes", "terminal", "pairs", "like"}
-)
+_WRONG: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+"""What values raise that nobody has remembered."""
+
+
+class Anew(Protocol):
+    """A run that is recalled, made from its model, for what is seldom asked of it."""
+
+    def ready(self) -> Runnable: ...
+
+    def begin(self) -> Beginning: ...
 
 
 def remember(key: str, asked: str, done: Trajectory) -> None:
-    """Let `recalled(key, asked, ..)` find how a run begins; `asked` is a hash of all that it follows from.
+    """Let `recalled(key, asked, ..)` find how a run begins and goes on; `asked` is a hash of all that it follows from.
 
-    It is left out where it is not in C, goes from mode to mode, comes from an impact or was interrupted.
+    It is left out where it is not in C, switches very often, or was interrupted.
     """
-    ready, problem = done.ready, done.problem
-    in_c = ready.compiled.backend == "c" and ready.compiled.notice is None
-    begins_alone = not done.begun and done.modes is None and not ready.told.one_way and _is_plain(problem)
-    if not in_c or not begins_alone or done.integration.failure is not None:
+    ready, integration = done.ready, done.integration
+    if integration.failure is not None:
         return
+    libraries = _Libraries()
+    libraries.number(ready.compiled)
+    stop = integration.events[-1] if done.stop is not None else None
+    modes = None
+    if done.modes is not None:
+        from multibody_sym.simulation.runs.recalled_modes import way_of  # which few runs need
+
+        modes = way_of(done.modes, stop, integration.statistics, libraries.number)
     kept = {
         "formalism": ready.formalism,
         "numbers": [values.tolist() for values in ready.numbers],
-        "problem": _of_problem(problem),
+        "problem": [libraries.number(done.problem.compiled), values_of(done.problem)],
         "told": as_json(ready.told),
-        "shifts": dict(ready.shifts),
+        "start": {**ready.begun_from, "shifts": dict(ready.shifts)},
         "redundancy": asdict(done.redundancy),
+        "events": [dict(event) for event in done.begun],
+        "modes": modes,
+        "libraries": len(libraries.known),
     }
-    loading.remember(_key(key), ready.compiled, {"asked": asked, "run": json.dumps(kept)})  # a text keeps the order
+    if libraries.in_c and (done.modes is None or modes is not None):
+        text = json.dumps(kept)  # which keeps the order
+        for number, compiled in reversed(list(enumerate(libraries.known.values()))):
+            loading.remember(_key(key, number), compiled, {"asked": asked, "run": "" if number else text})
+
+
+@dataclass(eq=False)
+class _Libraries:
+    """What was compiled for a run, by the files that it is in."""
+
+    known: dict[Path | None, Compiled] = field(default_factory=dict)
+
+    def number(self, compiled: Compiled) -> int:
+        """Return the number of something compiled, counted from what was asked for first."""
+        self.known.setdefault(compiled.path, compiled)
+        return list(self.known).index(compiled.path)
+
+    @property
+    def in_c(self) -> bool:
+        return all(compiled.backend == "c" and compiled.notice is None for compiled in self.known.values())
 
 
 def recalled(
-    key: str,
-    asked: str,
-    again: Callable[[], Runnable],
-    *,
-    native: bool = False,
-    backend: Backend | None = None,
-) -> tuple[Runnable, Problem] | None:
-    """Return what was remembered last under a key, if it is what is asked; None where there is nothing of use.
-
-    `again` makes the same from the model, for what is seldom asked of a run.
-    """
+    key: str, asked: str, anew: Anew, *, native: bool = False, backend: Backend | None = None
+) -> Beginning | None:
+    """Return what was remembered last under a key, if it is what is asked; None where there is nothing of use."""
     if backend == "python":
         return None
-    found = loading.recall(_key(key), native=native, backend=backend)
-    if found is None or found.compiled.backend != "c" or found.metadata.get("asked") != asked:
-        return None
+    found = _Found(key, asked, native, backend)
     try:
-        return _made(found.compiled, json.loads(found.metadata["run"]), again)
-    except (KeyError, TypeError, ValueError, AttributeError):
+        compiled, metadata = found.library(0)
+        kept = json.loads(metadata["run"])
+        others = [found.library(number)[0] for number in range(1, kept["libraries"])]
+        return _made([compiled, *others], kept, anew)
+    except _WRONG:
         return None
 
 
-def _key(key: str) -> str:
-    return f"run {key}"
+@dataclass(frozen=True)
+class _Found:
+    """Where a run is looked for."""
+
+    key: str
+    asked: str
+    native: bool
+    backend: Backend | None
+
+    def library(self, number: int) -> tuple[Compiled, Mapping[str, Any]]:
+        """Return what was compiled, with what is known of it; raises KeyError where that is nothing, or of another."""
+        found = loading.recall(_key(self.key, number), native=self.native, backend=self.backend)
+        if found is None or found.compiled.backend != "c" or found.metadata.get("asked") != self.asked:
+            raise KeyError(number)
+        return found.compiled, found.metadata
 
 
-def _is_plain(problem: Problem) -> bool:
-    """Tell whether nothing of a problem is left out."""
-    others = (field for field in fields(Problem) if field.name not in _STORED)
-    return all(getattr(problem, field.name) == field.default for field in others)
+def _key(key: str, number: int) -> str:
+    return f"run {key} {number}" if number else f"run {key}"
 
 
-def _of_problem(problem: Problem) -> dict[str, Any]:
-    pairs = problem.pairs
-    return {
-        **{name: getattr(problem, name) for name in _PLAIN},
-        "method": problem.method.name,
-        "parameters": problem.parameters.tolist(),
-        "modes": problem.modes.tolist(),
-        "terminal": problem.terminal,
-        "pairs": None if pairs is None else [pairs.nq, pairs.plain, pairs.balls],
-    }
-
-
-def _made(compiled: Compiled, kept: Mapping[str, Any], again: Callable[[], Runnable]) -> tuple[Runnable, Problem]:
+def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> Beginning:
     numbers = Numbers(*(np.array(values, dtype=float) for values in kept["numbers"]))
-    known = {name: kept[name] for name in ("told", "shifts", "redundancy")}
-    ready = Runnable(kept["formalism"], compiled, numbers, lambda: again().begin(), None, known)
+    known = {name: kept[name] for name in ("told", "start", "redundancy")}
+    ready = Runnable(kept["formalism"], compiled[0], numbers, lambda: anew.ready().begin(), None, known)
     told, _left_over = ready.told, Redundancy(**known["redundancy"])  # which raise for what is something else
     if (len(told.coordinates), len(told.speeds)) != (len(ready.q0), len(ready.u0)):
         raise ValueError("names and numbers are not of one mechanism")
-    given = kept["problem"]
-    pairs = given["pairs"]
-    problem = Problem(
-        compiled=compiled,
-        method=METHODS[given["method"]],
-        q0=ready.q0,
-        u0=ready.u0,
-        parameters=np.array(given["parameters"], dtype=float),
-        modes=np.array(given["modes"], dtype=float),
-        terminal=tuple(given["terminal"]),
-        pairs=None if pairs is None else Pairing(pairs[0], *(_pairs(part) for part in pairs[1:])),
-        **{name: given[name] for name in _PLAIN},
-    )
-    return ready, problem
+    library, values = kept["problem"]
+    problem, events = problem_of(values, compiled[library]), tuple(kept["events"])
+    if kept["modes"] is None:
+        return Beginning(ready, problem, None, events)
+    from multibody_sym.simulation.runs.recalled_modes import RecalledModes  # as above
 
-
-def _pairs(part: Any) -> tuple[tuple[int, int], ...]:
-    return tuple((a, b) for a, b in part)
+    modes = RecalledModes.of(kept["modes"], compiled, anew.begin)
+    return Beginning(ready, modes.begun(problem), modes, events)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,38 +12,36 @@ from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.runs.made import Made, MadeAlone, Piece
+from multibody_sym.simulation.runs.modes import Beginning, Departed
 from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from multibody_sym.simulation.one_way.chained import OneWayRun
 
 Progressed = Callable[[Samples, float], None] | None
 """What is told of the samples that are new, and of the part of the time that is done."""
 
 
-def run(
-    ready: Runnable,
-    problem: Problem,
-    modes: OneWayRun | None,
-    on_progress: Progressed,
-    told: tuple[Mapping[str, Any], ...],
-) -> Trajectory:
-    """Return the motion, from mode to mode where some holds one way only."""
+def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
+    """Return the motion, from mode to mode where some holds one way only; of `told` samples progress tells no more."""
+    ready, problem, modes, events = begin
 
     def report(chunk: Chunk) -> None:
+        nonlocal told
+        new, told = chunk.beyond(told), max(told, chunk.first + len(chunk.t))
         if on_progress is not None:
-            parts = () if modes is None else modes.parts(chunk.t, chunk.q, chunk.u, chunk.first)
-            new = Piece(ready, problem.parameters, chunk.t, chunk.q, chunk.u, parts)
-            on_progress(Samples(new), chunk.time / problem.t_end)
+            parts = () if modes is None else modes.parts(new.t, new.q, new.u, new.first)
+            piece = Piece(ready, problem.parameters, new.t, new.q, new.u, parts)
+            on_progress(Samples(piece), new.time / problem.t_end)
 
     loop = None if modes is None else modes.loop
     if held_at_start(problem) is not None:
         loop = end_at_once
-    done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
+    try:
+        done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
+    except Departed as departed:
+        return run(departed.begin(), on_progress, told)
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    return ended(MadeAlone(ready, problem, done, parts, modes, told))
+    return ended(MadeAlone(ready, problem, done, parts, modes, events))
 
 
 def ended(made: Made) -> Trajectory:

@@ -64,9 +64,16 @@ class Runnable:
         return Told(self) if self.known is None else recalled(self.known["told"], self)
 
     @cached_property
+    def begun_from(self) -> Mapping[str, Any]:
+        """What of the start was kept, and what was found: `held`, `assembled` and `shifts` of a `Start`."""
+        if self.known is not None:
+            return dict(self.known["start"])
+        return {name: getattr(self.start, name) for name in ("held", "assembled", "shifts")}
+
+    @property
     def shifts(self) -> Mapping[str, float]:
         """By how much start values that were given changed."""
-        shifts: Mapping[str, float] = self.start.shifts if self.known is None else self.known["shifts"]
+        shifts: Mapping[str, float] = self.begun_from["shifts"]
         return shifts
 
     @cached_property

@@ -177,6 +177,20 @@ class Told:
         return bool(self.mechanism.one_way)
 
     @cached_property
+    def boxes(self) -> bool:
+        """Whether two boxes in space touch, of which edges may pass into each other."""
+        from multibody_sym.model.mechanism.contact_rows import boxes_that_touch
+
+        return bool(boxes_that_touch(self.mechanism.one_way))
+
+    @cached_property
+    def works_unseen(self) -> bool:
+        """Whether something does work that no load tells."""
+        from multibody_sym.kinematics.energy import works_unseen
+
+        return works_unseen(self.mechanism)
+
+    @cached_property
     def loses_mass(self) -> bool:
         """Whether the mass of a body varies."""
         from multibody_sym.kinematics.masses.rates import varies
