@@ -238,7 +238,10 @@ def _missed(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
 
 
 def _put_back(mechanism: Mechanism, dynamics: TreeDynamics, missed: Program) -> Program:
-    """Return both corrections: that of u for phidot where that of q leads, with H where it starts, which is as good."""
+    """Return both corrections: that of u for phidot where that of q leads, with H where it starts, which is as good.
+
+    Factors kept between steps leave too much to be taken away in one correction (docs/guide/methods.md has figures).
+    """
     trace = Trace("put_back", arrays(mechanism))
     rows = _restricting(dynamics.rows)
     holonomic = [row for row in rows if row.holonomic]
