@@ -37,8 +37,9 @@ class Part:
     def arguments(self) -> tuple[Floats, ...]:
         """What every Program takes: t, q, u, parameters, inputs, modes."""
         given = (self.t, self.q, self.u, self.parameters)
-        if len(self.t) == 0:
-            return (*given, np.empty((0, len(self.told.inputs))), np.empty(0))
+        shape = len(self.t), len(self.told.inputs)
+        if 0 in shape:
+            return (*given, np.empty(shape), np.empty(0))
         (inputs,) = self.compiled.map("inputs", *given)
         return (*given, inputs, np.empty(0))
 

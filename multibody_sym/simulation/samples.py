@@ -108,9 +108,10 @@ class Samples:
 
         Work and impulses are those since the start of the run; samples that are reported meanwhile have nan.
         """
-        (values,) = self._evaluated("outputs")
+        told = self._told.outputs
+        columns = dict(zip(told, self._evaluated("outputs")[0].T, strict=True)) if told else {}
         untold = {name: np.full(len(self.t), np.nan) for name in self._told.untold}
-        return {**dict(zip(self._told.outputs, values.T, strict=True)), **untold, **self._run_outputs()}
+        return {**columns, **untold, **self._run_outputs()}
 
     def _run_outputs(self) -> dict[str, Floats]:
         """Return the outputs that add up along a run (m,): samples alone do not tell them."""
