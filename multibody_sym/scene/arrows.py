@@ -171,8 +171,8 @@ def _impulses(stage: Stage) -> Iterator[Arrow]:
     for name, impact in stage.system.impact.strikes.items():
         if impact.impulse is not None and impact.at is not None:
             place = stage.place(impact.at)
-            axes = stage.number_of(impact.frame) if impact.frame is not None else GROUND
-            own = stage.turned(axes, stage.vector(impact.impulse))
+            axes = stage.place(impact.frame or GROUND_NAME)
+            own = stage.turned(axes.body, axes.turned(stage.vector(impact.impulse)))
             at, path = Anchor(place.body, place.point), stage.system.impact.path(name)
             yield ArrowItem("impulse", name, letter_of(name, impact.impulse), path, at, vector(own)), _constant(own)
 

@@ -64,10 +64,10 @@ class VariableMass(Element):
     """A mass that varies (Meshchersky): its `value` names the time or coordinates, and what leaves or joins moves.
 
     Either `relative_velocity`, that of what leaves or joins relative to the body where it does so, along the axes of
-    `frame` (a body; by default the body itself); or `absolute_velocity`, that relative to inertial space (axes of
-    ground by default). Without `at` every particle leaves or joins where the declared mass, `com` and inertia lose or
-    gain it. `at` a point of the body all of it passes there; what is lost elsewhere has flowed there through the
-    body, without swirl: Coriolis forces and jet damping follow from the rates of mass, `com` and inertia.
+    `frame` (a body, or a frame of one; by default the body itself); or `absolute_velocity`, that relative to inertial
+    space (axes of ground by default). Without `at` every particle leaves or joins where the declared mass, `com` and
+    inertia lose or gain it. `at` a point of the body all of it passes there; what is lost elsewhere has flowed there
+    through the body, without swirl: Coriolis forces and jet damping follow from the rates of mass, `com` and inertia.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -85,7 +85,7 @@ class VariableMass(Element):
     )
     frame: str | None = holds(
         Text(), None, such="ground",
-        says="the body along whose axes the velocity is given; if left out the body itself, or ground",
+        says="the body, or frame of one, along whose axes the velocity is; if left out the body itself, or ground",
     )
     at: str | None = holds(
         Text(), None, says="the point of the body where all mass leaves or joins", such="rocket.nozzle"

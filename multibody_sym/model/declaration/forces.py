@@ -22,9 +22,9 @@ from multibody_sym.scalars.node import Node
 
 @dataclass(frozen=True)
 class Force(Element):
-    """A force with components along the axes of `frame` (a body, default ground), acting at a point of a body.
+    """A force with components along the axes of `frame` (a body, or a frame of one; ground), at a point of a body.
 
-    Without `at` it acts at the centre of mass.
+    Without `at` it acts at the centre of mass. `frame: ground.slope` takes the axes of a frame that ground declares.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"force": "; did you mean value?", "torque": "; that is {type: torque, ..}"}
@@ -34,7 +34,10 @@ class Force(Element):
     at: str | None = holds(
         Text(), None, says="the point of it where it acts; its centre of mass if left out", such="block.corner"
     )
-    frame: str = holds(Text(), "ground", says="the body along whose axes the components are", such="ground")
+    frame: str = holds(
+        Text(), "ground", such="ground.slope",
+        says="the body, or frame of one, along whose axes the components are; ground if left out",
+    )
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ class Torque(Element):
     """A torque: `value` (one number) about the freedom of a joint, on its child and back on its parent; or on a body.
 
     A joint with several freedoms takes it (or a force, along a translation) at the one that `freedom` names by its
-    coordinate or speed. On a body `value` has three components along the axes of `frame` (a body, default ground).
+    coordinate or speed. On a body `value` has three components along the axes of `frame` (a body, or a frame of one;
+    ground if left out).
     """
 
     value: Node | Point = holds(
@@ -57,7 +61,8 @@ class Torque(Element):
     )
     on: str | None = holds(Text(), None, says="the body on which it acts, where it acts in no joint", such="rotor")
     frame: str = holds(
-        Text(), "ground", says="the body along whose axes the components of a body's torque are", such="ground"
+        Text(), "ground", such="ground.slope",
+        says="the body, or frame of one, along whose axes the components of a body's torque are; ground if left out",
     )
 
     def verify(self) -> None:

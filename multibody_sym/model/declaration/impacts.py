@@ -41,9 +41,10 @@ class Impact(Element):
     """One thing that strikes or is struck at the given instant.
 
     `between` two points that meet: along `normal`, from the second to the first, in the axes of `frame` (a body,
-    default ground), with a `restitution` of 0 to 1 and friction `static`, `kinetic`; without a normal along their
-    relative velocity. Or `contacts`: declared contacts, stops and ropes that close. Or a given `impulse` (N s) `at` a
-    point, or a given `couple` (N m s) `on` a body, with components along the axes of `frame`. Or what `begins` to hold:
+    or a frame of one; ground if left out), with a `restitution` of 0 to 1 and friction `static`, `kinetic`; without a
+    normal along their relative velocity. Or `contacts`: declared contacts, stops and ropes that close. Or a given
+    `impulse` (N s) `at` a point, or a given `couple` (N m s) `on` a body, with components along the axes of `frame`. Or
+    what `begins` to hold:
     joints that are `cut` or constraints that did not hold before. Or a prescribed `motion`, a joint or constraint whose
     rate jumps by `speed`. `tangential_restitution` (0 to 1) returns that part of the tangential speed.
     """
@@ -87,7 +88,10 @@ class Impact(Element):
         Text(), None, says="the joint or constraint with a prescribed motion whose rate jumps", such="drive"
     )
     speed: Node | None = holds(Scalar(), None, says="by how much the rate of that motion jumps; m/s or rad/s", such="w")
-    frame: str | None = holds(Text(), None, says="the body along whose axes the components are", such="ground")
+    frame: str | None = holds(
+        Text(), None, such="ground.slope",
+        says="the body, or frame of one, along whose axes the components are; ground if left out",
+    )
 
     def verify(self) -> None:
         given = [name for name in _KINDS if getattr(self, name) is not None]

@@ -88,8 +88,9 @@ class _Resolved:
         else:
             self.loads.append(self._load(name, impact))
 
-    def _axes(self, impact: Impact) -> int:
-        return self.references.axes(impact.frame or GROUND)
+    def _along(self, impact: Impact, components: Point) -> tuple[int, Point]:
+        """Return the body whose axes carry those of the frame, and a vector along them."""
+        return self.references.along(impact.frame or GROUND, components)
 
     # --- points that meet -----------------------------------------------------------------------------------------
 
@@ -100,8 +101,9 @@ class _Resolved:
         if any(name in (x.name, x.group) for x in self.one_way):
             raise ModelError(f"{name!r} is a contact too, and results tell both by name; rename one", number="M108")
         ends = self.references.pair(between)
-        frame = Marker(impact.frame or GROUND, self._axes(impact), Pose())
-        normal, flat = self._normal(impact, len(self.meetings))
+        axes, normal = self._along(impact, impact.normal or (ZERO, ZERO, ZERO))
+        frame = Marker(impact.frame or GROUND, axes, Pose())
+        normal, flat = self._normal(None if impact.normal is None else normal, len(self.meetings))
 
         def row(word: str, axis: Point, *, closes: bool = False) -> MeetingRow:
             return MeetingRow(f"{name}.{word}", ends, axis, frame, closes)
@@ -125,12 +127,12 @@ class _Resolved:
             group=name,
         )
 
-    def _normal(self, impact: Impact, number: int) -> tuple[Point, bool]:
+    def _normal(self, given: Point | None, number: int) -> tuple[Point, bool]:
         """Return the unit normal, and whether it lies in the plane of a plane model."""
-        if impact.normal is None:
+        if given is None:
             x, y, z = (meeting_leaf(number, k) for k in range(3))
             return unit_vector((x, y, ZERO if self.flat else z)), self.flat
-        normal = unit_vector(impact.normal)
+        normal = unit_vector(given)
         if self.flat and is_upright(normal):
             with at("normal"):
                 raise ModelError(
@@ -202,12 +204,14 @@ class _Resolved:
             with at("at"):
                 marker = self.references.marker(impact.at or "")
                 self._verify_moves(marker.body)
-            return PointForce(name, marker, impact.impulse, self._axes(impact))
+            axes, impulse = self._along(impact, impact.impulse)
+            return PointForce(name, marker, impulse, axes)
         with at("on"):
             body = self.references.marker(impact.on or "").body
             self._verify_moves(body)
             self.references.verify_turns(body)
-        return BodyTorque(name, body, impact.couple or (ZERO, ZERO, ZERO), self._axes(impact))
+        axes, couple = self._along(impact, impact.couple or (ZERO, ZERO, ZERO))
+        return BodyTorque(name, body, couple, axes)
 
     def _verify_moves(self, body: int) -> None:
         if body < 0:

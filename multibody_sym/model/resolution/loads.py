@@ -68,9 +68,9 @@ def _flow(name: str, body: Body, varying: VariableMass, references: References) 
     if name == GROUND:
         raise ModelError("ground moves as prescribed, whatever its mass: give it none that varies", number="M118")
     relative, absolute = varying.relative_velocity, varying.absolute_velocity
-    axes = references.axes(varying.frame or (GROUND if relative is None else name))
-    velocity = absolute if relative is None else relative
-    assert velocity is not None
+    given = absolute if relative is None else relative
+    assert given is not None
+    axes, velocity = references.along(varying.frame or (GROUND if relative is None else name), given)
     marker = None
     if varying.at is not None:
         with at("at"):
@@ -98,7 +98,8 @@ def _(element: Friction, name: str, references: References) -> None:
 
 @_load.register
 def _(element: Force, name: str, references: References) -> Load:
-    return PointForce(name, _force_point(element, references), element.value, references.axes(element.frame))
+    axes, value = references.along(element.frame, element.value)
+    return PointForce(name, _force_point(element, references), value, axes)
 
 
 @_load.register
@@ -109,7 +110,8 @@ def _(element: Torque, name: str, references: References) -> Load:
     with at("on"):
         body = references.marker(element.on or "").body
         references.verify_turns(body)
-    return BodyTorque(name, body, element.value, references.axes(element.frame))
+    axes, value = references.along(element.frame, element.value)
+    return BodyTorque(name, body, value, axes)
 
 
 @_load.register

@@ -10,6 +10,7 @@ from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joints import CurveJoint, PointJoint
 from multibody_sym.model.declaration.system import System
+from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, centre_moves, mass_of, pose_of
 from multibody_sym.model.mechanism.mechanism import TreeBody
@@ -21,6 +22,7 @@ from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_n
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, symbol
+from multibody_sym.scalars.vectors import apply
 
 BARE: Final = Body()
 
@@ -120,13 +122,15 @@ class References:
                 ends.append(self.marker(reference))
         return ends[0], ends[1]
 
-    def axes(self, name: str) -> int:
-        """Return the number of the body whose axes are meant."""
-        if name not in self.numbers:
-            raise ModelError(
-                f"no body is called {name!r}{suggestion(name, self.numbers)}", number="M106"
-            ).under("frame")
-        return self.numbers[name]
+    def along(self, frame: str, components: Point) -> tuple[int, Point]:
+        """Return the body that carries the axes meant, of a body or of a point or frame of it, and a vector in its own.
+
+        `components` are those along the axes meant.
+        """
+        with at("frame"):
+            marker = self.marker(frame)
+        x, y, z = apply(marker.pose.rotation, components)
+        return marker.body, (x, y, z)
 
     def coordinate(self, joint: str) -> Node:
         """Return the coordinate of a joint with one freedom."""
