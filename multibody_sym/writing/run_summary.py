@@ -23,6 +23,8 @@ _UNRESOLVED: Final = 1e-3
 """The part of a run's absolute tolerance that is told as nothing: the run does not tell it from zero."""
 _ROUNDING: Final = 1e-14
 """The part of the largest kinetic energy that a sum of energies has from rounding."""
+_TAKEN: Final = 1e-13
+"""The part of the largest kinetic energy up to which what friction or impacts took in all is rounding, as _ROUNDING."""
 _SINGULAR: Final = "singular position"
 
 
@@ -75,11 +77,21 @@ def _end(run: Trajectory, units: Units) -> list[str]:
 def _energy(run: Trajectory, units: Units) -> list[str]:
     if len(run) == 0:
         return []
-    rounding = _ROUNDING * float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
-    begin = 0.0 if abs(run.energy_at_start) <= rounding else run.energy_at_start
+    begin = 0.0 if abs(run.energy_at_start) <= _ROUNDING * _moving(run) else run.energy_at_start
     closes = math.isfinite(run.energy_residual)
     told = _account(run, units) if closes else f"; {_change(run, units)}"
     return [f"total energy {units.said(begin, 'J', '.6g')} at the start{told}", *_taken(run, units)]
+
+
+def _moving(run: Trajectory) -> float:
+    """Return the largest kinetic energy of the samples, 0 without one."""
+    return float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
+
+
+def _beyond_rounding(run: Trajectory, taken: Mapping[str, float]) -> dict[str, float]:
+    """Return what was taken by name, without what is rounding beside the energy that moved."""
+    least = _TAKEN * _moving(run)
+    return {name: x for name, x in taken.items() if abs(x) > least}
 
 
 def _change(run: Trajectory, units: Units) -> str:
@@ -88,8 +100,9 @@ def _change(run: Trajectory, units: Units) -> str:
         drives = ", ".join(run.ready.told.drives)
         return f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
     told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
-    rubbing = [name for name, work in run.friction_work.items() if work.total < 0.0]
-    acting = _named(list(dict.fromkeys((*run.ready.told.working, *rubbing, *run.impact_losses))))
+    rubbing = _beyond_rounding(run, {name: work.total for name, work in run.friction_work.items() if work.total < 0.0})
+    lost = _beyond_rounding(run, run.impact_losses)
+    acting = _named(list(dict.fromkeys((*run.ready.told.working, *rubbing, *lost))))
     return f"{told}, the work of {acting} included" if acting else told
 
 
@@ -97,8 +110,8 @@ def _account(run: Trajectory, units: Units) -> str:
     """Return the energy at the end, who took it or gave it, and what that leaves over."""
     assert run.modes is not None
     account = run.modes.account
-    rubbing = {name: work.total for name, work in account.friction.items() if work.total}
-    lost, acting = run.impact_losses, run.ready.told.working
+    rubbing = _beyond_rounding(run, {name: work.total for name, work in account.friction.items()})
+    lost, acting = _beyond_rounding(run, run.impact_losses), run.ready.told.working
     told = [f"friction took {units.said(-sum(rubbing.values()), 'J', '.6g')} at {_named(rubbing)}"] if rubbing else []
     told += [f"impacts took {units.said(sum(lost.values()), 'J', '.6g')} at {_named(lost)}"] if lost else []
     told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', '.6g')}"] if acting else []
@@ -116,11 +129,13 @@ def _taken(run: Trajectory, units: Units) -> list[str]:
     """Return what friction and impacts took."""
     lines = []
     for name, work in run.friction_work.items():
-        if work.total or work.bodies:
-            shares = [f"{units.said(x, 'J', '.6g')} on {body}" for body, x in work.bodies.items()]
+        bodies = _beyond_rounding(run, work.bodies)
+        if bodies or _beyond_rounding(run, {name: work.total}):
+            shares = [f"{units.said(x, 'J', '.6g')} on {body}" for body, x in bodies.items()]
             told = f" ({', '.join(shares)})" if len(shares) > 1 else ""
             lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', '.6g')}{told}")
-    lines += [f"  impact of {name} took {units.said(x, 'J', '.6g')}" for name, x in run.impact_losses.items()]
+    lost = _beyond_rounding(run, run.impact_losses)
+    lines += [f"  impact of {name} took {units.said(x, 'J', '.6g')}" for name, x in lost.items()]
     return [*lines[:_MOST], f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else lines
 
 

@@ -167,3 +167,28 @@ simulation: {t_end: 0.1}
     at = told.index("changes of what holds one way only:")
     assert told[at + 1] == "  t = 0 s: impact impact"
     assert not any("warning" in line for line in told)
+
+
+@pytest.mark.parametrize("e", [1, 0.9])
+def test_only_impacts_that_take_energy_are_told(e: float) -> None:
+    """Two balls of 1 and 3 kg against each other and walls: T is kept by e = 1, in words too."""
+    system = mbs.loads(f"""
+multibody_sym: 1
+name: balls
+bodies: {{ground: {{surfaces: {{l: {{plane: [-1, 0, 0], normal: x}}, r: {{plane: [1, 0, 0], normal: -x}}}}}},
+  a: {{shape: {{sphere: 0.1, mass: 1}}}}, b: {{shape: {{sphere: 0.1, mass: 3}}}}}}
+joints: {{A: {{type: prismatic, parent: ground, child: a, axis: x, q: x, initial: {{q: -0.3, u: 0.7}}}},
+  B: {{type: prismatic, parent: ground, child: b, axis: x, q: y, initial: {{q: 0.4, u: -1.3}}}}}}
+contacts: {{c: {{between: [a, b], restitution: {e}}}, left: {{between: [a, ground.l], restitution: {e}}},
+  right: {{between: [b, ground.r], restitution: {e}}}}}
+simulation: {{t_end: 6}}
+""")
+    run = mbs.simulate(system, samples=200, backend="python")
+    told = run_summary(run)
+    assert sum(event["kind"] == "impact" for event in run.changes) > 8
+    assert ("took" in told) == (e < 1)
+    if e < 1:
+        assert "impact of c took" in told
+        assert "impact of left took" in told
+    else:
+        assert run.kinetic_energy[-1] == pytest.approx(run.kinetic_energy[0], rel=1e-13)
