@@ -18,6 +18,7 @@ from sympy.polys.orderings import lex
 
 from multibody_sym.algebra.angles.half_angles import shared_degree, turning_degree, with_half, with_whole
 from multibody_sym.algebra.factors import Poly, cofactors, polynomial_ring
+from multibody_sym.errors import MultibodyError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, Node, negate
 from multibody_sym.scalars.traversal import leaves
@@ -34,6 +35,12 @@ _HIGHEST_POWER: Final = 24
 
 class NoClosedFormError(Exception):
     """There is no closed form of bearable size; the message says why. Numbers are given instead."""
+
+
+def why_none(reason: Exception) -> str:
+    """Return why there is no closed form: what an error says that is one of ours, of arithmetic that it failed."""
+    ours = isinstance(reason, (NoClosedFormError, MultibodyError))
+    return str(reason) if ours else "a formula on the way has no value at the declared numbers"
 
 
 @dataclass(frozen=True)

@@ -63,11 +63,20 @@ class Switch:
     index: int
 
 
+@dataclass(frozen=True)
+class Stopped:
+    """A stop that a run meets as it goes on in another `problem`, which tells the state there."""
+
+    event: Event
+    problem: Problem
+
+
 _AT_SAMPLE: Final = 1e-9
 """The part of the time between samples within which a run stops at the one before."""
 
-Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event"]
-"""Returns how a run goes on after a switch, which must be a problem begun there; why it cannot; or the stop it met."""
+Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event | Stopped"]
+"""Returns how a run goes on after a switch, which must be a problem begun there; why it cannot; or the stop it met:
+before what the switch does, or behind it."""
 
 
 def chain(onward: Onward, legs: list[Leg]) -> Loop:
@@ -96,6 +105,9 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
                 legs[-1] = replace(legs[-1], end=latest.written)
                 yield replace(latest, events=(*latest.events, following))
                 return
+            if isinstance(following, Stopped):
+                yield _stopped_behind(latest, following, samples, legs)
+                return
             if isinstance(following, RunFailure):
                 yield replace(latest, failure=following)
                 return
@@ -123,6 +135,16 @@ def _told(latest: Progress, problem: Problem, samples: Floats) -> Progress:
         return latest
     samples[latest.written] = latest.x
     return replace(latest, written=latest.written + 1)
+
+
+def _stopped_behind(latest: Progress, stop: Stopped, samples: Floats, legs: list[Leg]) -> Progress:
+    """Return the progress that ends behind a switch, the last sample telling the state there."""
+    x = stop.problem.x0
+    told = _told(replace(latest, x=x), stop.problem, samples)
+    samples[told.written - 1] = x
+    legs[-1] = replace(legs[-1], end=told.written - 1)
+    legs.append(Leg(stop.problem, told.written - 1, told.written, latest.time))
+    return replace(told, events=(*told.events, stop.event))
 
 
 def _switched(progress: Progress, problem: Problem) -> int | None:

@@ -217,8 +217,6 @@ def held_until(motion: Simulated) -> str:
 
 def _begun(element: str, kind: str) -> str:
     """Return what an element begins to do, for people."""
-    if kind == "impact":
-        return f"{element} strikes"
     verb = min((verb for verb, words in VERBS.items() if kind in words), key=lambda x: len(VERBS[x]), default=kind)
     return f"{element} {verb} {kind[-1]}" if kind[-1] in "+-" else f"{element} {verb}"
 

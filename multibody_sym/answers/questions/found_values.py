@@ -9,7 +9,7 @@ from typing import Final
 
 from multibody_sym import errors
 from multibody_sym.algebra.quotient_functions import exact
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, why_none
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.in_letters.start import free_name
@@ -365,7 +365,7 @@ class Search:
                 if abs(evaluate_float([root], self.solved.sample)[0] - value) <= AGREEMENT * abs(value):
                     return root
         except (NoClosedFormError, InputError, *UNDEFINED) as reason:
-            self.solved.reasons[str(reason)] = None
+            self.solved.reasons[why_none(reason)] = None
         return None
 
 

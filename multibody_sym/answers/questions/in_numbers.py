@@ -14,7 +14,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.states import Moment, StateCondition
+from multibody_sym.model.declaration.states import STRIKES, Moment, StateCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
@@ -50,7 +50,7 @@ class InNumbers:
             return self.motion.value(asked, 0.0 if question.after is None else self.time(question))
         found = self.motion.value_at(question.when, asked)
         if found is None:
-            raise _never(question.when)
+            raise self._never(question.when)
         return found
 
     def _period(self, coordinate: str) -> float:
@@ -70,11 +70,19 @@ class InNumbers:
         assert moment is not None
         time = self.motion.moment(moment, question.value)
         if time is None:
-            raise _never(moment)
+            raise self._never(moment)
         if time == 0.0 and isinstance(moment, StateCondition):
             told = f"{moment} from the start on, and does not begin to later, before t_end of the simulation"
             self.told.extend([told] if told not in self.told else [])
         return time
+
+    def _never(self, moment: Moment) -> NeverError:
+        told = f"{_told(moment)} at no time before t_end of the simulation"
+        if isinstance(moment, StateCondition) and moment.closes:
+            struck = self.motion.strikes(moment.element)
+            if struck is not None:
+                told += f"; {moment.element} strikes at t = {struck:.6g} s and bounces: ask {moment.element} {STRIKES}"
+        return NeverError(told)
 
     def _course(self, question: Ask) -> float:
         """Return a time, a path or a displacement, a speed or a velocity."""
@@ -94,10 +102,6 @@ class InNumbers:
             with at("along"):
                 raise ModelError("the direction has no length", number="M112")
         return list((vector / length).tolist())
-
-
-def _never(moment: Moment) -> NeverError:
-    return NeverError(f"{_told(moment)} at no time before t_end of the simulation")
 
 
 def _told(moment: Moment) -> str:

@@ -21,7 +21,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.factors import factored
 from multibody_sym.algebra.positivity import surely_positive
 from multibody_sym.algebra.quotient_functions import doubled, exact
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, why_none
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
@@ -217,7 +217,7 @@ class LaterForms:
                 found = self._confirmed(self._closed(course, question, time), number.value)
                 found = self._shorter(found, course, question)
             except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
-                self.solved.reasons.setdefault(str(reason))
+                self.solved.reasons.setdefault(why_none(reason))
                 continue
             if found is not None and (shortest is None or len(text(found)) < len(text(shortest[0]))):
                 shortest = found, list(course.granted())

@@ -29,6 +29,8 @@ _SAMPLES: Final = 4001
 _RTOL: Final = 1e-11
 _ATOL: Final = _RTOL / 10
 """To which coordinates, and in a second paths, are known: less is no motion."""
+_MET: Final = 1e-9
+"""How near to a value, as contacts touch, a coordinate has it where a state changes."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STEPS: Final = 50
 _SAME: Final = 1e-14
@@ -68,12 +70,32 @@ class Simulated:
         run = self._simulated(self.system, None)
         q, rate = run[coordinate] - value, run[f"u_{coordinate}"]
         starts_there = bool(abs(q[0]) <= _SAME * max(1.0, abs(value)))
+        changes = sorted({float(change["t"]) for change in run.changes})
         for k in range(1 if starts_there else 0, len(q) - 1):
             step = run.t[k + 1] - run.t[k]
+            for change in (t for t in changes if run.t[k] < t <= run.t[k + 1]):
+                found = self._until_change(coordinate, value, (float(run.t[k]), float(q[k]), float(rate[k])), change)
+                if found is not None:
+                    return found
             inside = _first_root(q[k : k + 2], rate[k : k + 2] * step)
             if inside is not None:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
         return 0.0 if starts_there else None
+
+    def _until_change(
+        self, coordinate: str, value: float, before: tuple[float, float, float], change: float
+    ) -> float | None:
+        """Return when a coordinate has a value by the time of a change of state, which may turn it back there.
+
+        `before`: time, distance from the value, and rate at the sample before.
+        """
+        t, q, rate = before
+        run = self._simulated(self.system, change)
+        end, slope = float(run[coordinate][-1]) - value, float(run[f"u_{coordinate}"][-1])
+        if abs(end) <= _MET * max(1.0, abs(value)):
+            return change
+        inside = _first_root([q, end], [rate * (change - t), slope * (change - t)])
+        return None if inside is None else self._refined(coordinate, value, t + inside * (change - t))
 
     def moment(self, moment: Moment, asked: Node | None = None) -> float | None:
         """Return the first time at which a moment comes, 0 if it is there at the start, None if not before `t_end`.
@@ -131,6 +153,8 @@ class Simulated:
         One that holds at the start, and does not begin again, does so at 0.
         """
         run = self._simulated(self.system, None)
+        if condition.strikes:
+            return self.strikes(condition.element)
         words = dict(run.ready.state.words)
         from_start = held = condition.holds(words)
         for change in run.changes:
@@ -139,6 +163,11 @@ class Simulated:
             if held and not before:
                 return float(change["t"])
         return 0.0 if from_start else None
+
+    def strikes(self, element: str) -> float | None:
+        """Return when an element first strikes, None if not before `t_end`."""
+        struck = (x for x in self._simulated(self.system, None).changes if x["element"] == element and x.get("impulse"))
+        return next((float(x["t"]) for x in struck), None)
 
     def _begins(self, condition: StateCondition, asked: Node) -> float | None:
         run = self._until(condition, asked)

@@ -14,6 +14,8 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node
 
+STRIKES: Final = "strikes"
+"""What an element does that takes an impulse, whether it bounces or stays: no state, but a moment as its beginning."""
 VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "sticks": ("stick",),
     "slides": ("slide", "slide+", "slide-"),
@@ -26,6 +28,7 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "slips": ("slip", "slip+", "slip-"),
     "stops": ("lower", "upper"),
     "frees": ("free",),
+    STRIKES: ("impact",),
 }
 """What an element begins to do, and the words of the states in which it does: a rope closes as it becomes taut."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
@@ -45,6 +48,16 @@ class StateCondition:
     def holds(self, words: Mapping[str, str]) -> bool:
         """Return whether it holds where elements are in the states that `words` tell."""
         return words.get(self.element) in VERBS[self.verb]
+
+    @property
+    def closes(self) -> bool:
+        """Whether it is a state in which an element is closed that may be open."""
+        return bool(set(VERBS[self.verb]) & {*VERBS["closes"], *VERBS["stops"]})
+
+    @property
+    def strikes(self) -> bool:
+        """Whether it is an impact, which is no state."""
+        return self.verb == STRIKES
 
     def verify(self, known: Mapping[str, Iterable[str]]) -> None:
         """Raise ModelError where no element of that name holds one way only, or it is never in such a state.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Final
 
+from multibody_sym.model.declaration.states import STRIKES, VERBS
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, INACTIVE, STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.scalars.node import ZERO
 
@@ -21,10 +22,14 @@ def mode_words(elements: Iterable[OneWay], mode: Mode) -> dict[str, str]:
 
 
 def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
-    """Return the words of all states in which elements, and friction parts with a name of their own, may be."""
+    """Return the words of all states in which elements, and friction parts with a name of their own, may be.
+
+    What may close may strike too.
+    """
     found: dict[str, set[str]] = {}
     for element in elements:
-        found.setdefault(element.name, set()).update(element.words if element.unilateral else element.words[:1])
+        words = (*element.words, *VERBS[STRIKES]) if element.unilateral else element.words[:1]
+        found.setdefault(element.name, set()).update(words)
         for part in element.frictions:
             rests, moves = _rubbing(element, part)
             found.setdefault(part.name, set()).update((rests, *(moves + ending for ending in _ENDINGS.values())))

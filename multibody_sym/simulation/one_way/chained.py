@@ -18,7 +18,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.chain import Leg, Switch, chain
+from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain
 from multibody_sym.runtime.course import Passage
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
@@ -27,13 +27,13 @@ from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.along.jumps import Jump, Passed, passed
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
+from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, stops_at_turns, struck
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
-from multibody_sym.simulation.one_way.stops_in_space import stopped
 from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, tell
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
@@ -197,7 +197,7 @@ class OneWayRun:
                 found.append(Part(Told(Alone(program.mechanism)), program.compiled, values, t[own], q[own], u[own]))
         return tuple(found)
 
-    def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
+    def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that follows at a switch, or why there is none."""
         cause = self.stretches[-1].program.switchings[switch.index]
         self.trouble = self._hindered(switch.begun.time, switch.x, cause)
@@ -211,7 +211,10 @@ class OneWayRun:
         now, entered = self.stretches[-1], self._entered(found, switch)
         if not isinstance(entered, RunFailure):
             self._learn(now.mode, switch.index)
-        return entered if isinstance(entered, RunFailure) else self._stop(switch.begun.time) or entered
+        if isinstance(entered, RunFailure):
+            return entered
+        went = entered, found.blow
+        return stop_met(self.laws.mechanism, self.stretches[-2:], switch, went, self._scale.speed) or entered
 
     def jump(self, t: float, x: Floats, index: int) -> Floats | None:
         """Return the state after an impact from which the run goes on in its mode; None where that ends."""
@@ -241,9 +244,13 @@ class OneWayRun:
                 return None
         else:
             u = facts.u + blow.jump
+        after = np.concatenate([facts.q, u])
+        if any(struck(each, blow) for each in self.laws.mechanism.state_stops.values()):
+            return None
+        if stop_jumped((now, now), t, (x, after), self._scale.speed) is not None:
+            return None
         tell(self.changes, t, self._hit(t, blow))
         self._tips.struck(facts)
-        after = np.concatenate([facts.q, u])
         self.jumps.append((len(self.stretches) - 1, t, after))
         return after.copy()
 
@@ -270,7 +277,7 @@ class OneWayRun:
 
     def _learn(self, mode: Mode, index: int) -> None:
         """Let the loop in C know where a switch of a mode leads, if the run does not stop there."""
-        stops = self.laws.mechanism.state_stops.values()
+        stops = stops_at_turns(self.laws.mechanism)
         self._roads.learn(mode, index, () if stops else self.remembered.turns.get((key_of(mode), index), ()))
 
     def _go_the_same_ways(self) -> None:
@@ -319,15 +326,6 @@ class OneWayRun:
         touches = touches and not thin_bars.is_behind(facts, cause.element)
         closed += [cause.element.name] if touches else []
         return facts, closed
-
-    def _stop(self, time: float) -> Event | None:
-        """Return that a state has just begun in which the run ends; its number follows those of other stops."""
-        declared = self.laws.mechanism
-        before, now = (stretch.words for stretch in self.stretches[-2:])
-        for k, condition in enumerate(declared.state_stops.values()):
-            if condition.holds(now) and not condition.holds(before):
-                return Event(time, len(declared.stops) + k, True)
-        return None
 
     def _entered(self, found: Decided, switch: Switch | None) -> Problem | RunFailure:
         """Return the run in the mode that was found, noting what has changed."""

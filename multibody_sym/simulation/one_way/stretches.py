@@ -68,6 +68,15 @@ class Stretch:
         """Return the accelerations (nu,) in the mode."""
         return self.rates_at(at)[1]
 
+    def stops_at(self, t: float, x: Floats) -> Floats:
+        """Return the functions of declared stops (ns,) at a state, positive where the run stops, nan for kinks."""
+        nq = len(self.problem.q0)
+        known = (t, x[:nq], x[nq:], self.problem.parameters)
+        inputs = self.problem.compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
+        count = self.problem.switches
+        values = self.problem.compiled["events"](*known, inputs, self.problem.modes)[0][:count]
+        return np.where(self.problem.terminal[:count], values, np.nan)
+
     @cached_property
     def key(self) -> Key:
         """What tells the mode apart."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.chain import Leg, Switch, chain
+from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, Progress, Statistics
@@ -144,16 +144,20 @@ class RecalledModes:
             raise Departed(self.anew)
         return None
 
-    def onward(self, _problem: Problem, switch: Switch) -> Problem | Event:
+    def onward(self, _problem: Problem, switch: Switch) -> Problem | Event | Stopped:
         """Return the run in the mode that follows at a switch, or the stop that it meets."""
         following = len(self.legs)
         if switch.begun.time != self.way.ends[following - 1]:
             raise Departed(self.anew)
+        stop, time = self.way.stop, switch.begun.time
         if following < len(self.way.problems):
-            return self.begun(self.way.problems[following])
-        if self.way.stop is None:
+            entered = self.begun(self.way.problems[following])
+            last = following == len(self.way.problems) - 1
+            at_once = last and stop is not None and stop.time == self.way.ends[following] == time
+            return Stopped(stop, entered) if at_once and stop is not None else entered
+        if stop is None:
             raise Departed(self.anew)
-        return self.way.stop
+        return stop
 
     @property
     def loop(self) -> Loop:
