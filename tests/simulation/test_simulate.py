@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -185,6 +186,38 @@ def test_too_many_steps_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
         pendulum()
     with pytest.raises(mbs.ModelError, match="too many"):
         pendulum(step=0.1)
+
+
+STIFF = """
+multibody_sym: 1
+name: stiff
+bodies: {b: {mass: 4}}
+joints: {J: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {q: 0.1}}}
+forces: {spring: {type: spring_damper, joint: J, stiffness: %s, damping: %s}}
+"""
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "told"),
+    [
+        ("36e20", 0, r"y is stiff, it swings with omega = 3e\+10 rad/s .* 4.77e\+09 times in the run.* and the unit"),
+        ("4e12", "4e12", r"y is stiff, it dies down within 1e-12 s there, and dormand_prince .*method: radau_5"),
+    ],
+)
+def test_stiffness_is_told_where_it_keeps_steps_short(
+    monkeypatch: pytest.MonkeyPatch, backend: Any, stiffness: str, damping: Any, told: str
+) -> None:
+    """By hand: omega = sqrt(k/m), omega t/(2 pi) swings in 1 s; much damped the fast rate is c/m."""
+    monkeypatch.setattr(problem, "_MOST_STEPS", 3000)
+    with pytest.raises(FailedRunError, match=told):
+        mbs.simulate(mbs.loads(STIFF % (stiffness, damping)), t_end=1, backend=backend)
+
+
+def test_no_stiffness_is_told_of_a_slow_pendulum(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(problem, "_MOST_STEPS", 20)
+    with pytest.raises(FailedRunError, match=r"s: ask for less accuracy or a shorter time$"):
+        pendulum()
 
 
 def test_constraints_that_contradict_each_other_are_named() -> None:

@@ -24,6 +24,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
 from multibody_sym.scalars.traversal import leaves
+from multibody_sym.simulation.runs.stiffness import stiffness_of
 
 if TYPE_CHECKING:
     from multibody_sym.simulation.trajectory import Trajectory
@@ -110,7 +111,7 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
     if failure.status in (Status.STEP_LIMIT, Status.CHATTERS):
         most = failure.status is Status.STEP_LIMIT
         got = "the run took its largest number of steps and got" if most else "the run gets"
-        return f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(mechanism)}"
+        return f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(run, failure.time)}"
     if failure.status in (Status.NO_MODE, Status.SINGULAR):
         return _singular(run, failure.time) if failure.status is Status.SINGULAR else f"{_trouble(run)} {when}"
     assert failure.status in _BROKEN
@@ -146,11 +147,13 @@ def mass_used_up(run: Trajectory) -> str | None:
     return None
 
 
-def _advice_on_steps(mechanism: Mechanism) -> str:
+def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
+    mechanism = run.ready.mechanism
     jumping = [leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u"]
     if not jumping:
-        return "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
+        jump = "a jump in a force (sign, where) keeps steps short; else ask for" if mechanism.kinks else "ask for"
+        return stiffness_of(run, time) or f"{jump} less accuracy or a shorter time"
     speed = mechanism.speeds[jumping[0]]
     units = [each.unit for each in mechanism.speeds if each.joint == speed.joint]
     contact = "a contact with static and kinetic, which stick and slip"
