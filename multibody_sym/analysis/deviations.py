@@ -106,6 +106,15 @@ class Flow:
         """Return udot (nu)."""
         return self._rates(*self.known(q, u))[1]
 
+    def multipliers(self, q: npt.ArrayLike) -> Floats:
+        """Return the multipliers (nr) of the rows at rest."""
+        return self._rates(*self.known(q, np.zeros(len(self.mechanism.speeds))))[2]
+
+    def jacobian(self, q: npt.ArrayLike) -> Floats:
+        """Return the Jacobian (nr x nu) of the rows."""
+        known = self.known(q, np.zeros(len(self.mechanism.speeds)))
+        return self._by(self._restricted, ("speeds",), "u", known)
+
     def rates(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return qdot (nq) and udot (nu)."""
         qdot, udot, *_ = self._rates(*known)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Final
 
@@ -18,18 +18,29 @@ _ALIKE: Final = 1e-9
 _MOST_NAMED: Final = 4
 
 
-def none_found(flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bool) -> NoSolutionError:
-    """Return the error for a search that found nothing from guesses (nq): the start, and others with open rows."""
+def none_found(
+    flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bool, closing: Sequence[str] = ()
+) -> NoSolutionError:
+    """Return the error for a search that found nothing from guesses (nq): the start, and others with open rows.
+
+    `closing`: what may close, of which each was tried closed and open.
+    """
     start, *tried = islice(guesses, 2 * _POSITIONS)
     found = list(islice(_accelerations(flow, rows, [start, *tried]), _POSITIONS))
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
     if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
         alike = f"wherever it was tried, the system at rest accelerates alike ({_named(flow, found[0], size)})"
-        return NoSolutionError(f"no position of equilibrium was found: {alike}", number="N109")
+        return NoSolutionError(f"no position of equilibrium was found: {alike}{_either(closing)}", number="N109")
     where = f"near the start{' in the time of a search' if in_time else ''}{_inputs(flow, start)}"
     return NoSolutionError(
-        f"no position of equilibrium was found {where}; give other initial coordinates", number="N109"
+        f"no position of equilibrium was found {where}{_either(closing)}; give other initial coordinates", number="N109"
     )
+
+
+def _either(closing: Sequence[str]) -> str:
+    """Return that what may close was tried so and open."""
+    names = ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
+    return f", and none with {names} closed either" if closing else ""
 
 
 def _accelerations(flow: Flow, rows: Rows, tried: Iterable[Floats]) -> Iterator[Floats]:

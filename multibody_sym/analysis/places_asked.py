@@ -9,8 +9,8 @@ from itertools import islice, takewhile
 from math import isfinite
 from typing import Any, Final
 
-from multibody_sym.analysis.equilibrium import MOST, SECONDS, guesses, search_from
 from multibody_sym.analysis.none_found import none_found
+from multibody_sym.analysis.resting.search import MOST, SECONDS, guesses, search_from
 from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.dynamics.start.undefined import value_or_none

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from multibody_sym.analysis.equilibrium import Equilibrium
+from multibody_sym.analysis.equilibrium import TOUCHES, Equilibrium
 from multibody_sym.expressions.chosen_units import SI, Units
 
 _WORDS: Final = {True: "stable", False: "unstable", None: "indifferent"}
@@ -13,13 +13,15 @@ _WORDS: Final = {True: "stable", False: "unstable", None: "indifferent"}
 def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
     """Return the positions for a person to read, in chosen units."""
     lines = []
-    each = zip(found.positions, found.stable, found.free, found.beyond, found.one_sided, strict=True)
-    for position, stable, free, beyond, one_sided in each:
+    each = zip(found.positions, found.stable, found.free, found.beyond, found.one_sided, found.closed, strict=True)
+    for position, stable, free, beyond, one_sided, closed in each:
         values = ", ".join(f"{name} = {units.said(x, found.units[name], '.9g')}" for name, x in position.items())
         along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
         past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
         edge = "; a force has no real value on one side of it" if one_sided else ""
-        lines.append(f"{'not decided' if one_sided else _WORDS[stable]}: {values}{along}{past}{edge}")
+        open_ = stable is None and TOUCHES in closed.values()
+        holding = "; " + ", ".join(f"{name} {word}" for name, word in closed.items()) if closed else ""
+        lines.append(f"{'not decided' if one_sided or open_ else _WORDS[stable]}: {values}{holding}{along}{past}{edge}")
     return "\n".join([*lines, *_notes(found)])
 
 
@@ -30,6 +32,9 @@ def _notes(found: Equilibrium) -> list[str]:
         notes.append(f"note: cut short after {found.guesses} guesses, as its time was up: there may be others")
     elif not found.complete:
         notes.append(f"note: found from {found.guesses} guesses; it is not proved that there are no others")
+    if found.friction_left_out:
+        names = ", ".join(found.friction_left_out)
+        notes.append(f"note: without friction ({names}), which may hold positions beside these")
     if found.speeds_left_out:
         names = ", ".join(found.speeds_left_out)
         notes.append(f"note: at rest, start speeds are left out ({names}); steady motion: `linearize`")

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
-from multibody_sym.analysis import equilibrium as equilibrium_module
+from multibody_sym.analysis.resting import search as search_module
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 G = 9.81
@@ -378,9 +378,9 @@ def test_a_search_that_finds_nothing_ends_sooner(monkeypatch: pytest.MonkeyPatch
     )
     clock = iter(range(10_000))
     tried = []
-    reached = equilibrium_module._Search.reached
-    monkeypatch.setattr(equilibrium_module.time, "process_time", lambda: float(next(clock)))
-    monkeypatch.setattr(equilibrium_module._Search, "reached", lambda *given: tried.append(1) or reached(*given))
+    reached = search_module.Search.reached
+    monkeypatch.setattr(search_module.time, "process_time", lambda: float(next(clock)))
+    monkeypatch.setattr(search_module.Search, "reached", lambda *given: tried.append(1) or reached(*given))
     with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found"):
         mbs.equilibrium(model)
     assert len(tried) <= 5

@@ -14,9 +14,9 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from multibody_sym.analysis.deviations import Flow
-from multibody_sym.analysis.equilibrium import guesses, search_from
 from multibody_sym.analysis.linearization import At, Linearization, flow_at, settled
 from multibody_sym.analysis.places_asked import REST, told_of
+from multibody_sym.analysis.resting.search import guesses, search_from
 from multibody_sym.analysis.steadiness import displaced
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
