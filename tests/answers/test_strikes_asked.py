@@ -59,6 +59,7 @@ def test_a_run_stops_at_an_impact(backend: Any, condition: str, speed: float) ->
     assert run.t[-1] == run.t_final == pytest.approx(HIT, rel=1e-9)
     assert run["u_y"][-1] == run.final["speeds"]["u_y"] == pytest.approx(speed, rel=1e-8)
     assert len(run["u_y"]) == len(run.t) == 3
+    assert run.energy_residual == pytest.approx(0.0, abs=1e-10)
 
 
 @BACKENDS

@@ -114,6 +114,19 @@ def test_a_run_that_ends_in_a_state_ends_there(told: list[str], run: Callable[..
     assert told == ["recalled"]
 
 
+@pytest.mark.parametrize("condition", ["u_h > 0", "hits strikes"])
+def test_a_run_that_ends_at_an_impact_ends_there(condition: str, told: list[str], run: Callable[..., Any]) -> None:
+    """Behind it where it makes a comparison true, before it where something strikes."""
+    Path("model.yaml").write_text(MODEL + f"stop: {{hit: {condition}}}\n")
+    first = run("--json")
+    down = math.sqrt(2 * HEIGHT / G)
+    final = json.loads(first[0])["final"]
+    assert final["t"] == pytest.approx(down, rel=1e-10)
+    assert final["speeds"]["u_h"] == pytest.approx((-1 if "strikes" in condition else BOUNCES) * G * down, rel=1e-10)
+    assert run("--json") == first
+    assert told == ["recalled"]
+
+
 @pytest.mark.parametrize("bent", ["leg", "jump", "more", "less"])
 def test_a_run_that_comes_elsewhere_is_made_from_its_model(
     bent: str, told: list[str], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch

@@ -208,13 +208,16 @@ class OneWayRun:
             facts = self.laws.at(switch.begun.time, q, u, self._scale)
             switch = stopped(switch, self.stretches[-1], facts, cause.part)
         found = self._known(switch) or self._searched(switch)
-        now, entered = self.stretches[-1], self._entered(found, switch)
-        if not isinstance(entered, RunFailure):
-            self._learn(now.mode, switch.index)
+        now, lost, blows = self.stretches[-1], dict(self.lost), len(self.blows)
+        entered = self._entered(found, switch)
         if isinstance(entered, RunFailure):
             return entered
+        self._learn(now.mode, switch.index)
         went = entered, found.blow
-        return stop_met(self.laws.mechanism, self.stretches[-2:], switch, went, self._scale.speed) or entered
+        met = stop_met(self.laws.mechanism, self.stretches[-2:], switch, went, self._scale.speed)
+        if isinstance(met, Event):  # the run ends before what has struck
+            self.lost, self.blows[blows:] = lost, []
+        return met or entered
 
     def jump(self, t: float, x: Floats, index: int) -> Floats | None:
         """Return the state after an impact from which the run goes on in its mode; None where that ends."""
