@@ -8,12 +8,16 @@ from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Callee, Solve, callees
 
 
-def parts_of(programs: Mapping[str, Program]) -> frozenset[str]:
-    """Return the parts that runs of some Programs may enter; a run with events may come into modes with rows."""
+def parts_of(programs: Mapping[str, Program], *, multistep: bool = True) -> frozenset[str]:
+    """Return the parts that runs of some Programs may enter; a run with events may come into modes with rows.
+
+    `multistep`: whether methods that look back are among those that run them.
+    """
     implicit = bool({"jacobian", "index_2"} & programs.keys())
     events = "events" in programs
     rows = bool({"put_back", "project_position", "project_velocity"} & programs.keys())
     wanted = {"rows": rows or implicit or events or _solves(programs), "events": events, "implicit": implicit}
+    wanted["multistep"] = multistep and "state_derivative" in programs
     return frozenset(part for part, enters in wanted.items() if enters)
 
 

@@ -7,11 +7,12 @@ from pathlib import Path
 from string import Template
 from typing import Final
 
-_ALWAYS: Final = ("calls.c", "constraints.c", "explicit.c", "pairing.c", "multistep.c", "runtime.c")
+_ALWAYS: Final = ("calls.c", "constraints.c", "explicit.c", "runtime.c")
 _PARTS: Final = {
     "rows": (("solve.c", "singular.c"), "no_rows.c"),
     "events": (("events.c", "looks.c", "turns.c"), "no_events.c"),
     "implicit": (("stages.c", "implicit.c"), "no_implicit.c"),
+    "multistep": (("pairing.c", "multistep.c"), "no_multistep.c"),
 }
 """What only some models enter: its sources, and the one in their place for the others, which compile sooner."""
 RUNTIME_PARTS: Final = frozenset(_PARTS)

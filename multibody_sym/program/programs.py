@@ -28,8 +28,11 @@ _OUTPUTS: Final = {
     "index_2_by_multipliers": ("jacobian",),
 }
 
-Form = Literal["explicit", "implicit", "index_2"]
-"""What a method of integration asks a system for: its derivative, also the Jacobian, or the equations of index 2."""
+Form = Literal["explicit", "multistep", "implicit", "index_2"]
+"""What a method of integration asks a system for: its derivative, also the Jacobian, or the equations of index 2.
+
+A multistep method asks for what an explicit one does, and is compiled for those that are asked for it.
+"""
 
 
 @dataclass(frozen=True)

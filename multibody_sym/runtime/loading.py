@@ -127,10 +127,12 @@ def load(
     native: bool = False,
     backend: Backend | None = None,
     rare: Mapping[str, Program] = MappingProxyType({}),
+    multistep: bool = True,
 ) -> Compiled:
     """Return `programs` callable by name; what the cache holds is neither printed nor compiled again.
 
-    Among them are those that are `rare`, whose compilation is to be short.
+    Among them are those that are `rare`, whose compilation is to be short. `multistep`: whether methods that look back
+    may run them.
 
     `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises CompilerError instead; "python"
     takes Python. `native`: C for this processor only, whose last digits may differ. Raises OutputError if generated
@@ -142,13 +144,13 @@ def load(
     every = {**programs, **rare}
     signatures = [Signature.of(name, program) for name, program in every.items()]
     hashes = (part for name, program in every.items() for part in (name, program_hash(program)))
-    key = cache.digest("programs", str(len(programs)), *hashes)
+    key = cache.digest("programs", str(len(programs)), str(multistep), *hashes)
 
     def printed_c() -> Mapping[str, str]:
         from multibody_sym.codegen.c import c_source
         from multibody_sym.codegen.parts import parts_of
 
-        return c_source(programs, rare=rare, parts=parts_of(every), apart=True)
+        return c_source(programs, rare=rare, parts=parts_of(every, multistep=multistep), apart=True)
 
     def printed_python() -> str:
         from multibody_sym.codegen.python import python_source
@@ -161,7 +163,8 @@ def load(
             lambda: load_c(signatures, key, printed_c, native=native),
             lambda: load_python(signatures, key, printed_python),
         )
-        return replace(made, wanted=backend, native=native, remake=functools.partial(load, programs, rare=dict(rare)))
+        again = functools.partial(load, programs, rare=dict(rare), multistep=multistep)
+        return replace(made, wanted=backend, native=native, remake=again)
     except OSError as problem:
         raise OutputError(f"generated code cannot be written: {problem}", number="O102") from problem
 

@@ -51,6 +51,8 @@ class NativeProblem:
             self._system = _system(problem, self._given, self._whole)
             self.structure = _problem(problem, self._method, self._system)
             self.work = int(self.library.mbs_work(ctypes.byref(self.structure)))
+            if self.work < 0:
+                raise ValueError(f"{problem.method.name} is not among the methods that the Programs were compiled for")
         else:
             self._take_over(_of(problem.like))
         self.margins = self._given[2]

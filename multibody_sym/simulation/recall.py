@@ -60,7 +60,7 @@ def compiled(
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
     derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
-    made = loading.load(derived, native=native, backend=backend, rare=closing)
+    made = loading.load(derived, native=native, backend=backend, rare=closing, multistep=form == "multistep")
     loading.remember(structure_key(mechanism, formalism, form), made, {})
     return replace(made, remake=partial(compiled, mechanism, formalism, form))
 

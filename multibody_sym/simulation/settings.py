@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.integrators.methods.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.methods.library import IDA, LibraryMethod
-from multibody_sym.integrators.methods.methods import METHODS, Method
+from multibody_sym.integrators.methods.methods import LOOKING_BACK, METHODS, Method
 from multibody_sym.integrators.steppers.library import BY_JACOBIAN
 from multibody_sym.model.declaration.settings import Baumgarte, Settings, Stabilisation
 from multibody_sym.records import dataclass
@@ -82,7 +82,7 @@ def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> F
         return "index_2" if constrained else "implicit"
     implicit = settings.method in (*IMPLICIT, *BY_JACOBIAN)
     if settings.constraints is None or not settings.constraints.index_2:
-        return "implicit" if implicit else "explicit"
+        return "implicit" if implicit else "multistep" if settings.method in LOOKING_BACK else "explicit"
     with at("simulation", "constraints", "index_2"):
         if settings.method not in INDEX_2:
             losing = " (Gauss methods lose order there)" if settings.method in IMPLICIT else ""

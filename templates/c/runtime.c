@@ -14,7 +14,10 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 12LL * (s->nq + s->nu) + 3LL * s->ns + 6LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper_of(problem->method)->work(problem);
+    const mbs_stepper *stepper = stepper_of(problem->method);
+    if (!stepper->work)
+        return -1;
+    return 12LL * (s->nq + s->nu) + 3LL * s->ns + 6LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */

@@ -193,7 +193,7 @@ typedef struct {
     double pace_time; /* ... since then, a thousandth of the whole time ago at most */
 } mbs_state;
 
-/* Doubles of work space for mbs_integrate. */
+/* Doubles of work space for mbs_integrate; negative where the method is left out. */
 long long mbs_work(const mbs_problem *problem);
 
 /* A run that has begun elsewhere goes on from x0 if then t, t_new and pace_time of the state are set to that time, `sample`

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.parts import parts_of
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.integrators.methods.methods import LOOKING_BACK, METHODS
+from multibody_sym.integrators.methods.multistep import MULTISTEP
 from multibody_sym.program.program import Program
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.loading import load_c
@@ -23,28 +26,30 @@ from multibody_sym.simulation.settings import form_of
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def of_runs(system: mbs.System) -> dict[str, Program]:
-    """Return the Programs that runs of a system call."""
+def of_runs(system: mbs.System) -> tuple[dict[str, Program], frozenset[str]]:
+    """Return the Programs that runs of a system call, and the parts of the runtime that they enter."""
     ready = runnable(system)
     form = form_of(system.simulation, constrained=bool(ready.mechanism.rows))
-    return programs(ready.mechanism, FORMALISMS[ready.formalism], form).of_runs()
+    made = programs(ready.mechanism, FORMALISMS[ready.formalism], form).of_runs()
+    return made, parts_of(made, multistep=form == "multistep")
 
 
 @pytest.mark.parametrize(
     ("name", "changes", "parts"),
     [
         ("double_pendulum", {}, set()),
+        ("double_pendulum", {"method": "stoermer_6", "step": 0.01}, {"multistep"}),
         ("double_pendulum", {"method": "radau_5"}, {"implicit", "rows"}),
         ("four_bar", {}, {"rows"}),
     ],
 )
 def test_a_run_without_the_other_parts_has_the_bits_of_one_with_all(
-    name: str, changes: dict[str, str], parts: set[str]
+    name: str, changes: dict[str, Any], parts: set[str]
 ) -> None:
     system = mbs.load(EXAMPLES / f"{name}.yaml")
     system = replace(system, simulation=replace(system.simulation, t_end=1, samples=11, **changes))
-    made = of_runs(system)
-    assert parts_of(made) == parts
+    made, entered = of_runs(system)
+    assert entered == parts
     ready = runnable(system)
     signatures = [ready.compiled[program].signature for program in made]
     whole = load_c(signatures, f"whole {name} {changes}", lambda: c_source(made))
@@ -56,4 +61,22 @@ def test_a_run_without_the_other_parts_has_the_bits_of_one_with_all(
 
 def test_a_run_that_stops_may_come_into_modes_with_rows() -> None:
     system = mbs.load(EXAMPLES / "double_pendulum.yaml")
-    assert parts_of(of_runs(replace(system, stop={"through": "theta1 < 0"}))) == {"events", "rows"}
+    _, entered = of_runs(replace(system, stop={"through": "theta1 < 0"}))
+    assert entered == {"events", "rows"}
+
+
+def test_methods_that_look_back_are_told_by_their_names() -> None:
+    assert set(LOOKING_BACK) == set(MULTISTEP)
+
+
+def test_a_method_that_was_left_out_is_told() -> None:
+    ready = runnable(mbs.load(EXAMPLES / "double_pendulum.yaml"))
+    problem = replace(problem_of(ready, settings_of(ready)), method=METHODS["stoermer_6"], step=0.01)
+    with pytest.raises(ValueError, match="stoermer_6 is not among the methods"):
+        integrate(problem)
+
+
+def test_what_is_never_run_comes_without_steps_that_look_back() -> None:
+    made, _ = of_runs(mbs.load(EXAMPLES / "double_pendulum.yaml"))
+    assert parts_of(made) == {"multistep"}
+    assert parts_of({"energy": made["energy"]}) == set()

@@ -31,6 +31,8 @@ from multibody_sym.scalars.rotations import unit_quaternion
 
 _ROUNDING: Final = 1e-11
 """The part of the coefficients of held speeds that rounding may leave of others: of places thousands of metres away."""
+_BY_DERIVATIVE: Final = ("explicit", "multistep")
+"""Forms that take the derivative alone."""
 
 
 def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
@@ -39,7 +41,7 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     Those of `block_ldl` are scanned where that shortens them, but for their Jacobian, which has a scan for each column.
     Long ones of closed loops are rolled up where much in them is alike.
     """
-    like = worth_scanning(mechanism) if formalism is block_ldl and form == "explicit" else None
+    like = worth_scanning(mechanism) if formalism is block_ldl and form in _BY_DERIVATIVE else None
     if like is not None:
         return _programs(mechanism, scanned_sources(mechanism, like), scanned_normalize(mechanism, like))
     dynamics = formalism(mechanism, slot_state(mechanism))

@@ -34,6 +34,8 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "ida": "SUNDIALS', order 1 to 5, adaptive, implicit, for equations of index 2; needs multibody-sym[sundials]",
 }
 """What each method is; the names are those that a model file and `--method` take."""
+LOOKING_BACK: Final = ("adams_bashforth_moulton", "stoermer_6", "stoermer_verlet")
+"""Those that take steps before into account."""
 
 
 def _maker(name: str) -> Callable[[], Method]:
