@@ -52,11 +52,16 @@ function nameLayer(root, names, rule) {
       };
       const dear = (one) => one.cost + rule.crossed * lines.filter((line) => over(line, around(at, one.at, label.half))).length;
       if (!label.kept || !free(label.kept)) {
-        label.kept = null;
+        let best = [Infinity, null];
         for (const steps of rule.rings) {
-          const best = [...tried(label, steps, sign)].filter(free).map((one) => [dear(one), one]);
-          if (best.length) { label.kept = best.reduce((a, b) => (b[0] < a[0] ? b : a))[1]; break; }
+          for (const one of tried(label, steps, sign)) {
+            if (one.cost >= best[0] || !free(one)) continue;
+            const cost = dear(one);
+            if (cost < best[0]) best = [cost, one];
+          }
+          if (best[0] < rule.crossed) break; // it touches nothing
         }
+        label.kept = best[1];
         label.kept = label.kept || tried(label, rule.rings[0], sign).next().value;
       }
       taken.push(around(at, label.kept.at, label.half));

@@ -37,6 +37,11 @@ function planeStage(root, data) {
     const b = w[1] * u[0] * k - w[0] * u[1], d = w[1] * u[1] * k + w[0] * u[0];
     return [a, b, c, d, ax - (a * cx + c * cy), ay - (b * cx + d * cy)];
   }
+  function follow(low, high, part) { // the middle of all bodies in the middle of the window
+    const places = data.home.map((_, body) => pose(body, low, high, part)), mean = (k) => places.reduce((sum, p) => sum + p[k], 0) / places.length;
+    const [wide, tall] = data.window, x = wide / 2 - mean(0), y = tall / 2 - (height - mean(1));
+    svg.querySelector("g").setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`);
+  }
   function trail(point, low) {
     const found = [], step = Math.max(1, Math.floor(low / 1500));
     for (let k = 0; k <= low; k += step) {
@@ -61,6 +66,7 @@ function planeStage(root, data) {
   const written = (m) => "matrix(" + m.map((x) => x.toFixed(4)).join(" ") + ")";
   return {
     show(low, high, part, traced) {
+      if (data.window) follow(low, high, part);
       for (const [g, body] of groups) g.setAttribute("transform", written(matrix(body, low, high, part)));
       for (const [g, number] of strands) g.setAttribute("transform", written(stretched(number, low, high, part)));
       for (const [p, number] of lines)

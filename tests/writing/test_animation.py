@@ -15,7 +15,11 @@ from writing_pages import Page
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.codegen.templates import template_text
+from multibody_sym.drawing.look.scene_marks import item_marks
+from multibody_sym.drawing.look.sheet import Sheet
+from multibody_sym.drawing.picture import Hatch
 from multibody_sym.drawing.projection import Projection
+from multibody_sym.scene.forms import Face
 from multibody_sym.writing.animation.frames import frames_of
 from multibody_sym.writing.animation.packing import packed
 from multibody_sym.writing.animation.space import space_stage
@@ -178,3 +182,34 @@ def test_what_goes_far_in_space_may_be_followed(joint: str, speed: str, near: fl
     if near is not None:
         assert near <= data["near"] <= near * np.sqrt(3.0) + 1e-9
     assert data["follow"] == follow
+
+
+def test_what_rolls_far_in_the_plane_is_followed_and_what_flies_off_is_not() -> None:
+    """A cylinder of 0.2 m rolls down for many metres on its slope; a superball flies up from its floor."""
+    rolling = mbs.simulate(mbs.load(EXAMPLES / "textbook/cylinder_down_an_incline.yaml"), backend="python")
+    html = mbs.animate(rolling).html
+    wide, high = data_of(html)["window"]
+    assert f'viewBox="0 0 {wide:g} {high:g}"' in html
+    disc = max(float(radius) for radius in re.findall(r'<circle [^>]*r="([\d.]+)"', html))
+    assert 8.0 < disc < high / 4
+    assert html.count("<path") < 100  # hatching of 20,000 pt is one line
+    assert len(html) < 60_000
+    flying = mbs.simulate(mbs.load(EXAMPLES / "impacts/superball.yaml"), backend="python")
+    assert data_of(mbs.animate(flying).html)["window"] is None
+    sleigh = mbs.animate(mbs.simulate(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"), backend="python")).html
+    assert data_of(sleigh)["window"]
+    assert 'fill="url(#squares)"' in sleigh  # there is no ground to see it move on
+
+
+def test_ground_reaches_as_far_as_what_touches_it_goes() -> None:
+    """A ball slides and rolls for 22 m: its floor ended where it began."""
+    run = mbs.simulate(mbs.load(EXAMPLES / "textbook/sliding_into_rolling.yaml"), samples=50, backend="python")
+    frames = frames_of(run)
+    seen = frames.projection()
+    home = frames.placed[0]
+    sheet = Sheet(frames.scene, home, home, seen, others=frames.looked_at)
+    (floor,) = [i for i in frames.scene.items if i.role == "surface" and isinstance(i.form, Face)]
+    (line,) = [mark for mark in item_marks(sheet, floor) if isinstance(mark, Hatch)]
+    ways = np.asarray(line.points)[:, 0] / seen.scale
+    assert ways.min() < run["x"].min()
+    assert ways.max() > run["x"].max() > 20.0

@@ -248,11 +248,12 @@ def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
     """Return the places on the page (n, 2) of the bodies that touch a body's face; of the `rest` if none does."""
     touching = {b for i in sheet.scene.items if i.role == "contact" and item.body in i.bodies for b in i.bodies}
     found = []
+    moments = (sheet.home, *(sheet.others if item.body == WORLD else ()))
     for body in touching - ({item.body} if rest else {item.body, WORLD}):
         for other in sheet.touched.get(body, ()):
             if not isinstance(other.form, Face) or other.form.ends is not None:
                 found.append(sheet.page(body, other.form.bounds))
-                found.append(sheet.projection.page(sheet.home.world(body, other.form.bounds)))
+                found += [sheet.projection.page(each.world(body, other.form.bounds)) for each in moments]
     if not found and not rest:
         return np.zeros((0, 2))
     if not found:

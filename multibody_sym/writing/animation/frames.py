@@ -13,7 +13,7 @@ from multibody_sym.drawing.projection import Projection, view_of
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.scene.forms import ZERO, Symbol, vector
+from multibody_sym.scene.forms import ZERO, Axes, Face, Rail, Symbol, vector
 from multibody_sym.scene.items import Anchor, Placed, PlacedStrand
 from multibody_sym.scene.scene import Scene, scene_of
 from multibody_sym.simulation.samples import Samples
@@ -50,6 +50,34 @@ class Frames:
     def extent(self) -> Floats:
         """Points (n, 3) that bound the motion."""
         return np.vstack([extent(self.scene, placed) for placed in self.looked_at])
+
+    @cached_property
+    def near(self) -> float:
+        """How far apart all that moves is at most at one instant (m)."""
+        moving = [item for item in self.scene.items if item.body >= 0 and not isinstance(item.form, (Axes, Face, Rail))]
+        found = [0.0]
+        for placed in self.looked_at if moving else ():
+            points = np.vstack([placed.world(item.body, item.form.bounds) for item in moving])
+            found.append(float(np.linalg.norm(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0))))
+        return max(found)
+
+    @property
+    def faces(self) -> list[Face]:
+        """The faces of ground."""
+        return [item.form for item in self.scene.items if item.body < 0 and isinstance(item.form, Face)]
+
+    @property
+    def follows(self) -> bool:
+        """Whether what moves can be followed: nothing on ground is left behind but endless faces, of which one is near.
+
+        What flies off would be seen nowhere.
+        """
+        held = [i for i in self.scene.items if i.body < 0 and i.role in ("joint", "guide", "surface", "pulley")]
+        if not all(isinstance(item.form, (Axes, Face)) and getattr(item.form, "ends", None) is None for item in held):
+            return False
+        middles = np.array([placed.poses[:-1, :, 3].mean(axis=0) for placed in self.looked_at])
+        away = [np.abs((middles - np.array(face.through)) @ np.array(face.normal)) for face in self.faces]
+        return not away or float(np.min(away, axis=0).max()) <= self.near
 
     def traced(self, names: Sequence[str] | None) -> list[Anchor]:
         """Return the points to be traced: of bodies by name (their centres) and `body.point`. Raises InputError.

@@ -23,6 +23,8 @@ from multibody_sym.writing.animation.packing import short
 _NAMED = ("body", "joint", "pulley", "stop")
 _CURVE = 12
 """Lines with more points are curves, which letters may lie over."""
+_CROSSED = 2.0 * FOREIGN
+"""Cost of each line that a name lies over; figures do without."""
 _CLEAR = 3.0
 """How far letters stay from the sign that they name (px)."""
 _ROUND = 6.0
@@ -34,7 +36,7 @@ _BESIDE = 0.12
 def rule() -> dict[str, Any]:
     """Return the rule by which figures find places for labels, as names.js reads it: pt, rad."""
     angles, rings = [short(float(angle)) for angle in ANGLES], [list(STEPS), *map(list, FURTHER)]
-    return {"angles": angles, "rings": rings, "leader": LEADER, "crossed": FOREIGN, "clear": _CLEAR}
+    return {"angles": angles, "rings": rings, "leader": LEADER, "crossed": _CROSSED, "clear": _CLEAR}
 
 
 def names_in_space(scene: Scene) -> list[dict[str, Any]]:

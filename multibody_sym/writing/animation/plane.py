@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import groupby
 from typing import Any, Final
 
@@ -12,7 +13,7 @@ from multibody_sym.drawing.draw import MOST_NAMED
 from multibody_sym.drawing.look.scene_marks import item_marks
 from multibody_sym.drawing.look.sheet import Sheet, extent
 from multibody_sym.drawing.look.strands import strand_marks
-from multibody_sym.drawing.picture import Mark, Placed, Simple, Wanted, box_of, simple
+from multibody_sym.drawing.picture import Hatch, Mark, Pen, Placed, Simple, Stroke, Wanted, box_of, simple
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.drawing.style import ROPE
 from multibody_sym.drawing.svg import elements, escaped, number
@@ -26,15 +27,32 @@ from multibody_sym.writing.animation.packing import packed, short
 _MARGIN: Final = 30.0
 """What stays free around the motion (pt): symbols reach beyond the places that they mark."""
 _EDGE: Final = 8.0
+_WINDOW: Final = (420.0, 240.0)
+"""Width and height (pt) of a window that follows what moves."""
+_NEAR: Final = 110.0
+"""How large (pt) what moves is in such a window."""
+_LONGEST: Final = 20_000.0
+"""How long a way (pt) is drawn at most."""
+_FAR: Final = 3.0
+"""So many times as large as all of the way in view something must be seen to be followed."""
+_SQUARE: Final = 55
+"""The size of squared paper (pt)."""
+_TICKS: Final = 400
+"""Hatching with more ticks is drawn as one dashed line."""
+_TICK: Final = 0.55
+_HATCHED: Final = f'stroke-dasharray="{number(_TICK)} '
+"""The width of a tick (pt), and what tells such a line, whose dashes have no round ends."""
 _ROPES: Final = ("rope", "belt")
 
 
 def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
-    """Return the SVG of a plane motion and the numbers that move it."""
+    """Return the SVG of a plane motion and the numbers that move it: all of its way, or a window that follows it."""
+    projection, follows = _followed(frames, projection)
     corners = projection.page(frames.extent)
     margin = _margin(frames, projection)
     shift = margin - corners.min(axis=0)
     width, height = corners.max(axis=0) + shift + margin
+    view = _WINDOW if follows else (width, height)
     poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
     lines = [projection.page(strand_points(along)) for along in zip(*(p.strands for p in frames.placed), strict=True)]
     rows = len(frames.times)
@@ -45,6 +63,7 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "pieces": _pieces(lines),
         "ends": [[[short(x), short(height - y)] for x, y in line[_longest(line)][[0, -1]]] for line in lines],
         "height": short(height),
+        "window": _WINDOW if follows else None,
         "traces": [_trace(frames, projection, each, height) for each in traces],
     }
     if len(frames.scene.bodies) <= MOST_NAMED:
@@ -53,14 +72,34 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         data["names"] = names_on_page(frames.scene, sheet, height)
         data |= {"lines": lines_on_page(frames.scene, sheet, height), "rule": rule()}
     head = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(width)} {number(height)}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(view[0])} {number(view[1])}" '
         f'aria-label="{escaped(frames.scene.name)}"><title>{escaped(frames.scene.name)}</title>'
         '<g stroke-linejoin="round" stroke-linecap="round" '
         f'transform="translate({number(shift[0])} {number(-shift[1])})">'
     )
     body = _groups(frames, projection, lines, height)
     trails = (f'<path data-trace="{k}" fill="none" stroke="#c2410c" stroke-width="0.8"/>' for k in range(len(traces)))
-    return "".join([head, *body, *trails, "</g></svg>"]), data
+    paper = _squares(corners, height) if follows and not frames.faces else ""
+    return "".join([head, paper, *body, *trails, "</g></svg>"]), data
+
+
+def _squares(corners: Floats, height: float) -> str:
+    """Return squared paper below all of a way, on which a window that follows it is seen to move."""
+    (left, low), (right, high) = corners.min(axis=0) - _WINDOW[0], corners.max(axis=0) + _WINDOW[0]
+    place = f'x="{number(left)}" y="{number(height - high)}"'
+    area = f'width="{number(right - left)}" height="{number(high - low)}"'
+    line = f'<path d="M{_SQUARE} 0H0V{_SQUARE}" fill="none" stroke="#d5dae0" stroke-width="0.6"/>'
+    size = f'width="{_SQUARE}" height="{_SQUARE}" patternUnits="userSpaceOnUse"'
+    return f'<pattern id="squares" {size}>{line}</pattern><rect {place} {area} fill="url(#squares)"/>'
+
+
+def _followed(frames: Frames, projection: Projection) -> tuple[Projection, bool]:
+    """Return the scale at which what goes far is well seen, and whether it is followed."""
+    reach = float(np.linalg.norm(np.ptp(projection.page(frames.extent), axis=0)))
+    if not (frames.near > 0.0 and reach > 0.0 and frames.follows):
+        return projection, False
+    scale = min(_NEAR / frames.near, projection.scale * _LONGEST / reach)
+    return (replace(projection, scale=scale), True) if scale > _FAR * projection.scale else (projection, False)
 
 
 def _margin(frames: Frames, projection: Projection) -> float:
@@ -117,7 +156,7 @@ def _groups(frames: Frames, projection: Projection, lines: list[Floats], height:
         if attribute == "rope":
             yield f'<path data-rope="{place}" fill="none" stroke="{ROPE.colour}" stroke-width="{ROPE.width}"/>'
             continue
-        shapes = "".join(elements(simple_marks, height))
+        shapes = "".join(elements(simple_marks, height)).replace(_HATCHED, 'stroke-linecap="butt" ' + _HATCHED)
         if attribute == "strand":
             shapes = shapes.replace("/>", ' vector-effect="non-scaling-stroke"/>')
         yield f'<g data-{attribute}="{place}">{shapes}</g>' if attribute else f"<g>{shapes}</g>"
@@ -150,4 +189,20 @@ def _between_bodies(frames: Frames, projection: Projection, lines: list[Floats])
 def _simple(mark: Mark) -> list[Simple]:
     """Return a mark as lines and letters; labels that still want a place are left out."""
     placed: Placed | Wanted = mark  # type: ignore[assignment]
+    if isinstance(placed, Hatch) and len(placed.points) == 2 and _length(placed.points) > _TICKS * placed.gap:
+        return _dashed(placed)
     return [] if isinstance(placed, Wanted) else simple(placed)
+
+
+def _length(points: Floats) -> float:
+    return float(np.hypot(*(np.asarray(points[1]) - points[0])))
+
+
+def _dashed(hatch: Hatch) -> list[Simple]:
+    """Return a long line with its hatching as a second one beside it, wide and dashed."""
+    start, end = np.asarray(hatch.points, dtype=float)
+    along, deep = (end - start) / _length(hatch.points), hatch.tick * np.sqrt(0.5)
+    away = hatch.side * np.array([-along[1], along[0]]) * deep / 2
+    named: dict[str, Any] = {"role": hatch.role, "name": hatch.name, "layer": hatch.layer, "depth": hatch.depth}
+    ticks = Pen(deep, hatch.pen.colour, (_TICK, hatch.gap - _TICK))
+    return [Stroke(hatch.points, hatch.pen, **named), Stroke(hatch.points + away, ticks, **named)]

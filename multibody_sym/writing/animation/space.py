@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.errors import OutputError
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Axes, Face, Rail
+from multibody_sym.scene.forms import Face, Rail
 from multibody_sym.scene.items import Anchor, Item
 from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
 from multibody_sym.writing.animation.names import names_in_space, rule
@@ -31,7 +31,7 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     lines = [strand_points(along) for along in zip(*(placed.strands for placed in frames.placed), strict=True)]
     low, high = frames.extent.min(axis=0), frames.extent.max(axis=0)
     up = np.array(scene.up if scene.plane else _upward(frames))
-    reach, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), _near(frames)
+    reach, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), frames.near
     firsts = np.cumsum([0, *(3 * line.shape[1] for line in lines)])
     data = {
         "poses": packed(side_by_side(poses, rows)),
@@ -48,29 +48,13 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "rule": rule(),
         "reach": short(reach),
         "near": short(near) if reach > _FAR * near > 0.0 else None,
-        "follow": not any(map(_stays, scene.items)),
+        "follow": frames.follows,
         "right": _shorts(projection.right),
         "up": _shorts(up),
         "towards": _shorts(projection.toward),
         "traces": [{"body": each.body, "at": _shorts(each.point)} for each in traces],
     }
     return '<canvas width="640" height="400"></canvas>', data
-
-
-def _near(frames: Frames) -> float:
-    """Return how far apart all that moves is at most at one instant (m)."""
-    moving = [item for item in frames.scene.items if item.body >= 0 and not isinstance(item.form, (Axes, Face, Rail))]
-    found = [0.0]
-    for placed in frames.looked_at if moving else ():
-        points = np.vstack([placed.world(item.body, item.form.bounds) for item in moving])
-        found.append(float(np.linalg.norm(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0))))
-    return max(found)
-
-
-def _stays(item: Item) -> bool:
-    """Return whether something stands on ground beside which the motion is seen, and which it would leave behind."""
-    held = item.body < 0 and item.role in ("joint", "guide", "surface", "pulley")
-    return held and not isinstance(item.form, (Axes, Face))
 
 
 def _floor(low: Floats, high: Floats, up: Floats) -> dict[str, Any]:
