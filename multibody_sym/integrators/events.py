@@ -130,7 +130,7 @@ class Watch:
                     return self._at_event(step, step.t_new, step.x_new, values)
                 theta = self._first_crossing(step, 0.0, high)
                 way = theta * step.h
-                if not way > least or rounds == REPEATS:
+                if not way * (1.0 - min(margin, 0.5)) > least or rounds == REPEATS:
                     return self._within(step, theta)
             elif rounds == REPEATS:
                 if problem is not None:

@@ -298,7 +298,7 @@ int mbs_find_event(mbs_run *r, int status)
                 return end_at_once(r);
             double theta = first_crossing(r, mbs_value, 0.0, high);
             way = theta * s->h;
-            if (!(way > least) || round == REPEATS)
+            if (!(way * (1.0 - (margin < 0.5 ? margin : 0.5)) > least) || round == REPEATS)
                 return end_within(r, theta);
         } else {
             if (round == REPEATS)

@@ -181,3 +181,24 @@ def test_libraries_meet_a_contact_that_jumps(method: str) -> None:
     run = mbs.simulate(system, t_end=20, method=method, backend="python", samples=2)
     assert (run["u_xa"][-1], run["u_xb"][-1]) == pytest.approx((0, 2), abs=1e-6)
     assert [event.time for event in run.integration.events] == pytest.approx([1.45, 1.47], abs=1e-7)
+
+
+def test_a_contact_that_opens_far_away_opens_where_floats_hardly_tell() -> None:
+    """300 m away a gap that closes with 0.1 m/s is the same float for some 1e-13 s.
+
+    Steps as short led to the very end of the contact and never beyond it, and Stoermer's method took speeds from
+    displacements of no more digits: the bodies stuck together, and momentum was lost.
+    """
+    parameters = {
+        **{"k": 26.785966601176753, "R": 0.05817777286091352, "x": -14.696434016380287, "vb": -2.17124485030397},
+        **{"va": -2.0685455790003284, "ma": 0.14315242770541492, "mb": 0.29081985698536933},
+    }
+    step = 0.05 * 0.18800811753819208
+    run = mbs.simulate(
+        mbs.loads(PAIR), t_end=143, method="stoermer_6", step=step, parameters=parameters, samples=2, backend="c"
+    )
+    ma, mb, va, vb = (parameters[name] for name in ("ma", "mb", "va", "vb"))
+    mean = (ma * va + mb * vb) / (ma + mb)
+    assert (run["u_xa"][-1], run["u_xb"][-1]) == pytest.approx((2 * mean - va, 2 * mean - vb), abs=1e-6)
+    (start, end) = (event.time for event in run.integration.events)
+    assert end - start == pytest.approx(math.pi * math.sqrt(ma * mb / (ma + mb) / parameters["k"]), rel=1e-6)

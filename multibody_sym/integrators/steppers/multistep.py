@@ -14,6 +14,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
 SAME_LENGTH: Final = 1e-9  # by which steps may differ and count as equal
+SHORTEST: Final = 1e-3  # of the step of a run, below which displacements have too few digits for speeds
 FARTHEST_TURN: Final = 2.0  # of a ball since the oldest point that is used, in radians
 
 
@@ -132,7 +133,7 @@ class StoermerStepper:
 
     def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
         """Return a step; the first of its stages is its displacement, others are the starter's."""
-        if not self.past.fits(h) or self._turn() > FARTHEST_TURN:
+        if not self.past.fits(h) or self._too_short(h) or self._turn() > FARTHEST_TURN:
             return self.starter.attempt(t, x, slope, h, t_new)
         pairing, nq = self.flow.pairing, self.flow.pairing.nq
         before = self.past.points[0].displacement
@@ -148,6 +149,9 @@ class StoermerStepper:
         x_new = np.concatenate([q_new, pairing.speeds(moved, rates)])
         require_finite(x_new, t_new)
         return Trial(t, x, slope, h, t_new, x_new, None, [moved])
+
+    def _too_short(self, h: float) -> bool:
+        return self.flow.step is not None and h < SHORTEST * self.flow.step
 
     def _turn(self) -> float:
         """Return an upper bound of the angle by which a ball has turned since the oldest point."""
