@@ -37,17 +37,10 @@ def pulling_wheels(run: Samples) -> list[dict[str, Any]]:
     """
     if not run.ready.told.rolls or len(run) == 0:
         return []
-    from multibody_sym.model.mechanism.mechanism import normal_forces  # which few runs need
-    from multibody_sym.scalars.functions import evaluate_float
-    from multibody_sym.scalars.node import slot
-
-    rows = normal_forces(run.ready.mechanism)
-    values = {slot("parameters", k): x for k, x in enumerate(run.parameters.tolist())}
     energy = np.abs(run.kinetic_energy) + np.abs(run.potential_energy)
     largest = np.max([np.abs(force) for force in run.multipliers.values()], axis=0)
     found: dict[str, NDArray[np.bool_]] = {}
-    for name, row in rows.items():
-        radius = min(evaluate_float(row.radii, values), default=0.0)
+    for name, radius in run.ready.wheels.items():
         felt = largest + (energy / radius if radius > 0.0 else 0.0)
         found[name] = run.multipliers[name] < -_ROUNDING * np.nanmax(felt, initial=0.0)
     return _first(run, PULLING, found)

@@ -62,6 +62,8 @@ def run(capture: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str
         ("textbook/mass_on_a_belt", "2"),  # sticks and slides, by turns that are taken in C
         ("impacts/bouncing_ball", "2"),
         ("impacts/slammed_door", "0.1"),  # goes on from an impact
+        ("variable_mass/rocket", "0.1"),
+        ("bicycle", "0.1"),  # wheels that nothing but weight keeps down
     ],
 )
 def test_a_second_run_imports_nothing_that_reads_models(example: str, t_end: str, tmp_path: Path) -> None:

@@ -58,6 +58,7 @@ def remember(key: str, asked: str, done: Trajectory) -> None:
         "problem": [libraries.number(done.problem.compiled), values_of(done.problem)],
         "told": as_json(ready.told),
         "start": {**ready.begun_from, "shifts": dict(ready.shifts)},
+        "wheels": dict(ready.wheels) if ready.told.rolls else {},
         "redundancy": asdict(done.redundancy),
         "events": [dict(event) for event in done.begun],
         "modes": modes,
@@ -124,7 +125,7 @@ def _key(key: str, number: int) -> str:
 
 def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> Beginning:
     numbers = Numbers(*(np.array(values, dtype=float) for values in kept["numbers"]))
-    known = {name: kept[name] for name in ("told", "start", "redundancy")}
+    known = {name: kept[name] for name in ("told", "start", "wheels", "redundancy")}
     ready = Runnable(kept["formalism"], compiled[0], numbers, lambda: anew.ready().begin(), None, known)
     told, _left_over = ready.told, Redundancy(**known["redundancy"])  # which raise for what is something else
     if (len(told.coordinates), len(told.speeds)) != (len(ready.q0), len(ready.u0)):

@@ -47,7 +47,7 @@ def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
 def ended(made: Made) -> Trajectory:
     """Return the trajectory of a run. Raises FailedRunError."""
     trajectory = Trajectory(made)
-    if made.told.loses_mass:
+    if made.told.loses_mass and (made.failure is not None or trajectory.stop is not None):
         from multibody_sym.simulation.runs.why_failed import mass_used_up
 
         if (left := mass_used_up(trajectory)) is not None:

@@ -70,6 +70,19 @@ class Runnable:
             return dict(self.known["start"])
         return {name: getattr(self.start, name) for name in ("held", "assembled", "shifts")}
 
+    @cached_property
+    def wheels(self) -> Mapping[str, float]:
+        """The least radius (m) of each row by which a wheel rolls that nothing but weight keeps down, zero without."""
+        if self.known is not None:
+            return dict(self.known["wheels"])
+        from multibody_sym.model.mechanism.mechanism import normal_forces  # which few runs need
+        from multibody_sym.scalars.functions import evaluate_float
+        from multibody_sym.scalars.node import slot
+
+        values = {slot("parameters", k): x for k, x in enumerate(self.parameters.tolist())}
+        rows = normal_forces(self.mechanism).items()
+        return {name: min(evaluate_float(row.radii, values), default=0.0) for name, row in rows}
+
     @property
     def shifts(self) -> Mapping[str, float]:
         """By how much start values that were given changed."""
