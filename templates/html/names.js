@@ -23,7 +23,7 @@ function nameLayer(root, names, rule) {
     text.setAttribute("style", `paint-order:stroke;stroke:#fff;stroke-width:3px;stroke-linejoin:round;fill:#1a1a1a`);
     line.setAttribute("style", `stroke:#555;stroke-width:0.8px;fill:none`);
     const low = runs.some(([, style]) => style === "subscript"); // what stands below needs room
-    return { line, text, half: [wide(runs) / 2, (low ? 0.67 : 0.58) * type], kept: null };
+    return { line, text, half: [wide(runs) / 2, (low ? 0.78 : 0.58) * type], foot: (low ? 0.14 : 0.35) * type, kept: null };
   });
   function* tried({ half }, steps, sign) {
     for (const step of steps)
@@ -80,10 +80,10 @@ function nameLayer(root, names, rule) {
       if (!box.checked) return;
       const [places] = given;
       place(...given);
-      labels.forEach(({ line, text, half, kept }, k) => {
+      labels.forEach(({ line, text, half, foot, kept }, k) => {
         const [x, y] = places[k], [dx, dy] = kept.at;
         text.setAttribute("x", (x + dx - half[0]).toFixed(1));
-        text.setAttribute("y", (y + dy + 0.28 * type).toFixed(1));
+        text.setAttribute("y", (y + dy + foot).toFixed(1));
         const end = [Math.max(x + dx - half[0], Math.min(x, x + dx + half[0])), Math.max(y + dy - half[1], Math.min(y, y + dy + half[1]))];
         line.setAttribute("d", kept.step < rule.leader ? "" : `M${x.toFixed(1)} ${y.toFixed(1)}L${end[0].toFixed(1)} ${end[1].toFixed(1)}`);
       });
