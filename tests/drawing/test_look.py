@@ -147,3 +147,25 @@ def test_what_is_touched_inside_is_seen_all_around_and_a_body_lies_behind_its_fa
     out = np.array([np.sin(np.deg2rad(35)), -np.cos(np.deg2rad(35))])  # -y of the bar
     assert (bar @ out).max() == pytest.approx(0.0, abs=1e-9)
     assert (bar @ out).min() < -5.0
+
+
+@pytest.mark.parametrize("count", [4, 8])
+def test_welds_and_dampers_in_hinges_have_no_names_where_there_are_many(count: int) -> None:
+    """Of each link a body, a hinge, a damper, and a plate that is welded to it: 16 or 32 bodies and joints."""
+    numbers = range(1, count + 1)
+    hinge = "{type: revolute, child: b%d, axis: y, parent: %s}"
+    link = "{mass: 1, com: [0.5, 0, 0], points: {end: [1, 0, 0]}}"
+    bodies = [f"b{k}: {link}, plate{k}: {{mass: 1}}" for k in numbers]
+    ends = ["ground", *(f"b{k}.end" for k in numbers)]
+    joints = [f"h{k}: {hinge % (k, end)}, w{k}: {{type: fixed, parent: b{k}.end, child: plate{k}}}"
+              for k, end in zip(numbers, ends, strict=False)]  # fmt: skip
+    forces = [f"d{k}: {{type: damper, joint: h{k}, damping: 1}}" for k in numbers]
+    system = mbs.loads(
+        f"{{multibody_sym: 1, name: robot, bodies: {{{', '.join(bodies)}}}, joints: {{{', '.join(joints)}}}, "
+        f"forces: {{{', '.join(forces)}}}}}"
+    )
+    marks, _ = look_of(system)
+    named = {mark.name for mark in marks if isinstance(mark, Wish)}
+    assert {"b1", "h1", "plate1"} <= named
+    assert ({"w1", "d1"} <= named) == (count == 4)
+    assert not {"w1", "d1"} & named or count == 4

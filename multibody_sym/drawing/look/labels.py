@@ -32,16 +32,20 @@ _NEAR_BLOCK: Final = 22.0
 _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit", "stop")
 _SILENT: Final = ("tie", "point", "used_point", "frame")
 """Symbols without a name on the figure."""
+_SECOND: Final = ("weld", "torsion_damper", "torsion_spring", "motor", "friction")
+_MANY: Final = 20
+"""Of more bodies and joints the welds, and springs, dampers and motors in hinges, have no names."""
 
 
 def label_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the names of bodies, joints, pulleys and strands."""
     named: set[tuple[str, str]] = {("force", arrow.name) for arrow in sheet.scene.arrows}
+    silent = (*_SILENT, *(_SECOND if _is_crowded(sheet) else ()))
     for item in sheet.scene.items:
         key = (item.role, item.name)
         if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):
             continue
-        if isinstance(item.form, Symbol) and item.form.kind in _SILENT:
+        if isinstance(item.form, Symbol) and item.form.kind in silent:
             continue
         if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
             continue
@@ -58,6 +62,11 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
             centres = [end for anchor, end in zip(strand.anchors, longest, strict=False) if anchor.body in sheet.ground]
             about = np.array(centres) if strand.kind == "attraction" and centres else middle
             yield Wish(about, letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+
+
+def _is_crowded(sheet: Sheet) -> bool:
+    """Return whether a figure has more names than can be told apart, so that those of what stays fixed are left out."""
+    return len({(i.role, i.name) for i in sheet.scene.items if i.role in ("body", "joint")}) > _MANY
 
 
 def _is_named(placed: PlacedStrand, pieces: Floats) -> bool:
