@@ -12,38 +12,22 @@ static void restart(mbs_run *r)
     (void)r;
 }
 
-#define TOGETHER 4 /* components of a sum that stay in registers */
-
-/* to = sum_j weights_j k_j of `width` components, at most TOGETHER; rows of k are n apart. */
-static inline void add_up(int count, const double *weights, const double *k, int n, int width, double *to)
-{
-    double sum[TOGETHER];
-    for (int i = 0; i < width; ++i)
-        sum[i] = weights[0] * k[i];
-    for (int j = 1; j < count; ++j) {
-        double weight = weights[j];
-        k += n;
-        if (weight != 0.0)
-            for (int i = 0; i < width; ++i)
-                sum[i] += weight * k[i];
-    }
-    for (int i = 0; i < width; ++i)
-        to[i] = sum[i];
-}
-
 /* to = sum_j weights_j k_j, added in order of j and without the zero weights. */
 static void combine(const mbs_run *r, int count, const double *weights, double *to)
 {
-    int first = 0, n = r->n, i = 0;
+    int first = 0, n = r->n;
     while (first < count - 1 && weights[first] == 0.0)
         ++first;
     const double *k = r->slope + first * n;
-    count -= first;
-    weights += first;
-    for (; i + TOGETHER <= n; i += TOGETHER)
-        add_up(count, weights, k + i, n, TOGETHER, to + i);
-    if (i < n)
-        add_up(count, weights, k + i, n, n - i, to + i);
+    for (int i = 0; i < n; ++i)
+        to[i] = weights[first] * k[i];
+    for (int j = first + 1; j < count; ++j) {
+        k += n;
+        double weight = weights[j];
+        if (weight != 0.0)
+            for (int i = 0; i < n; ++i)
+                to[i] += weight * k[i];
+    }
 }
 
 static void extrapolate(const mbs_run *r, double h, int count, const double *weights, double *to)
