@@ -149,22 +149,30 @@ def _samples(node: Node, values: Mapping[Node, float]) -> int:
         return round(number)
 
 
+def stabilises(settings: Settings) -> bool:
+    """Whether Baumgarte's terms are added to rows: asked for, or steps of another library's method need them."""
+    if settings.constraints is not None:
+        return settings.constraints.baumgarte is not None
+    return settings.method != IDA and isinstance(METHODS.get(settings.method), LibraryMethod)
+
+
 def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float]) -> Coefficients | None:
     """Return what is asked for; steps of another library's method cannot be put back, so that they need it anyway."""
-    asked = settings.constraints.baumgarte if settings.constraints else None
-    if asked is None and isinstance(method, LibraryMethod):
+    if isinstance(method, LibraryMethod):
         _verify_no_projection(settings, method)
-        own = settings.constraints is None and method.name != IDA
-        return Coefficients(None, None) if own else None
-    if asked is None:
+    if not stabilises(settings):
         return None
+    asked = settings.constraints.baumgarte if settings.constraints else None
+    if asked is None:
+        return Coefficients(None, None)
     with at("constraints", "baumgarte"):
         alpha, beta = (_coefficient(asked, name, values) for name in ("alpha", "beta"))
         return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
 
 
 def _verify_no_projection(settings: Settings, method: LibraryMethod) -> None:
-    if settings.constraints is not None and settings.constraints.projection:
+    declared = settings.constraints
+    if declared is not None and declared.projection and declared.baumgarte is None:
         with at("constraints", "projection"):
             raise ModelError(
                 f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "

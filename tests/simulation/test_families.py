@@ -179,3 +179,17 @@ def test_loops_with_other_numbers_are_resolved_no_more(
         assert abs(tip - 0.5) == pytest.approx(0.4, abs=1e-13)
     alone = mbs.simulate(system, t_end=0.1, samples=3, parameters={"a": 0.21})
     assert runs[2].ready.start == alone.ready.start
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "BDF", "LSODA", "cvode_adams", "cvode_bdf", "ida"])
+def test_loops_run_by_other_libraries_have_the_bits_of_a_run_alone(method: str) -> None:
+    """Their steps are not put back: each run has Baumgarte's coefficients by its own mean step."""
+    if method in {"cvode_adams", "cvode_bdf", "ida"}:
+        pytest.importorskip("sksundae")
+    system, asked = mbs.load(EXAMPLES / "four_bar.yaml"), {"t_end": 0.3, "samples": 3, "method": method, "rtol": 1e-6}
+    study = mbs.sweep(system, {"torque": [0.3, 0.5]}, **asked, reduce=lambda run: {"end": run["crank_angle"][-1]})
+    alone = [mbs.simulate(system, **asked, parameters={"torque": x}) for x in (0.3, 0.5)]
+    assert study["end"].tolist() == [run["crank_angle"][-1] for run in alone]
+    again = mbs.prepare(system, **asked).run(parameters={"torque": 0.5})
+    assert (again.q.tobytes(), again.baumgarte) == (alone[1].q.tobytes(), alone[1].baumgarte)
+    assert (again.baumgarte is None) == (method == "ida")

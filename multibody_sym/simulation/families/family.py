@@ -36,7 +36,7 @@ from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.recall import compiled, formalism_name
 from multibody_sym.simulation.runs.runnable import Numbers, Runnable
 from multibody_sym.simulation.runs.told import Alone, Told
-from multibody_sym.simulation.settings import form_of
+from multibody_sym.simulation.settings import form_of, stabilises
 
 _LEAST: Final = 32
 _MOST: Final = 256
@@ -150,12 +150,12 @@ class Family:
 
     @cached_property
     def _closes(self) -> bool:
-        """Whether there are loops that Programs close, and that projection keeps closed."""
+        """Whether there are loops that Programs close, and that stay closed without coefficients of each run's own."""
         if self._is_plain or self.system.impact is not None:
             return False
         try:
             loops = is_plain_but_for_loops(self._changed, self._mechanism)
-            return loops and not (self.system.simulation.constraints and self.system.simulation.constraints.baumgarte)
+            return loops and not stabilises(self.system.simulation)
         except MultibodyError:  # which is told of each run by itself
             return False
 
