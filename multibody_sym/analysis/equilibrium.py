@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.analysis.all_rest import are_all
-from multibody_sym.analysis.none_found import none_found
+from multibody_sym.analysis.none_found import none_found, tried
 from multibody_sym.analysis.resting.closings import Rest, rests
 from multibody_sym.analysis.resting.search import guesses
 from multibody_sym.analysis.springs_passed import passed
@@ -106,8 +106,8 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     rested = rests(resolved, begin, formalism, project=system.simulation.project)
     found, first = rested.found, rested.first
     if not found:
-        tried = guesses(first.places, first.places.start)
-        raise none_found(first.flow, first.rows, tried, in_time=rested.cut_short, closing=_may_close(resolved))
+        around = guesses(first.places, first.places.start)
+        raise none_found(first.flow, first.rows, around, in_time=rested.cut_short, one_way=tried(resolved))
     names = [c.name for c in resolved.coordinates]
     one_sided = tuple(x.search.one_sided(x.q) for x in found)
     return Equilibrium(
@@ -124,10 +124,6 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         tuple(_closed(resolved, x) for x in found),
         tuple(part.name for x in resolved.one_way for part in x.frictions),
     )
-
-
-def _may_close(resolved: Mechanism) -> tuple[str, ...]:
-    return tuple(x.name for x in resolved.one_way if x.unilateral)
 
 
 def _closed(resolved: Mechanism, rest: Rest) -> dict[str, str]:

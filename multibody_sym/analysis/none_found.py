@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Final
 
@@ -11,6 +11,7 @@ import numpy as np
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _POSITIONS: Final = 4
@@ -19,28 +20,39 @@ _MOST_NAMED: Final = 4
 
 
 def none_found(
-    flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bool, closing: Sequence[str] = ()
+    flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bool, one_way: str = ""
 ) -> NoSolutionError:
     """Return the error for a search that found nothing from guesses (nq): the start, and others with open rows.
 
-    `closing`: what may close, of which each was tried closed and open.
+    `one_way`: what is to be said of what holds one way only, `tried` or `stood`.
     """
     start, *tried = islice(guesses, 2 * _POSITIONS)
     found = list(islice(_accelerations(flow, rows, [start, *tried]), _POSITIONS))
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
     if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
         alike = f"wherever it was tried, the system at rest accelerates alike ({_named(flow, found[0], size)})"
-        return NoSolutionError(f"no position of equilibrium was found: {alike}{_either(closing)}", number="N109")
+        return NoSolutionError(f"no position of equilibrium was found: {alike}{one_way}", number="N109")
     where = f"near the start{' in the time of a search' if in_time else ''}{_inputs(flow, start)}"
     return NoSolutionError(
-        f"no position of equilibrium was found {where}{_either(closing)}; give other initial coordinates", number="N109"
+        f"no position of equilibrium was found {where}{one_way}; give other initial coordinates", number="N109"
     )
 
 
-def _either(closing: Sequence[str]) -> str:
-    """Return that what may close was tried so and open."""
+def tried(mechanism: Mechanism) -> str:
+    """Return that what may close was tried so and open, without friction, and where friction is asked about."""
+    closing = [x.name for x in mechanism.one_way if x.unilateral]
     names = ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
-    return f", and none with {names} closed either" if closing else ""
+    either = f", and none with {names} closed either" if closing else ""
+    rubbing = [part.name for x in mechanism.one_way for part in x.frictions]
+    rub = f"; friction ({', '.join(rubbing[:_MOST_NAMED])}) is left out: equilibrium --vary NAME tells what it holds"
+    return either + (rub if rubbing else "")
+
+
+def stood(mechanism: Mechanism) -> str:
+    """Return that what holds one way only was taken as it is at the start."""
+    closing = [x.name for x in mechanism.one_way if x.unilateral]
+    names = ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
+    return f", with {names} closed or open as at the start (equilibrium tells where else it rests)" if closing else ""
 
 
 def _accelerations(flow: Flow, rows: Rows, tried: Iterable[Floats]) -> Iterator[Floats]:

@@ -9,7 +9,8 @@ from itertools import islice, takewhile
 from math import isfinite
 from typing import Any, Final
 
-from multibody_sym.analysis.none_found import none_found
+from multibody_sym.analysis.none_found import none_found, stood
+from multibody_sym.analysis.resting.closings import stands
 from multibody_sym.analysis.resting.search import MOST, SECONDS, guesses, search_from
 from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.start import Start, start_beside
@@ -72,10 +73,11 @@ def rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> Flo
     until, search = time.process_time() + SECONDS, search_from(resolved, begin, formalism)
     around = islice(guesses(search.places, search.places.start), MOST)
     in_time = takewhile(lambda _: time.process_time() < until, around)
-    found = next((q for q in map(search.reached, in_time) if q is not None), None)
+    found = next((q for q in map(search.reached, in_time) if q is not None and stands(search, q)), None)
     if found is None:
         late = time.process_time() > until
-        raise none_found(search.flow, search.rows, guesses(search.places, search.places.start), in_time=late)
+        tried = guesses(search.places, search.places.start)
+        raise none_found(search.flow, search.rows, tried, in_time=late, one_way=stood(resolved))
     return found
 
 

@@ -120,3 +120,36 @@ bodies: {ground: {surfaces: {wall: {plane: [0, 0, 0], normal: x}}}, b: {mass: 1}
 joints: {s: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [1, 0]}}}
 contacts: {c: {between: [b, ground.wall], open: true}}
 """)
+
+
+def test_modes_are_of_no_place_where_a_contact_would_pull_or_a_stop_is_passed() -> None:
+    """A bead on a dome rests on its top, where it is unstable: omega^2 = -g/R; it was told to swing below it."""
+    dome = """
+parameters: {R: 1}
+bodies: {ground: {surfaces: {dome: {disc: R, axis: z}}}, b: {mass: 1}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [0.3, sqrt(R^2 - 0.09)]}}}
+contacts: {c: {between: [b, ground.dome]}}
+"""
+    found = mbs.modes(mbs.loads(HEAD + dome))
+    assert found.at["y"].value == pytest.approx(1.0, abs=1e-12)
+    assert found.stable is False
+    stop = """
+bodies: {b: {mass: 2, com: [1, 0, 0]}}
+joints: {s: {type: revolute, parent: ground, child: b, axis: z, q: phi, initial: {q: 1}, limits: {lower: -0.5}}}
+"""
+    hangs = mbs.modes(mbs.loads(HEAD + stop.replace("-0.5", "-1.6")))
+    assert hangs.at["phi"].value == pytest.approx(-math.pi / 2, abs=1e-12)
+    upright = mbs.modes(mbs.loads(HEAD + stop))
+    assert upright.at["phi"].value == pytest.approx(math.pi / 2, abs=1e-12)
+    assert upright.stable is False
+    with pytest.raises(NoSolutionError, match=r"s.lower, s.upper closed or open as at the start \(equilibrium tells"):
+        mbs.modes(mbs.loads(HEAD + stop.replace("lower: -0.5", "lower: -0.5, upper: 1.2")))
+
+
+def test_friction_that_might_hold_is_told_where_nothing_else_does() -> None:
+    with pytest.raises(NoSolutionError, match=r"friction \(rub\) is left out: equilibrium --vary NAME"):
+        rest("""
+bodies: {ground: {frames: {slope: {rotate: [{axis: z, angle: 0.2}]}}}, b: {mass: 1}}
+joints: {s: {type: prismatic, parent: ground.slope, child: b, axis: x, q: x}}
+forces: {rub: {type: friction, joint: s, static: 0.5}}
+""")

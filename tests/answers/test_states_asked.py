@@ -18,6 +18,7 @@ joints: {J: {type: point, parent: ground, child: block, initial: {u: [v*cos(a), 
 contacts: {c1: {between: [block, ground.ramp], static: mu}}
 simulation: {t_end: 3 s}
 """
+JOINT = "type: planar, parent: ground, child: block, initial: {q: [-0.05*sin(a), 0.05*cos(a), a]}"
 UP = 10 * (0.5 + 0.9 * math.sqrt(3) / 2)
 """The deceleration of the block that is thrown up."""
 
@@ -92,6 +93,14 @@ def test_what_holds_from_the_start_and_never_begins_is_told() -> None:
 def test_what_has_no_state_is_told(section: str) -> None:
     with pytest.raises(mbs.ModelError, match="'string' is no contact, rope that may slacken, stop or friction"):
         mbs.solve(thrown(section))
+
+
+def test_a_contact_of_several_parts_names_them() -> None:
+    """A box touches with corners, each with its state: it was said to be no contact."""
+    model = THROWN.replace("block: {mass: m}", "block: {shape: {box: [0.2, 0.1, 0.1], mass: m}}")
+    model = model.replace("type: point, parent: ground, child: block, initial: {u: [v*cos(a), v*sin(a)]}", JOINT)
+    with pytest.raises(mbs.ModelError, match=r"'c1' has no state of its own, .* say c1.corner1 opens, or"):
+        mbs.solve(mbs.loads(HEAD + model + "ask: {a: c1 opens}"))
 
 
 @pytest.mark.parametrize("verb", ["slips", "rolls", "grips", "tautens", "stops", "frees"])

@@ -18,10 +18,11 @@ import numpy as np
 from multibody_sym.analysis.places import Mask
 from multibody_sym.analysis.resting.search import SECONDS, Search, found_from, search_from
 from multibody_sym.dynamics.constraints.closing import closed_near
+from multibody_sym.dynamics.laws.assemble import one_way_rows
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import placed, rows_at, started
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import ACTIVE, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import ACTIVE, INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rank import SLOPES, leading_columns
 from multibody_sym.records import dataclass
@@ -199,6 +200,26 @@ def _least(jacobian: Floats, forces: Floats, places: Sequence[int]) -> float:
         bounds=[*[(None, None)] * len(forces), (None, 1.0)],
     )
     return float(found.x[-1]) * size if found.status == 0 else -np.inf
+
+
+def stands(search: Search, q: Floats) -> bool:
+    """Return whether in a position of rest all is open or closed as in the mode of the mechanism, and none pulls."""
+    mechanism = search.mechanism
+    if mechanism.mode is None:
+        return True
+    rows = one_way_rows(mechanism, search.places.motion(q))
+    names = [row.name for row in mechanism.rows]
+    try:
+        forces = search.flow.multipliers(q)
+    except UNDEFINED:
+        return False
+    least = -_PRESSES * float(np.abs(forces).max(initial=0.0))
+    for element in (x for x in mechanism.one_way if x.unilateral):
+        closed = mechanism.mode.sides.get(element.name, INACTIVE) != INACTIVE
+        how, row = rows.standing(element), element.normals[0].name
+        if how == "inside" or (closed and (how == "open" or (row in names and not forces[names.index(row)] >= least))):
+            return False
+    return True
 
 
 def _smooth(mechanism: Mechanism) -> Mechanism:

@@ -16,6 +16,7 @@ import numpy as np
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.linearization import At, Linearization, flow_at, settled
 from multibody_sym.analysis.places_asked import REST, told_of
+from multibody_sym.analysis.resting.closings import stands
 from multibody_sym.analysis.resting.search import guesses, search_from
 from multibody_sym.analysis.steadiness import displaced
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
@@ -93,7 +94,7 @@ def _stable_beside(flow: Flow, begin: Start, formalism: str | None) -> dict[str,
     until, search = time.process_time() + _SECONDS, search_from(flow.mechanism, begin, formalism)
     around = islice(guesses(search.places, search.places.start), _GUESSES)
     reached = (search.reached(guess) for guess in takewhile(lambda _: time.process_time() < until, around))
-    found = [q for q in reached if q is not None and search.stable(q)]
+    found = [q for q in reached if q is not None and search.stable(q) and stands(search, q)]
     if not found:
         return None
     nearest = min(found, key=lambda q: float(np.linalg.norm(q - np.array(begin.q))))

@@ -71,6 +71,13 @@ class StateCondition:
                     f"such as {self.element.split()[-1]} {self.verb}",
                     number="M106",
                 )
+            parts = [name for name in known if name.startswith(f"{self.element}.")]
+            if parts:
+                raise ModelError(
+                    f"{self.element!r} has no state of its own, its parts have; say {parts[0]} {self.verb}"
+                    + (f", or another of {', '.join(parts)}" if len(parts) > 1 else ""),
+                    number="M106",
+                )
             raise ModelError(
                 f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states"
                 f"{suggestion(self.element, known)}",
