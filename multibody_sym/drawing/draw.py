@@ -21,7 +21,7 @@ from multibody_sym.scene.items import Placed
 from multibody_sym.scene.scene import Scene
 
 WIDEST: Final = 425.0
-"""A page (pt) is at most 150 mm wide, as far as letters allow that."""
+"""A page (pt) is at most 150 mm wide and high, as far as letters allow that."""
 _UNSEEN: Final = frozenset(("couple", "drag"))
 """Arrows that a figure does not show: a drag acts against what moves, and `--forces` tells it."""
 MOST_NAMED: Final = 40
@@ -50,9 +50,10 @@ def draw(
     title, told = scene.name, description(scene, placed, wanted)
     picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
     for _ in range(_TRIES):
-        if picture.width <= WIDEST:
+        room = min(WIDEST / picture.width, WIDEST / picture.height)
+        if room >= 1.0:
             break
-        projection = replace(projection, scale=projection.scale * max(0.4, 0.97 * WIDEST / picture.width))
+        projection = replace(projection, scale=projection.scale * max(0.4, 0.97 * room))
         picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
     return picture
 
