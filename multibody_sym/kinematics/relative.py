@@ -16,10 +16,10 @@ from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross
 Accelerations = Sequence[tuple[Vec, Vec]]
 """Each body's (acceleration of its origin, angular acceleration), as `motion.accelerations` returns them."""
 
-_AT_REST: Final = 1e-7
-"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts.
+STARTING: Final = 1e-5
+"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts, of one of length 1.
 
-Speeds below what a run tolerates have no direction: a load that turns as it grows then took steps without end.
+Slower slip turns faster, at mu g over its speed: a load that turns as it grows took thousands of steps below 1e-7 m/s.
 """
 
 
@@ -84,4 +84,4 @@ def slip_velocity(sliding: Sliding, velocity: Sequence[S], motion: Motion) -> li
     """
     if sliding.starts is None:
         return list(velocity)
-    return [v + _AT_REST * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]
+    return [v + STARTING * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
 
@@ -79,6 +82,49 @@ def test_slip_that_slows_down_under_a_turning_load_comes_to_rest_and_starts_agai
     pushed = lambda t: (10 * math.sin(6 * t)) ** 2 + (10 * math.cos(5 * t)) ** 2  # noqa: E731
     assert pushed(starts) == pytest.approx((0.5 * 2 * 10) ** 2, rel=1e-8)
     assert run.statistics["steps"] < 50_000
+
+
+def pushed(force: list[object], t_end: float, **settings: float) -> mbs.Trajectory:
+    """Return the run of the puck, whose friction holds 2 N, under another force."""
+    return mbs.simulate(replace(puck(), forces={"push": mbs.Force("puck", force)}), t_end=t_end, **settings)
+
+
+def test_slip_under_a_load_that_grows_straight_on_is_that_of_the_closed_form() -> None:
+    """5 t N, from 0.4 s on more than 2 N: v = 2.5 (t - 0.4)^2."""
+    run = pushed(["3*t", "4*t", 0], 2.0)
+    assert run.changes[0]["t"] == pytest.approx(0.4, rel=1e-11)
+    way, speed = 5 * 1.6**3 / 6, 2.5 * 1.6**2
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx((0.6 * way, 0.8 * way), rel=1e-10)
+    assert (run["u_x"][-1], run["u_y"][-1]) == pytest.approx((0.6 * speed, 0.8 * speed), rel=1e-10)
+    assert run.statistics["steps"] < 1000
+
+
+@pytest.mark.parametrize("c", [1e-4, 1e-2])
+def test_slip_that_never_gets_fast_stops_when_it_does(c: float) -> None:
+    """v = c (s^2/2 - s^3/3), s = t - 1: no more than c/6, and zero at s = 1.5."""
+    run = pushed([f"2 + {c}*(t - 1)*(2 - t)", 0, 0], 3.0)
+    assert [change["kind"] for change in run.changes] == ["slide", "stick"]
+    assert run.changes[1]["t"] == pytest.approx(2.5, rel=1e-10)
+    assert run["x"][-1] == pytest.approx(c * (1.5**3 / 6 - 1.5**4 / 12), rel=1e-10)
+
+
+def test_friction_is_against_the_velocity_soon_after_slip_has_started_under_a_turning_load() -> None:
+    """Beside scipy's Radau method, from 1e-5 s after the start on, when the direction is still that of the load."""
+    run = pushed(["t", "0.5*t + 0.3*t^2", 0], 3.0, rtol=1e-10, atol=1e-12)
+    begun, soon = run.changes[0]["t"], 1e-5
+
+    def force(t: float) -> np.ndarray:
+        return np.array([t, 0.5 * t + 0.3 * t * t])
+
+    def rates(t: float, state: np.ndarray) -> np.ndarray:
+        return np.concatenate([state[2:], force(t) - 2.0 * state[2:] / np.hypot(*state[2:])])
+
+    along = force(begun) / 2.0
+    grows = float(along @ [1.0, 0.5 + 0.6 * begun])
+    start = np.concatenate([along * grows * soon**3 / 6, along * grows * soon**2 / 2])
+    exact = solve_ivp(rates, (begun + soon, 3.0), start, method="Radau", rtol=1e-9, atol=1e-14).y[:, -1]
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx(tuple(exact[:2]), abs=1e-9)
+    assert (run["u_x"][-1], run["u_y"][-1]) == pytest.approx(tuple(exact[2:]), abs=1e-9)
 
 
 BALL = """

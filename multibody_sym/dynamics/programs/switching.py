@@ -9,6 +9,8 @@
     what sticks slips                            |l_t| - static * N
     what slides stops, in a line                 -sense * v_t
     what slides stops, in space                  -|v_t|, from rest where its friction has no direction
+    what slides from rest in space moves on      v_t along the direction in which it started, beyond a margin
+    what slides from rest in space turns back    the same, negative
 
 Those of forces come first, and of slip in space: forces may change where nothing moves, and what slides in space comes
 to rest where its friction has no direction, so that they keep steps short.
@@ -28,13 +30,13 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, S
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, Vec, dot
 
-Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space"]
+Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space", "moves on", "turns back"]
 
 _TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other side", "stops in space": "stops"}
 
@@ -94,6 +96,9 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
     for part in (part for part in rubbing if part.regularised is None):
         if slips.get(part.name, STICKS) != STICKS:
             yield Switching("stops" if len(part.rows) == 1 else "stops in space", element, part)
+            if part.name in mechanism.mode.directions:
+                yield Switching("moves on", element, part)
+                yield Switching("turns back", element, part)
         elif not part.enough and part.name not in mechanism.mode.carried:
             yield Switching("slips", element, part)
 
@@ -154,17 +159,30 @@ class SwitchingValues:
             (static,) = coefficients(self.motion, one.part.rows, [one.part.static])
             limit = static * self.pressing(element, one.part)
             return length([self.by_name[row.name] for row in one.part.rows]) - limit
-        speeds = self.slip(one.part, [self.row(row) for row in one.part.rows])
-        return -mechanism.mode.slips[one.part.name] * speeds[0] if one.ends == "stops" else -length(speeds)
+        return self._of_slip(one.ends, one.part, mechanism.mode.slips[one.part.name])
+
+    def _of_slip(self, ends: Ends, part: FrictionPart, sense: int) -> S:
+        rows = [self.row(row) for row in part.rows]
+        speeds, sliding = [row.phidot for row in rows], self._sliding(part)
+        if ends in ("moves on", "turns back"):
+            assert sliding is not None
+            assert sliding.starts is not None
+            ways = zip(speeds, self.motion.state.values(sliding.starts), strict=True)
+            return (1 if ends == "moves on" else -1) * sum(v * way for v, way in ways)
+        speeds = self.slip(part, rows)
+        return -sense * speeds[0] if ends == "stops" else -length(speeds)
 
     def slip(self, part: FrictionPart, rows: Sequence[RowMotion]) -> list[S]:
         """Return what has the direction of slip of a part that slides, along each of its rows."""
-        speeds, names = [row.phidot for row in rows], [row.name for row in part.rows]
-        for row in self.motion.mechanism.rows:
-            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
-                if [x.name for x in sliding.rows] == names:
-                    return slip_velocity(sliding, speeds, self.motion)
-        return speeds
+        speeds, sliding = [row.phidot for row in rows], self._sliding(part)
+        return speeds if sliding is None else slip_velocity(sliding, speeds, self.motion)
+
+    def _sliding(self, part: FrictionPart) -> Sliding | None:
+        """Return how a part slides in the rows of the mode."""
+        rows = (row for row in self.motion.mechanism.rows if isinstance(row, SlidingRow))
+        names = [row.name for row in part.rows]
+        every = (sliding for row in rows for sliding in row.frictions)
+        return next((x for x in every if [row.name for row in x.rows] == names), None)
 
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return the normal force that presses at a part of an element."""

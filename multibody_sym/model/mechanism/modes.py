@@ -90,6 +90,11 @@ def _direction_name(part: str, component: int) -> str:
     return f"{_DIRECTION}{part} {component + 1}"
 
 
+def direction_names(part: FrictionPart) -> list[str]:
+    """Return the names of the components of the direction in which a part starts to slide in space."""
+    return [_direction_name(part.name, k) for k in range(len(part.rows))]
+
+
 def is_direction(name: str) -> bool:
     """Return whether a parameter is a component of the direction in which something starts to slide in space."""
     return name.startswith(_DIRECTION)

@@ -15,7 +15,7 @@ from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain
@@ -31,7 +31,7 @@ from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, 
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Standstill, bounced, ceases
-from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
+from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
 from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, tell
@@ -203,6 +203,8 @@ class OneWayRun:
         self.trouble = self._hindered(switch.begun.time, switch.x, cause)
         if self.trouble:
             return RunFailure(Status.NO_MODE, switch.begun.time, None)
+        if cause.ends == "moves on" and cause.part is not None:
+            return self._on_its_way(switch, cause.part)
         if cause.ends == "stops in space" and cause.part is not None:
             q, u = np.split(switch.x, [len(self.template.q0)])
             facts = self.laws.at(switch.begun.time, q, u, self._scale)
@@ -361,6 +363,13 @@ class OneWayRun:
         if self._roads.course is not None:
             self._passed[self._roads.number(mode)] = stretch
         return stretch
+
+    def _on_its_way(self, switch: Switch, part: FrictionPart) -> Problem:
+        """Return the run in which what has started to slide in space has come to move so fast."""
+        now, (q, u) = self.stretches[-1], np.split(switch.x, [len(self.template.q0)])
+        problem, mode = on_its_way(now.program, now.problem, now.mode, part)
+        self._begin(Stretch(now.program, replace(problem, begun=switch.begun, q0=q, u0=u), mode))
+        return self.stretches[-1].problem
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
         several = [Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, "")] if found.several else []

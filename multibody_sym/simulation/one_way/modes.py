@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.assemble import PosedLaws, Scale
 from multibody_sym.dynamics.programs.switching import Switching, switchings
+from multibody_sym.kinematics.relative import STARTING
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import chosen, in_mode
-from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.rank import ROUNDED, rank
@@ -35,6 +37,15 @@ _MOST_BY_TIME: Final = 1e-12
 """But no more than this part of the speeds, as what pushes for a moment has gone long before what it moved stops."""
 _AT_REST: Final = 1e-9
 """The part of a speed along two rows below which what slides in space has stopped."""
+_BEGUN: Final = 0.01
+_ON_ITS_WAY: Final = 10.0
+"""The multiples of the speed up to which slip in space keeps the direction in which it starts, along that: beyond the
+first it may turn back, which its direction may do before it has settled; beyond the second it need not keep it."""
+_BACK: Final = 1e-8
+"""The part of the first by which it has turned back: rounding."""
+_SLOW: Final = 3e-3
+"""The part of the model's speed that this speed is at most."""
+_NEVER: Final = 1e300
 
 Key = tuple[tuple[tuple[str, int], ...], ...]
 
@@ -112,6 +123,7 @@ class Modes:
         program = self.program(mode, at)
         entered = program.mechanism
         independent = len(entered.rows) if decided.posed is None else independent_rows(entered, decided.posed)
+        mode = _slowly(mode, at.scale)
         values = self.parameters(entered, at.laws.parameters, mode, independent)
         count = len(program.switchings)
         own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
@@ -126,7 +138,7 @@ class Modes:
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
             terminal=own + (True,) * count,
-            margins=tuple(_margin(one, at, decided.largest) for one in program.switchings),
+            margins=tuple(_margin(one, mode, at, decided.largest) for one in program.switchings),
             limiting=sum(one.shortens for one in program.switchings),
             begun=begun,
         )
@@ -140,7 +152,30 @@ def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
     return int(rank(matrix, ROUNDED)) if places else 0
 
 
-def _margin(one: Switching, at: Facts, largest: float) -> float:
+def on_its_way(program: ModeProgram, now: Problem, mode: Mode, part: FrictionPart) -> tuple[Problem, Mode]:
+    """Return the run in a mode, and the mode, in which a part that starts to slide in space has come to move so fast.
+
+    First it may turn back from then on: sooner its direction may still settle. Then it does not keep that any more.
+    """
+    own = {x.ends: k for k, x in enumerate(program.switchings) if x.part == part}
+    margins, values = list(now.margins), now.parameters.copy()
+    if margins[own["turns back"]] == _NEVER:
+        margins[own["turns back"]] = _BACK * margins[own["moves on"]]
+        margins[own["moves on"]] *= _ON_ITS_WAY / _BEGUN
+    else:
+        margins[own["turns back"]] = margins[own["moves on"]] = _NEVER
+        mode = replace(mode, directions={**mode.directions, part.name: (0.0,) * len(part.rows)})
+        values[[program.mechanism.parameters.places[name] for name in direction_names(part)]] = 0.0
+    return replace(now, parameters=values, margins=tuple(margins)), mode
+
+
+def _slowly(mode: Mode, scale: Scale) -> Mode:
+    """Return a mode with directions that are shorter where the whole model is slow."""
+    size = min(1.0, _SLOW * scale.speed / STARTING)
+    return replace(mode, directions={name: tuple(size * x for x in way) for name, way in mode.directions.items()})
+
+
+def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
     """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
     if one.limits:
         return _FORCES * largest
@@ -151,6 +186,11 @@ def _margin(one: Switching, at: Facts, largest: float) -> float:
     if one.ends in ("closes", "leaves"):
         return at.allowed_gap(one.element, _GAPS)
     assert one.part is not None
+    if one.ends == "turns back":
+        return _NEVER
+    if one.ends == "moves on":
+        way = mode.directions[one.part.name]
+        return _BEGUN * STARTING * math.fsum(x * x for x in way) or _NEVER
     if one.ends == "stops":
         row = one.part.rows[0]
         by_time = _TIMES * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
