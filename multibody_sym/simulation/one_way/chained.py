@@ -34,12 +34,11 @@ from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Stan
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
-from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, tell
+from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, parts_of, tell
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runs.modes import Answer, EnergyAccount, noted
-from multibody_sym.simulation.runs.told import Alone, Told
 
 IMPACT: Final = "impact"
 COLLAPSE: Final = "collapse"
@@ -189,13 +188,7 @@ class OneWayRun:
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
-        found: list[Part] = []
-        for leg, stretch in zip(self.legs, self.stretches, strict=False):
-            own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
-            if len(t[own]) or not found:
-                program, values = stretch.program, stretch.problem.parameters
-                found.append(Part(Told(Alone(program.mechanism)), program.compiled, values, t[own], q[own], u[own]))
-        return tuple(found)
+        return parts_of(zip(self.stretches, self.legs, strict=False), (t, q, u), first)
 
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that follows at a switch, or why there is none."""
@@ -310,8 +303,7 @@ class OneWayRun:
         beyond = [cause.element.name] if cause.ends == "leaves" else []
         beyond += self._tips.aside(facts, now.active)
         before = Before(now.mode, now.udot_at(facts), guess, self._bounces)
-        found = decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden))
-        return self._tips.resting(found)
+        return self._tips.resting(decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden)))
 
     def _seen(self, t: float, x: Floats) -> Facts:
         """Return what laws ask at a state, with the normals of points that meet there."""

@@ -19,6 +19,8 @@ from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, key_of
+from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.runs.told import Alone, Told
 
 
 @dataclass(frozen=True)
@@ -103,3 +105,17 @@ def between_jumps(stretch: Stretch, leg: Leg, jumps: Iterable[tuple[float, Float
         yield AlongStretch(program.mechanism, program.compiled, problem, until, steps)
         if x is not None:
             problem = replace(problem, begun=None, t0=until, q0=x[:nq], u0=x[nq:])
+
+
+def parts_of(
+    stretches: Iterable[tuple[Stretch, Leg]], samples: tuple[Floats, Floats, Floats], first: int
+) -> tuple[Part, ...]:
+    """Return samples t, q, u, which begin with number `first` of the run, by the modes they are in."""
+    found: list[Part] = []
+    for stretch, leg in stretches:
+        t, q, u = (each[max(leg.first - first, 0) : max(leg.end - first, 0)] for each in samples)
+        if len(t) or not found:
+            program = stretch.program
+            told = Told(Alone(program.mechanism))
+            found.append(Part(told, program.compiled, stretch.problem.parameters, t, q, u))
+    return tuple(found)
