@@ -19,7 +19,7 @@ from multibody_sym.answers.cut_free.letters import force_names
 from multibody_sym.answers.cut_free.pulls import CutFree
 from multibody_sym.answers.cut_free.values import at_end, sliding_of, values_of
 from multibody_sym.cli.main import main
-from multibody_sym.drawing.picture import Arrow
+from multibody_sym.drawing.picture import Arc, Arrow, Stroke
 from multibody_sym.dynamics.derivation.letters import component_label
 from multibody_sym.scene.forms import unit
 from multibody_sym.scene.items import ArrowItem
@@ -173,6 +173,19 @@ def test_loads_are_drawn_always_and_weights_where_forces_are_asked_for() -> None
     assert bare & {"F", "rod"} == {"F"}
     assert arrows(forces=True) - bare == {"rod"}
     assert arrows(reactions=True) - bare == {"A"}
+
+
+def test_the_weight_of_a_plank_acts_at_its_centre_of_mass_in_the_middle_of_it() -> None:
+    """It lies on two wheels 0.1 m off their middle, and shows nothing of itself but its face."""
+    system = mbs.load(EXAMPLES / "textbook/plank_on_rollers.yaml")
+    picture = mbs.draw(system, forces=True).picture
+    marks = [m for m in picture.marks if m.name == "plank"]
+    (weight,) = [m for m in marks if isinstance(m, Arrow) and m.role == "force"]
+    (centre,) = [m for m in marks if isinstance(m, Arc) and m.role == "mass centre"]
+    (plank,) = [m for m in marks if isinstance(m, Stroke) and m.role == "body"]
+    assert np.asarray(weight.points)[0] == pytest.approx(np.asarray(centre.centre))
+    ends = np.asarray(plank.points)[:, 0]
+    assert (ends.min() + ends.max()) / 2 == pytest.approx(float(centre.centre[0]))
 
 
 def test_the_description_says_which_forces_are_not_unique() -> None:

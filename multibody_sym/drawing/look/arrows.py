@@ -69,7 +69,7 @@ def _place(sheet: Sheet, item: ArrowItem) -> Floats:
     if item.role == "gravity" or not sheet.flat:
         return at
     for other in sheet.touched.get(body, ()):
-        if other.role == "point" and float(np.linalg.norm(sheet.at(body, other.form.bounds[0]) - at)) < _NEAR:
+        if other.role in ("point", "mass centre") and _near(sheet.at(body, other.form.bounds[0]), at):
             return at
     for other in sheet.touched.get(body, ()):
         if other.role == "body" and isinstance(other.form, Face) and other.form.ends is None and not other.on_ground:

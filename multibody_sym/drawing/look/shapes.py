@@ -14,7 +14,7 @@ from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
 from multibody_sym.drawing.style import BODY, BOLD, INK, LAYER_BODY, LAYER_GROUND, PAPER, ROD, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.bodies import hull
-from multibody_sym.scene.forms import Barrel, Block, Bowl, Disc, Face, Polyline, Sphere, circle
+from multibody_sym.scene.forms import Barrel, Block, Bowl, Disc, Face, Polyline, Sphere, Symbol, circle
 from multibody_sym.scene.items import GROUND as WORLD
 from multibody_sym.scene.items import Item
 
@@ -268,6 +268,11 @@ def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
     along, through = left(normal), sheet.at(item.body, form.through)
     ways = (_near(sheet, item, rest=False) - through) @ along
     low, high = min([-_HALF, *(ways - 8.0)]), max([_HALF, *(ways + 8.0)])
+    centres = (i for i in sheet.touched.get(item.body, ()) if i.role == "mass centre" and isinstance(i.form, Symbol))
+    centre = next((float((sheet.at(i.body, i.form.bounds[0]) - through) @ along) for i in centres), None)
+    if centre is not None:  # a plate is as long on either side of its centre of mass
+        half = max(centre - low, high - centre)
+        low, high = centre - half, centre + half
     points = np.array([through + low * along, through + high * along])
     if abs(float(normal @ left(sheet.down))) < 0.02 or float(normal @ sheet.down) > -0.02:
         below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
