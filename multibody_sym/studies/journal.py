@@ -42,11 +42,15 @@ class _Part(NamedTuple):
 
 @dataclass(eq=False)
 class Journal:
-    """An open journal: its `file`, the name of that, empty where nobody else knows it, and the `parts` in it."""
+    """An open journal: its `file`, the name of that, empty where nobody else knows it, and the `parts` in it.
+
+    `reason`: why nobody does, where people would expect it.
+    """
 
     file: BinaryIO
     name: str
     parts: list[_Part]
+    reason: str = ""
 
     @property
     def spans(self) -> list[Span]:
@@ -81,6 +85,8 @@ class Journal:
     @property
     def told(self) -> str:
         """What is kept for a call that goes on, as the end of a message; empty where nothing is."""
+        if self.reason:
+            return f"; no run is kept: {self.reason}"
         if not self.name or not self.parts:
             return ""
         return f"; {len(self)} runs are kept in {self.name}, and the same call goes on from there"
@@ -104,10 +110,10 @@ class Journal:
         self.close()
 
 
-def unnamed() -> Journal:
-    """Return a journal that nobody else knows, and that ends with the process. Raises OutputError."""
+def unnamed(reason: str = "") -> Journal:
+    """Return a journal that nobody else knows, for some reason, and that ends with the process. Raises OutputError."""
     with output_errors("a temporary file"):
-        return Journal(tempfile.TemporaryFile(buffering=0), "", [])
+        return Journal(tempfile.TemporaryFile(buffering=0), "", [], reason)
 
 
 def opened(name: str, key: str) -> Journal:
@@ -151,7 +157,8 @@ def _read(file: BinaryIO, name: str, key: str) -> list[_Part]:
         return []
     if begin != first:
         ours = begin.startswith(first[: first.index(key.encode())])
-        what = "holds runs of another study: of another model, plan or version" if ours else "is no journal of a study"
+        other = "holds runs of another study: of another model, plan, reduce or version"
+        what = other if ours else "is no journal of a study"
         message = f"this file {what}; finish that one, give this one another name, or delete the file"
         raise InputError(message, where=Where(file=name))
     parts = list(_parts(file, len(first)))

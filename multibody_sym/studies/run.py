@@ -16,6 +16,7 @@ from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.simulate import run_by
 from multibody_sym.studies import tables
 from multibody_sym.studies.axes import axes_of
+from multibody_sym.studies.functions import UntoldError
 from multibody_sym.studies.journal import ENDING, Journal, opened, unnamed
 from multibody_sym.studies.plan import plan_of
 from multibody_sym.studies.study import Study
@@ -65,7 +66,9 @@ def sweep(
     with `sample`, so many of them, drawn from a `seed` independently or evenly (`sobol`), from ranges (low, high) too.
     `reduce`: a function from a Trajectory to a map of numbers, the columns of the table; without it these are end, min
     and max of each coordinate, speed and output, and what happened. `output`: the table, .csv, .npz or .parquet; rows
-    are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed.
+    are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed. The same
+    is a `reduce` with the same code that holds the same values (captured, defaults, state, globals of its own module);
+    one that holds what cannot be told, such as an open file, keeps none.
     `workers`: threads, by default one a processor; `executor`: any of concurrent.futures in their place, such as Dask's
     `Client.get_executor()`, to which the system and `reduce` are sent pickled. `on_progress` is called with the number
     of runs that are done, and that of all. `t_end` .. `backend`: as for `simulate`.
@@ -84,7 +87,7 @@ def _done(
     task: Task, output: Any, workers: int, executor: Executor | None, on_progress: Counted | None
 ) -> Study:
     """Return the study when all its runs are done, those in its journal before."""
-    journal = _journal(output, task.key)
+    journal = _journal(output, task)
     try:
         computed = _computed(task, journal, workers, executor, on_progress)
         return _study(task, journal, output, computed)
@@ -126,8 +129,8 @@ def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
     return Study(task.plan, path, about, computed)
 
 
-def _journal(output: Any, key: str) -> Journal:
-    """Return the journal of a study: beside its table, or unnamed where there is none, or a pipe."""
+def _journal(output: Any, task: Task) -> Journal:
+    """Return the journal of a study: beside its table, or unnamed where there is none, a pipe, or no telling it."""
     if output is None:
         return unnamed()
     name = path_name(output)
@@ -136,7 +139,10 @@ def _journal(output: Any, key: str) -> Journal:
         return unnamed()
     if os.path.isdir(name):
         raise OutputError("the file cannot be written: it is a folder", where=Where(file=name))
-    return opened(os.path.realpath(name) + ENDING, key)
+    try:
+        return opened(os.path.realpath(name) + ENDING, task.key)
+    except UntoldError as held:
+        return unnamed(f"reduce holds {held}, which cannot be told from another")
 
 
 def _workers(given: Any) -> int:

@@ -26,6 +26,7 @@ from multibody_sym.simulation.runs.run import Progressed
 from multibody_sym.simulation.settings import run_settings
 from multibody_sym.simulation.simulate import Prepared
 from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.studies.functions import told as function_told
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.rows import Row, Rows
 
@@ -74,8 +75,12 @@ class Task:
 
     @cached_property
     def key(self) -> str:
-        """What tells the study from every other."""
-        told = json.dumps(self.about), self.plan.text, _told(self.reduce), str(self.formalism), str(self.backend)
+        """What tells the study from every other. Raises UntoldError."""
+        return digest(self._key, "" if self.reduce is None else function_told(self.reduce))
+
+    @cached_property
+    def _key(self) -> str:
+        told = json.dumps(self.about), self.plan.text, str(self.formalism), str(self.backend)
         return digest(*told, str(self.native))
 
     def rows(self, first: int, count: int, stop: Event | None = None) -> Rows:
@@ -112,12 +117,12 @@ class Task:
     def prepared(self) -> Prepared:
         """The system ready to run, once for each process."""
         with _preparing:
-            found = _prepared.get(self.key)
+            found = _prepared.get(self._key)
             if found is None:
                 found = Prepared(self.system, self.formalism, self.native, self.backend)
                 while len(_prepared) >= _KEPT:
                     _prepared.pop(next(iter(_prepared)))
-                _prepared[self.key] = found
+                _prepared[self._key] = found
             return found
 
     def _row(self, made: Callable[[Progressed], Trajectory], values: list[float], look: Progressed) -> Row:
@@ -188,16 +193,6 @@ def _numbers(found: Any) -> dict[str, float]:
         except (TypeError, ValueError):
             raise ArgumentError(f"reduce is to return numbers; {name} is {shown(value)}") from None
     return numbers
-
-
-def _told(reduce: Reduce | None) -> str:
-    """Return what tells a function from others, as far as it can be told."""
-    if reduce is None:
-        return ""
-    code = getattr(reduce, "__code__", None)
-    constants = [] if code is None else [x for x in code.co_consts if not hasattr(x, "co_code")]
-    own = "" if code is None else f"{code.co_code.hex()} {constants!r} {code.co_names!r}"
-    return f"{getattr(reduce, '__module__', '')} {getattr(reduce, '__qualname__', type(reduce).__name__)} {own}"
 
 
 def _version() -> str:
