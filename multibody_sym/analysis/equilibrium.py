@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.analysis.all_rest import are_all
-from multibody_sym.analysis.none_found import none_found, tried
+from multibody_sym.analysis.none_found import left_out, none_found, tried
 from multibody_sym.analysis.resting.closings import Rest, rests
 from multibody_sym.analysis.resting.search import guesses
 from multibody_sym.analysis.springs_passed import passed
@@ -122,7 +122,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         one_sided,
         {c.name: c.unit for c in resolved.coordinates},
         tuple(_closed(resolved, x) for x in found),
-        tuple(part.name for x in resolved.one_way for part in x.frictions),
+        left_out(resolved),
     )
 
 

@@ -43,9 +43,15 @@ def tried(mechanism: Mechanism) -> str:
     closing = [x.name for x in mechanism.one_way if x.unilateral]
     names = ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
     either = f", and none with {names} closed either" if closing else ""
-    rubbing = [part.name for x in mechanism.one_way for part in x.frictions]
+    rubbing = left_out(mechanism)
     rub = f"; friction ({', '.join(rubbing[:_MOST_NAMED])}) is left out: equilibrium --vary NAME tells what it holds"
     return either + (rub if rubbing else "")
+
+
+def left_out(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the declared elements whose friction is left out; what rolls goes on rolling."""
+    rubbing = (x for x in mechanism.one_way if x.frictions and x.path[0] != "constraints")
+    return tuple(dict.fromkeys(x.path[-1] for x in rubbing))
 
 
 def stood(mechanism: Mechanism) -> str:

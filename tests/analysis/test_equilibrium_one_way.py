@@ -16,6 +16,9 @@ G = 9.81
 HEAD = f"multibody_sym: 1\nname: rest\ngravity: [0, -{G}, 0]\n"
 
 
+CONTACT = "contacts: {c: {between: [a, ground.floor], static: 0.4}}"
+
+
 def rest(model: str) -> Equilibrium:
     return mbs.equilibrium(mbs.loads(HEAD + model))
 
@@ -153,3 +156,20 @@ bodies: {ground: {frames: {slope: {rotate: [{axis: z, angle: 0.2}]}}}, b: {mass:
 joints: {s: {type: prismatic, parent: ground.slope, child: b, axis: x, q: x}}
 forces: {rub: {type: friction, joint: s, static: 0.5}}
 """)
+
+
+def test_friction_is_told_once_an_element_and_a_wheel_goes_on_rolling() -> None:
+    """A spring at a wheel's axle rests at its length; the contact that rolls is closed and keeps its friction."""
+    wheel = """
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}, points: {w: [1, 0.2, 0]}},
+  a: {shape: {disc: 0.2, mass: 2}, surfaces: {rim: {disc: 0.2, axis: z}}}}
+joints: {j: {type: planar, parent: ground, child: a, q: [x, y, th], initial: {q: [0.3, 0.2, 0]}}}
+constraints: {roll: {type: rolling, body: a.rim, on: ground.floor, static: 0.4}}
+forces: {s: {type: spring_damper, between: [a, ground.w], stiffness: 50, length: 0.5}}
+"""
+    found = rest(wheel)
+    assert found.positions[0]["x"] == pytest.approx(0.5, abs=1e-9)
+    assert (dict(found.closed[0]), found.friction_left_out) == ({"roll": "closed"}, ())
+    box = wheel.replace("disc: 0.2, mass: 2", "box: [0.4, 0.4, 0.1], mass: 2")
+    box = box.replace("constraints: {roll: {type: rolling, body: a.rim, on: ground.floor, static: 0.4}}", CONTACT)
+    assert rest(box).friction_left_out == ("c",)
