@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from tempfile import TemporaryFile
 from typing import Any, BinaryIO, Final
-from zipfile import ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from multibody_sym.studies.rows import TEXTS, Rows
 RUN: Final = "run"
 _ABOUT: Final = "__metadata__"
 _REMARK: Final = "# "
+_GROUP: Final = 1 << 21
+_LEAST_GROUP: Final = 1 << 10
+"""Values, and the least number of rows, that a row group of Parquet has, whatever parts rows came in."""
 Column = NDArray[Any]
 
 
@@ -90,7 +93,10 @@ def _write_csv(content: Content, file: BinaryIO) -> None:
 
 
 def _write_npz(content: Content, file: BinaryIO) -> None:
-    """Write each column as an array; columns are gathered in a file, so that memory does not grow with the rows."""
+    """Write each column as an array; columns are gathered in a file, so that memory does not grow with the rows.
+
+    Texts are as wide as the longest, mostly with nothing behind them, and are deflated.
+    """
     total, names = len(content.journal), content.numbers
     widths = dict.fromkeys(TEXTS, 1)
     with TemporaryFile() as gathered, ZipFile(file, "w") as archive:
@@ -114,7 +120,9 @@ def _write_npz(content: Content, file: BinaryIO) -> None:
 
 def _put(archive: ZipFile, name: str, kind: str, total: int | None, pieces: Iterator[bytes], size: int) -> None:
     """Write an array of a kind as a member of an archive, from pieces of it."""
-    with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+    about = ZipInfo(f"{name}.npy")
+    about.compress_type = ZIP_DEFLATED if name in TEXTS else ZIP_STORED
+    with archive.open(about, "w", force_zip64=True) as member:
         shape = () if total is None else (total,)
         head = {"descr": kind, "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(member, head)
@@ -128,10 +136,18 @@ def _write_parquet(content: Content, file: BinaryIO) -> None:
     fields = [arrow.field(name, arrow.float64()) for name in content.numbers]
     fields += [arrow.field(name, arrow.string()) for name in TEXTS]
     schema = arrow.schema(fields, metadata={key: json.dumps(value) for key, value in content.about.items()})
+    size = max(_LEAST_GROUP, _GROUP // len(fields))
     with parquet.ParquetWriter(file, schema) as writer:
+        waiting = schema.empty_table()
         for numbers, rows in content.parts():
             columns = [*map(np.ascontiguousarray, numbers.T), *(rows.texts[name] for name in TEXTS)]
-            writer.write_table(arrow.table(dict(zip(schema.names, columns, strict=True)), schema=schema))
+            part = arrow.table(dict(zip(schema.names, columns, strict=True)), schema=schema)
+            waiting = arrow.concat_tables([waiting, part])
+            while len(waiting) >= size:
+                writer.write_table(waiting.slice(0, size).combine_chunks(), row_group_size=size)
+                waiting = waiting.slice(size)
+        if len(waiting):
+            writer.write_table(waiting.combine_chunks(), row_group_size=size)
 
 
 def _pyarrow() -> tuple[Any, Any]:

@@ -13,8 +13,11 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.runtime import native_method
+from multibody_sym.studies import tables, workers
 from multibody_sym.studies.axes import axes_of
+from multibody_sym.studies.journal import unnamed
 from multibody_sym.studies.plan import plan_of
+from multibody_sym.studies.rows import Rows
 
 PENDULUM = """
 multibody_sym: 1
@@ -139,6 +142,37 @@ def test_tables_hold_the_study(tmp_path: Path, system: mbs.System, ending: str) 
     for name in kept.columns:
         assert told[name].tolist() == kept[name].tolist() or np.array_equal(told[name], kept[name], equal_nan=True)
     assert told.failures == kept.failures
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "parquet"])
+def test_tables_have_the_same_bytes_whatever_parts_rows_came_in(
+    tmp_path: Path, system: mbs.System, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    monkeypatch.setattr(tables, "_GROUP", 1)
+    monkeypatch.setattr(tables, "_LEAST_GROUP", 7)
+    files = [tmp_path / f"{most}.{ending}" for most in (2, 5, 2000)]
+    for file, most in zip(files, (2, 5, 2000), strict=True):
+        monkeypatch.setattr(workers, "_MOST", most)
+        mbs.sweep(system, {"l": (0.2, 0.9, 18)}, output=file, workers=1)
+    first, *others = (file.read_bytes() for file in files)
+    assert others == [first] * 2
+    if ending == "parquet":
+        parquet = pytest.importorskip("pyarrow.parquet").ParquetFile(files[0])
+        assert [parquet.metadata.row_group(k).num_rows for k in range(parquet.num_row_groups)] == [7, 7, 4]
+        assert parquet.read()["run"].to_pylist() == list(range(18))
+
+
+def test_a_long_text_does_not_make_an_npz_long(tmp_path: Path, system: mbs.System) -> None:
+    columns = {"events": ["", "x" * 2000], "failure": ["", ""]}
+    content = tables.Content(plan_of(axes_of(system, {"l": (0.2, 0.9, 1000)})), unnamed(), {})
+    for first in range(0, 1000, 2):
+        content.journal.add(Rows(first, (), np.empty((2, 0)), columns))
+    path = tables.write(content, str(tmp_path / "o.npz"))
+    assert Path(path).stat().st_size < 100_000  # of 8 MB
+    with np.load(path) as archive:
+        assert archive["events"].tolist() == ["", "x" * 2000] * 500
 
 
 def test_frames_and_datasets_hold_the_study(system: mbs.System) -> None:
