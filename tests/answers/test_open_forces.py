@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.answers.cut_free.pulls import CutFree
+from multibody_sym.answers.cut_free.values import at_end
 from multibody_sym.drawing.figure import Figure
 from multibody_sym.drawing.picture import Arrow, Text
+from multibody_sym.scene.scene import scene_of
 from multibody_sym.writing.report.free_bodies import free_bodies
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -85,3 +88,17 @@ def test_what_is_left_out_is_told_below_the_figure() -> None:
     assert legend(free["table"]) == "not unique, so not drawn: B1,x, B2,x, B3,x"
     with pytest.raises(KeyError):
         free["ground"]
+
+
+@pytest.mark.parametrize("name", ["bicycle", "rolling_coin"])
+def test_normal_forces_of_what_rolls_act_where_it_touches(name: str) -> None:
+    """On the ground, which is at z = 0, and without a couple: they stood at the middle of the wheel, as its weight."""
+    system = mbs.load(EXAMPLES / f"{name}.yaml")
+    scene = scene_of(system)
+    run = mbs.simulate(system, t_end=1e-9, samples=2)
+    cut = CutFree(system, scene, scene.motion(), *at_end(run))
+    rows = [pull for pull in cut.pulls() if pull.key[0] == "row" and pull.key[1].endswith(".n") and pull.at.body >= 0]
+    assert rows
+    for pull in rows:
+        assert not pull.turns
+        assert cut.placed.point(pull.at)[2] == pytest.approx(0.0, abs=1e-9)

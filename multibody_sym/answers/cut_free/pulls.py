@@ -189,7 +189,8 @@ class CutFree:
         for row in self.scene.mechanism.rows:
             told = [float(x) for x in self.values.get(row.name, {}).values()]
             if len(told) == 1 and row.name not in names and not isinstance(row, RopeRow):
-                yield from self._exerted(row, told[0], ("row", row.name), ("constraints", row.name), None)
+                places = self._touched([row]) if isinstance(row, ContactRow) else None
+                yield from self._exerted(row, told[0], ("row", row.name), ("constraints", row.name), places)
         for element in self.scene.mechanism.one_way:
             if element.kind in ("contact", "stop"):
                 yield from self._of_element(element)
