@@ -407,7 +407,7 @@ static double rounded_up(double value)
     return value > 0.0 ? ldexp(1.0, (int)ceil(log2(BESIDE * value))) / BESIDE : 0.0;
 }
 
-/* The largest force of the rows that take part, or a thousandth of what would move things. */
+/* The largest force of the rows that take part. */
 static double largest_force(const mbs_course *c, const mbs_turn *turn, const solved *s)
 {
     const mbs_acting *acting = &turn->after;
@@ -422,11 +422,16 @@ static double largest_force(const mbs_course *c, const mbs_turn *turn, const sol
     return largest;
 }
 
+/* What acts on all that these rows are joined to, or a thousandth of what would move them. */
 static double largest_cause(const mbs_course *c, const mbs_turn *turn)
 {
     double largest = 0.0;
-    for (int i = 0; i < turn->takes; ++i)
-        largest = fabs(c->laws->right[turn->rows[i]]) > largest ? fabs(c->laws->right[turn->rows[i]]) : largest;
+    for (int i = 0; i < turn->takes; ++i) {
+        int row = turn->rows[i];
+        double cause = 1e-3 * fabs(c->laws->right[row]), weight = c->laws->driven[row] / sized(c, row);
+        largest = cause > largest ? cause : largest;
+        largest = weight > largest ? weight : largest;
+    }
     return largest;
 }
 
@@ -457,7 +462,7 @@ static int followed(const mbs_course *c, const mbs_turn *turn, double t, double 
     if (turn->cause < 0 ? !holds(c, turn, &turn->after, -1, &s) : !ahead(c, turn, t, q, u, &s))
         return 0;
     largest = largest_force(c, turn, &s);
-    largest = rounded_up(largest > 1e-3 * cause ? largest : 1e-3 * cause);
+    largest = rounded_up(largest > cause ? largest : cause);
     if (turn->cause >= 0)
         ask(c, t, q, u);
     for (int i = 0; i < count; ++i)

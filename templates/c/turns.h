@@ -58,7 +58,7 @@ typedef struct {
     const double *parameters;
     double *given;
     double *const *outputs;
-    double *phi, *phidot, *jacobian, *matrix, *exerted, *right, *coefficients, *reaches, *inverse;
+    double *phi, *phidot, *jacobian, *matrix, *exerted, *right, *driven, *coefficients, *reaches, *inverse;
     int rows, elements;
     const int *normals, *angles; /* of each element the place of its normal, and whether the gap is an angle */
     const double *slides;        /* of each speed 1 in m/s, else 0 */

@@ -6,7 +6,7 @@ r = gamma - H M^-1 f; and what decides which rows take part: gaps, rates, ways t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import Final
@@ -25,7 +25,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import minimum, sqrt
+from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
@@ -47,9 +47,10 @@ def law_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode.
 
     `phi`, `phidot` (m; zero where a row has none), `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D (m, m),
-    `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic), `bounces`, `returns` and `reaches`
-    (elements: restitution, normal and tangential, and how far the next end of a face is); `inverse` G^-1 (n, n), `free`
-    M^-1 f (n), `energy` (J).
+    `right` r (m) of every row, `driven` (m) how long G M^-1 f is over all that it is joined to: a force, divided by how
+    long its row of C is; `coefficients` (parts, 2: static, kinetic), `bounces`, `returns` and `reaches` (elements:
+    restitution, normal and tangential, and how far the next end of a face is); `inverse` G^-1 (n, n), `free` M^-1 f
+    (n), `energy` (J).
     """
     trace = Trace("laws", arrays(mechanism))
     state = slot_state(mechanism)
@@ -79,6 +80,7 @@ def law_program(mechanism: Mechanism) -> Program:
             "exerted": block([weighted(row.forces) for row in rows], size),
             "coupling": block([[row.coupling.get(k, ZERO) for k in range(count)] for row in rows], count),
             "right": column(right),
+            "driven": column(_driven(mechanism, rows, columns, dynamics.forcing, free)),
             "coefficients": block([_coefficients(part, whole, rows) for part in parts], 2),
             "bounces": column([element.restitution for element in elements]),
             "returns": column([element.tangential_restitution for element in elements]),
@@ -88,6 +90,36 @@ def law_program(mechanism: Mechanism) -> Program:
             "energy": ((), [as_node(kinetic_energy(whole))]),
         }
     )
+
+
+def _driven(
+    mechanism: Mechanism,
+    rows: Sequence[RowMotion],
+    columns: Sequence[Sequence[S]],
+    forcing: Sequence[S],
+    free: Sequence[S],
+) -> list[S]:
+    """Return of each row the root of f . M^-1 f over the speeds it is joined to, by masses and by what holds both ways.
+
+    `columns` are those of G^-1, `forcing` is f and `free` M^-1 f.
+    """
+    own = [_moving(row.jacobian) | _moving(row.forces) for row in rows]
+    joined = disjoint([*map(_moving, columns), *own[: len(mechanism.rows)]])
+    reached = [sorted(set().union(*(each for each in joined if each & speeds))) for speeds in own]
+    return [sqrt(absolute(sum((forcing[k] * free[k] for k in speeds), start=ZERO))) for speeds in reached]
+
+
+def _moving(values: Sequence[S]) -> set[int]:
+    return {k for k, value in enumerate(values) if as_node(value) is not ZERO}
+
+
+def disjoint(sets: Iterable[set[int]]) -> list[set[int]]:
+    """Return the unions of sets that have members in common, which have none in common."""
+    found: list[set[int]] = []
+    for each in sets:
+        apart = [other for other in found if not other & each]
+        found = [*apart, each.union(*(other for other in found if other & each))]
+    return found
 
 
 def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion]) -> list[S]:

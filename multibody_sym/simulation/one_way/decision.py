@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.assemble import PosedLaws, Scale
+from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
@@ -60,13 +60,15 @@ class Decided:
         return self.hindered or f"{none} (end the run before, lower the friction, or make it smooth by {_SMOOTH}),"
 
     @staticmethod
-    def largest_of(forces: Floats, causes: Floats, scale: Scale) -> float:
-        """Return the largest force, and no less than a thousandth of what would move things: rounding is part of it.
+    def largest_of(forces: Floats, facts: Facts, rows: Sequence[int]) -> float:
+        """Return the largest force of rows at some places, and no less than what acts on all that they are joined to.
 
-        Where nothing presses and nothing pushes, what would stop the fastest soon counts as that: there, too, rounding
-        may make a force of nothing. It is rounded up to a power of two, so that it does not hang on digits.
+        Rounding is a part of it, also where weights leave nothing for a contact to carry, as in free fall. No less than
+        a thousandth of what would move the rows; where nothing acts at all, what would stop the fastest soon counts as
+        that. It is rounded up to a power of two, so that it does not hang on digits.
         """
-        largest = max(float(np.abs(forces).max(initial=0.0)), 1e-3 * float(np.abs(causes).max(initial=0.0)))
+        causes, scale = 1e-3 * np.abs(facts.known["right"][rows]), facts.scale
+        largest = max(float(x.max(initial=0.0)) for x in (np.abs(forces), causes, facts.weights(rows)))
         return rounded_up(largest or 1e-3 * scale.speed / scale.time)
 
     def carried(self, element: OneWay) -> float:
@@ -126,7 +128,8 @@ def decided(
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
     if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode, hidden)
-    largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right, facts.scale)
+    rows = [facts.laws.places[name] for name in problem.names]
+    largest = 0.0 if state is None else Decided.largest_of(state.z, facts, rows)
     return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
 
 

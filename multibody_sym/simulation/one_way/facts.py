@@ -160,6 +160,12 @@ class Facts:
         beside = self.known["jacobian"][place] @ (udot - self.known["free"]) - self.known["right"][place]
         return -float(beside)
 
+    def weights(self, rows: Sequence[int]) -> Floats:
+        """Return of rows at some places the force that holds what they are joined to against all that acts on it."""
+        sizes = np.linalg.norm(self.known["exerted"][rows], axis=1)
+        driven: Floats = self.known["driven"][rows] / np.where(sizes > 0.0, sizes, 1.0)
+        return driven
+
     def udot(self, x: Floats) -> Floats:
         """Return the accelerations (nu,) that weighted coordinates x (n,) of a state of the laws stand for."""
         return self.known["free"] + self.speeds(x)

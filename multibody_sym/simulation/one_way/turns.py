@@ -182,7 +182,7 @@ def followed(
         solved = _ahead(turn, turn.before, turn.cause, facts, rates)
     if solved is None:
         return None
-    largest = Decided.largest_of(solved.z, facts.known["right"][list(turn.rows)], facts.scale)
+    largest = Decided.largest_of(solved.z, facts, list(turn.rows))
     return Decided(facts, turn.mode, largest, None, None)
 
 
