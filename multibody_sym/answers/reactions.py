@@ -21,6 +21,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.vectors import Vec
 
 Components = dict[str, Value]
 Ask = Callable[[Instant], Mapping[str, Any]]
@@ -139,7 +140,10 @@ def unit_of(mechanism: Mechanism, row: Row) -> str:
 
 
 def _of_groups(solved: Solved) -> dict[str, Components]:
-    """Return for each contact of several corners the sum of their forces, and where the normal force acts."""
+    """Return for each contact of several corners the sum of their forces, and where the normal force acts.
+
+    One of nothing acts nowhere.
+    """
     groups: dict[str, list[OneWay]] = {}
     for element in solved.mechanism.one_way:
         if element.kind == "contact" and element.group not in ("", element.name):
@@ -150,22 +154,34 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
         def of_group(instant: Instant, elements: list[OneWay] = elements) -> Mapping[str, Any]:
             return _summed(Acting.at(instant), elements)
 
-        units = {**_units(solved.mechanism, elements[0]), **dict.fromkeys(AT, "m")}
+        def places(instant: Instant, elements: list[OneWay] = elements) -> Mapping[str, Any]:
+            return _middle(Acting.at(instant), elements)
+
         acting = Acting.at(solved.numbers)
         largest = max(abs(float(force)) for element in elements for force in acting.of(element).values())
-        found[name] = told(solved, of_group, units, least=_NOTHING * largest)
-        if not found[name]["normal"].unique:  # it may be zero, which acts nowhere
-            found[name] |= {at: Value(None, unit="m", unique=False) for at in AT if at in found[name]}
+        found[name] = told(solved, of_group, _units(solved.mechanism, elements[0]), least=_NOTHING * largest)
+        normal = found[name]["normal"]
+        if not normal.unique and _places(acting, elements):  # it may be zero
+            found[name] |= dict.fromkeys(AT, Value(None, unit="m", unique=False))
+        elif normal.value:
+            found[name] |= told(solved, places, dict.fromkeys(AT, "m"))
     return found
 
 
 def _summed(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
     every = [acting.of(element) for element in elements]
-    total = {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
+    return {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
+
+
+def _middle(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
+    """Return where the sum of normal forces acts, which is not zero; nothing where one of them is at no point."""
+    pairs = _places(acting, elements)
+    total = sum(force for force, _ in pairs)
+    return {name: sum(force * place[k] for force, place in pairs) / total for k, name in enumerate(AT) if pairs}
+
+
+def _places(acting: Acting, elements: list[OneWay]) -> list[tuple[Any, Vec]]:
+    """Return the normal force of each element that acts, and where; nothing where one of them is at no point."""
     acts = [element for element in elements if is_active(acting.mechanism, element)]
-    places = [acting.place(element) for element in acts]
-    if acts and all(place is not None for place in places):
-        pairs = [(acting.normal(x), place) for x, place in zip(acts, places, strict=True) if place is not None]
-        for k, name in enumerate(AT):
-            total[name] = sum(force * place[k] for force, place in pairs) / total["normal"]
-    return total
+    found = [(acting.normal(x), place) for x in acts if (place := acting.place(x)) is not None]
+    return found if len(found) == len(acts) else []
