@@ -56,10 +56,11 @@ def total_jacobian(
     """
     sweep = _Forward(resumed(program, name, ()))
     ways = list(_directions(sweep.trace, program, inputs, given))
+    size = sum(len(program.output(name).values) for name in outputs)
     column = _inline if len(ways) * operation_count(program).total <= _LARGEST_INLINE else _called
     columns = [column(sweep, program, outputs, way) for way in ways]
-    values = [column[row] for row in range(len(columns[0])) for column in columns]
-    return sweep.trace.finish({"jacobian": ((len(columns[0]), len(columns)), values)})
+    values = [column[row] for row in range(size) for column in columns]
+    return sweep.trace.finish({"jacobian": ((size, len(columns)), values)})
 
 
 _Direction = Mapping[str, Vector]
@@ -240,4 +241,3 @@ def _shaped(outputs: Iterable[Output], values: Iterable[Vector]) -> list[tuple[t
 
 def _transposed(rows: Sequence[Vector], columns: int) -> list[Vector]:
     return [tuple(row[k] for row in rows) for k in range(columns)]
-

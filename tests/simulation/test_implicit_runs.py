@@ -29,6 +29,13 @@ def test_it_runs_in_python_too():
     assert runs[0].statistics["steps"] == runs[1].statistics["steps"]
 
 
+@pytest.mark.parametrize("method", ["implicit_euler", "radau_5", "BDF"])
+def test_a_model_that_nothing_moves_but_what_is_prescribed_runs_too(method):
+    run = mbs.simulate(mbs.load(EXAMPLES / "lift.yaml"), method=method, samples=9)
+    lift = 12.0 * 2.0 * np.pi / 8.0**2 * np.sin(2.0 * np.pi * run.t / 8.0)  # y'' of h*(t/T - sin(2*pi*t/T)/(2*pi))
+    np.testing.assert_allclose(run["reading"], 70.0 * (9.81 + lift), rtol=1e-12)
+
+
 def test_an_iteration_without_a_solution_is_said_in_words():
     text = """
 multibody_sym: 1
