@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -40,4 +41,14 @@ def test_a_singularity_is_told_as_one_whatever_the_time_of_the_run(t_end: float)
     """x'' = 2 x^3 with x = x' = 1 is x = 1/(1 - t)."""
     with pytest.raises(FailedRunError, match=r"at t = (1|0\.99\d*|1\.0+\d*) s") as caught:
         mbs.simulate(mass("2*x^3"), t_end=t_end, samples=3, backend="python")
+    assert "too long" not in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["dormand_prince", "radau_5"])
+@pytest.mark.parametrize(("given", "time"), [("sqrt(-t)", r"\S*e-17"), ("log(1 - 4*t)", r"0\.25")])
+def test_an_input_without_a_value_is_told_as_that_also_at_the_start(given: str, time: str, method: str) -> None:
+    system = replace(mass("P"), inputs={"P": given})
+    told = rf"no finite number at t = {time} s: the input P has no finite value there"
+    with pytest.raises(FailedRunError, match=told) as caught:
+        mbs.simulate(system, t_end=1.0, method=method, samples=3, backend="python")
     assert "too long" not in str(caught.value)

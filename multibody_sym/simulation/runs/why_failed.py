@@ -87,10 +87,10 @@ def _met(run: Trajectory, time: float) -> str:
 def _happened(run: Trajectory, failure: RunFailure) -> str:
     mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
     what = _component(mechanism, failure)
-    if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem):
+    if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem, failure.time):
         return _too_long(run.problem, failure)
     if failure.status is Status.NOT_FINITE:
-        return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
+        return f"{what} {when}: {_not_finite(run, failure.time)}"
     if failure.status is Status.NO_SLOPE:
         name = run.problem.method.name
         return (
@@ -124,6 +124,18 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def _not_finite(run: Trajectory, time: float) -> str:
+    """Return which inputs have no finite value at a time near the end of a run, or else what may have none."""
+    problem, end = run.problem, run.integration
+    unknown = "a force or an expression has no finite value there, or the motion grows without bound"
+    if not run.ready.mechanism.inputs or end.q_final is None or end.u_final is None:
+        return unknown
+    values = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)[0]
+    names = [name for name, x in zip(run.ready.mechanism.inputs, values, strict=True) if not np.isfinite(x)]
+    has = "has" if len(names) == 1 else "have"
+    return f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there" if names else unknown
 
 
 def mass_used_up(run: Trajectory) -> str | None:
@@ -171,8 +183,11 @@ def _too_long(problem: Problem, failure: RunFailure) -> str:
     )
 
 
-def _is_too_long(problem: Problem) -> bool:
-    """Tell whether a first step as the motion at the start needs it is hardly longer than the least of the run."""
+def _is_too_long(problem: Problem, failed: float) -> bool:
+    """Tell whether a first step as the motion at the start needs it is hardly longer than the least of the run.
+
+    Not if what has failed at a time has no value then, wherever the motion is.
+    """
 
     def derivative(t: float, x: Floats) -> Floats:
         known = t, x[: len(problem.q0)], x[len(problem.q0) :], problem.parameters
@@ -185,6 +200,7 @@ def _is_too_long(problem: Problem) -> bool:
         problem.method, derivative, problem.t0, problem.t0 + span, problem.x0, rtol=problem.rtol, atol=problem.atol
     )
     try:
+        flow.slope(failed, flow.x0)
         return first_step(flow, flow.t0, flow.x0, flow.slope(flow.t0, flow.x0)) < span
     except StepError:
         return False
