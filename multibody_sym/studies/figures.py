@@ -16,6 +16,7 @@ from multibody_sym.expressions.chosen_units import Units
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.studies.plan import Plan
+from multibody_sym.studies.rows import FAILURE
 from multibody_sym.studies.tables import results
 
 _DOTTED: Final = 200
@@ -64,7 +65,8 @@ def figure_of(
             raise InputError(f"no column of results is called {name!r}{suggestion(name, known)}")
     names = tuple(show or _usual(len(plan.names), {name: columns[name] for name in known}))
     if not names:
-        raise InputError("there is no result to plot: every run failed")
+        failed = all(columns[FAILURE] != "")
+        raise InputError(f"there is no result to plot: {'every run failed' if failed else 'no run gave a number'}")
     study = _Shown(plan, about["system"], columns, names, about.get("units", {}), units)
     if len(plan.names) == 1:
         return plotted(_curves(study))

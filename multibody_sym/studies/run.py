@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from typing import Any
+from itertools import takewhile
+from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
 from multibody_sym.formats.files import is_special, path_name
@@ -19,9 +20,14 @@ from multibody_sym.studies.axes import axes_of
 from multibody_sym.studies.functions import UntoldError
 from multibody_sym.studies.journal import ENDING, Journal, opened, unnamed
 from multibody_sym.studies.plan import plan_of
+from multibody_sym.studies.rows import FAILURE
 from multibody_sym.studies.study import Study
-from multibody_sym.studies.task import Reduce, Task
+from multibody_sym.studies.task import REDUCE_FAILED, Reduce, Task
 from multibody_sym.studies.workers import crew, processors
+
+
+class _WrongReduceError(Exception):
+    """There is no run of which `reduce` makes a row."""
 
 
 class InterruptedStudy(KeyboardInterrupt):
@@ -29,6 +35,8 @@ class InterruptedStudy(KeyboardInterrupt):
 
 
 Counted = Callable[[int, int], None]
+_TRIED: Final = 20
+"""Runs after which a `reduce` that has failed for all is taken to be wrong."""
 
 
 def sweep(
@@ -72,7 +80,8 @@ def sweep(
     `workers`: threads, by default one a processor; `executor`: any of concurrent.futures in their place, such as Dask's
     `Client.get_executor()`, to which the system and `reduce` are sent pickled. `on_progress` is called with the number
     of runs that are done, and that of all. `t_end` .. `backend`: as for `simulate`.
-    Raises InputError for what cannot be run at all, and OutputError. A run that fails is a row with its reason.
+    Raises InputError for what cannot be run at all, and OutputError. A run that fails is a row with its reason, and so
+    is one for which `reduce` does, unless no other is among the first 20 runs: that ends the study with InputError.
     """
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
@@ -91,6 +100,9 @@ def _done(
     try:
         computed = _computed(task, journal, workers, executor, on_progress)
         return _study(task, journal, output, computed)
+    except _WrongReduceError as wrong:
+        journal.discard()
+        raise InputError(str(wrong)) from None
     except MultibodyError as error:
         error.message += journal.told
         raise
@@ -109,14 +121,31 @@ def _computed(
     left = list(journal.left(total))
     with crew(task, workers, executor) as hired:
         try:
+            _verify_reduce(task, journal)
             for rows in hired.work(left):
                 journal.add(rows)
                 show(len(journal), total)
+                if rows.first < _TRIED:
+                    _verify_reduce(task, journal)
         finally:
             hired.stop()
             for rows in hired.finished():
                 journal.add(rows)
     return len(journal) - before
+
+
+def _verify_reduce(task: Task, journal: Journal) -> None:
+    """Raise _WrongReduceError if `reduce` fails for all of the first runs, as soon as these are known."""
+    first = min(_TRIED, len(task.plan))
+    if task.reduce is None or any(begin < first for begin, _ in journal.left(len(task.plan))):
+        return
+    parts = takewhile(lambda rows: rows.first < first, journal)
+    reasons = {rows.first + k: text for rows in parts for k, text in enumerate(rows.texts[FAILURE])}
+    failed = [k for k in range(first) if reasons[k].startswith(REDUCE_FAILED)]
+    if failed and all(reasons[k] for k in range(first)):
+        values = zip(task.plan.names, task.plan.values(failed[0], 1)[0], strict=True)
+        given = ", ".join(f"{name} = {x:g}" for name, x in values)
+        raise _WrongReduceError(f"{REDUCE_FAILED} for {given}{reasons[failed[0]].removeprefix(REDUCE_FAILED)}")
 
 
 def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:

@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from threading import Event, Lock
 from typing import Any, Final
 
-from multibody_sym.errors import ArgumentError, InputError, MultibodyError, shown
+from multibody_sym.errors import MultibodyError, shown
 from multibody_sym.formats.writer import dumps
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.units import MechanismUnits
@@ -34,6 +34,9 @@ Reduce = Callable[[Trajectory], Mapping[str, float]]
 
 TIME: Final = "t"
 """The column of the time that a run reached."""
+REDUCE_FAILED: Final = "reduce failed"
+"""How the reasons begin of runs of which `reduce` made no row."""
+_LONGEST: Final = 500
 _MOST_EVENTS: Final = 50
 _KEPT: Final = 4
 _prepared: dict[str, Prepared] = {}
@@ -48,7 +51,7 @@ class StoppedError(Exception):
 class Task:
     """What all workers of a study need, wherever they are: the `system` with its settings, the plan, what is kept.
 
-    `reduce` makes the numbers of a row from a Trajectory; without it they are ends and extremes.
+    `reduce` makes the numbers of a row from a Trajectory, or its failure; without it they are ends and extremes.
     """
 
     system: System
@@ -92,9 +95,9 @@ class Task:
             columns[axis.kind][axis.name] = column
         look = partial(_go_on, stop)
         try:
-            for run, own in zip(self.prepared.runs(**columns), values.tolist(), strict=True):
+            for run in self.prepared.runs(**columns):
                 look()
-                found.append(self._row(run, own, look))
+                found.append(self._row(run, look))
         except StoppedError:
             pass
         return Rows.of(first, found)
@@ -125,7 +128,7 @@ class Task:
                 _prepared[self._key] = found
             return found
 
-    def _row(self, made: Callable[[Progressed], Trajectory], values: list[float], look: Progressed) -> Row:
+    def _row(self, made: Callable[[Progressed], Trajectory], look: Progressed) -> Row:
         try:
             run = made(look)
         except FailedRunError as error:
@@ -134,16 +137,21 @@ class Task:
             return Row({}, failure=str(error).partition("\n")[0])
         if run.interrupted:
             raise StoppedError
-        return Row(ends_and_extremes(run), told(run.events)) if self.reduce is None else self._reduced(run, values)
+        return Row(ends_and_extremes(run), told(run.events)) if self.reduce is None else self._reduced(run)
 
-    def _reduced(self, run: Trajectory, values: list[float]) -> Row:
+    def _reduced(self, run: Trajectory) -> Row:
         assert self.reduce is not None
         try:
-            found = self.reduce(run)
+            return Row(_numbers(self.reduce(run)))
+        except _WrongResultError as wrong:
+            return Row({}, failure=f"{REDUCE_FAILED}: {wrong}")
         except Exception as error:
-            given = ", ".join(f"{name} = {x:g}" for name, x in zip(self.plan.names, values, strict=True))
-            raise InputError(f"reduce failed for {given}: {type(error).__name__}: {error}") from error
-        return Row(_numbers(found))
+            told = str(error).partition("\n")[0].encode(errors="backslashreplace").decode()
+            return Row({}, failure=f"{REDUCE_FAILED}: {type(error).__name__}: {told}"[:_LONGEST])
+
+
+class _WrongResultError(Exception):
+    """What `reduce` returned is no map of numbers."""
 
 
 def _go_on(stop: Event | None, *_: Any) -> None:
@@ -181,17 +189,19 @@ def told(events: list[dict[str, Any]]) -> str:
 
 
 def _numbers(found: Any) -> dict[str, float]:
-    """Return what `reduce` gave as floats by name. Raises ArgumentError."""
+    """Return what `reduce` gave as floats by name. Raises _WrongResultError."""
     if type(found) is not dict and not isinstance(found, Mapping):
-        raise ArgumentError(f"reduce is to return a map from names to numbers, got {shown(found)}")
+        raise _WrongResultError(f"it is to return a map from names to numbers, got {shown(found)}")
     numbers: dict[str, float] = {}
     for name, value in found.items():
         if type(name) is not str or not name or not name.isprintable():
-            raise ArgumentError(f"reduce names its numbers by text, not {shown(name)}")
+            raise _WrongResultError(f"it is to name its numbers by text, not {shown(name)}")
         try:
             numbers[name] = float(value)
         except (TypeError, ValueError):
-            raise ArgumentError(f"reduce is to return numbers; {name} is {shown(value)}") from None
+            raise _WrongResultError(f"it is to return numbers; {name} is {shown(value)}") from None
+        except OverflowError:
+            raise _WrongResultError(f"{name} is larger than any float") from None
     return numbers
 
 

@@ -239,10 +239,10 @@ def test_the_journal_of_another_study_is_left_alone(tmp_path: Path, system: mbs.
 
     def failing(run: Any) -> dict[str, float]:
         if run.parameters[0] > 0.8:
-            raise KeyError("late")
+            raise KeyboardInterrupt
         return {"x": 1.0}
 
-    with pytest.raises(InputError, match="late"):
+    with pytest.raises(KeyboardInterrupt):
         mbs.sweep(system, {"l": (0.5, 1.0, 40)}, reduce=failing, output=out, workers=1)
     before = journal.read_bytes()
     for vary, more in (({"l": (0.5, 1.0, 41)}, {}), ({"l": (0.5, 1.0, 40)}, {"t_end": 2})):

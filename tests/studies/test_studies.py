@@ -96,6 +96,51 @@ def test_a_run_that_fails_is_a_row_with_its_reason(system: mbs.System) -> None:
     assert np.isfinite(study["theta end"][[0, 2]]).all()
 
 
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        (lambda _: 1 / 0, "ZeroDivisionError: division by zero"),
+        (lambda _: {"x": "one"}, "it is to return numbers; x is 'one'"),
+        (lambda _: {"x": 10**400}, "x is larger than any float"),
+        (lambda _: [1], "it is to return a map from names to numbers, got [1]"),
+        (lambda _: {1: 1}, "it is to name its numbers by text, not 1"),
+        (lambda _: {}["a\nb\udc80"], "KeyError: 'a\\nb\\udc80'"),
+    ],
+)
+def test_a_run_of_which_reduce_makes_nothing_is_a_row_with_its_reason(
+    tmp_path: Path, system: mbs.System, wrong: Any, reason: str
+) -> None:
+    def reduce(run: Any) -> Any:
+        return {"x": run.parameters[1]} if run.parameters[1] < 0.7 else wrong(run)
+
+    study = mbs.sweep(system, {"l": [0.5, 0.9, 0.6]}, reduce=reduce, output=tmp_path / "o.csv")
+    assert study.failures == {1: f"reduce failed: {reason}"}
+    assert study["x"][[0, 2]].tolist() == [0.5, 0.6]
+    assert np.isnan(study["x"][1])
+
+
+def test_a_reduce_that_fails_for_all_of_the_first_runs_ends_the_study(tmp_path: Path, system: mbs.System) -> None:
+    out, vary, calls = tmp_path / "o.csv", {"l": [-1.0, *np.linspace(0.5, 0.9, 2999)]}, []
+
+    def wrong(run: Any) -> Any:
+        calls.append(run)
+        return run["no such column"]
+
+    with pytest.raises(InputError, match=r"^reduce failed for l = 0\.5: InputError: .*no such column"):
+        mbs.sweep(system, vary, reduce=wrong, output=out, workers=1)
+    assert len(calls) < 2000
+    assert list(tmp_path.iterdir()) == []
+    found = mbs.sweep(system, {"l": [0.5] * 19 + [0.9] * 2}, reduce=lambda run: {"x": 1 / int(run.parameters[1] > 0.7)})
+    assert list(found.failures) == list(range(19))
+    assert found["x"][19:].tolist() == [1.0, 1.0]
+
+
+def test_a_study_without_numbers_that_failed_nowhere_is_not_said_to_have(system: mbs.System) -> None:
+    pytest.importorskip("matplotlib")
+    with pytest.raises(InputError, match="no run gave a number"):
+        mbs.sweep(system, {"l": [0.5, 0.9]}, reduce=lambda _: {}).plot()
+
+
 def test_a_setting_that_a_varied_parameter_makes_wrong_is_a_row_with_its_reason() -> None:
     text = PENDULUM.replace("g: 9.81}", "g: 9.81, T: 1}").replace("t_end: 1", "t_end: 2*T")
     study = mbs.sweep(mbs.loads(text), {"T": [0.1, -1, 0.2]})
