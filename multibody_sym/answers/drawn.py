@@ -65,7 +65,7 @@ def draw(
     word each if it is a mapping;
     `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
-    Raises InputError, NoSolutionError where there is no start, FailedRunError, OutputError.
+    Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
     options = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
     wanted = {name: flag(name, value) for name, value in options.items()}

@@ -61,7 +61,7 @@ def simulate(
     `backend` ("c", "python") as for `runtime.loading.load`; `on_progress`, called about ten times a second with the
     samples that are new and the part of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
-    Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
+    Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
     """
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
@@ -210,7 +210,10 @@ class Prepared:
         for values, known in zip(given, self._known, strict=True):
             if not all(name in known and type(x) in (float, int) for name, x in values.items()):
                 return None
-        first, second = ({name: [float(x)] for name, x in values.items()} for values in given)
+        try:
+            first, second = ({name: [float(x)] for name, x in values.items()} for values in given)
+        except OverflowError:  # told as of every declared number
+            return None
         return first, second
 
     @cached_property

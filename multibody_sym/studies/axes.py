@@ -134,7 +134,8 @@ def _values(given: Any, read: Any) -> Iterator[float]:
     if not items:
         raise InputError(f"there are no values: {_HOW}")
     for item in items:
-        plain = item.item() if type(item).__module__ == "numpy" and hasattr(item, "item") else item
+        is_number = type(item).__module__ == "numpy" and getattr(item, "size", 0) == 1
+        plain = item.item() if is_number else item
         if isinstance(plain, float) and not math.isfinite(plain):
             raise InputError(f"{shown(plain)} is not finite")
         # a float is the number that its digits are read as, -0.0 too: thousands of them make no expression each
@@ -150,10 +151,19 @@ def _range(name: str, kind: str, ends: Sequence[Any], rest: Sequence[Any], read:
 
 
 def _count(given: Any) -> int:
-    whole = str(given).strip()
-    if not re.fullmatch(r"\d+", whole) or not 1 <= int(whole) <= MOST_VALUES:
-        raise InputError(f"{shown(given)} is no count of values, at least 1: {_HOW}")
+    whole = digits(given)
+    if not whole or not 1 <= int(whole) <= MOST_VALUES:
+        raise InputError(f"{shown(given)} is no count of values, at least 1 and at most {MOST_VALUES}: {_HOW}")
     return int(whole)
+
+
+def digits(given: Any) -> str:
+    """Return the digits of a whole number that is not negative, or of text; empty where it is none, or beyond use."""
+    try:
+        text = str(given).strip()
+    except ValueError:  # an int of thousands of digits
+        return ""
+    return text if re.fullmatch(r"[0-9]{1,99}", text) else ""
 
 
 def _parts(text: str, separator: str) -> list[str]:

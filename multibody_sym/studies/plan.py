@@ -10,10 +10,11 @@ import numpy as np
 from multibody_sym.errors import InputError, Where, shown
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.studies.axes import Axis
+from multibody_sym.studies.axes import Axis, digits
 
 _BLOCK: Final = 256
 """Random samples are drawn in blocks, each from a generator of its own: a block costs about as much as one number."""
+_LARGEST: Final = 2**63 - 1
 _MOST: Final = 2**30
 """Points of a Sobol sequence as scipy makes them; of no study so many runs are ever done."""
 
@@ -119,9 +120,10 @@ def _grid(axes: tuple[Axis, ...]) -> Plan:
 
 
 def _whole(name: str, given: Any, least: int) -> int:
-    text = str(given).strip()
-    if isinstance(given, bool) or not text.isascii() or not text.isdigit() or not least <= int(text) < 2**63:
-        raise InputError(f"expected a whole number, at least {least}, got {shown(given)}", where=_at(name))
+    text = digits(given)
+    if not text or not least <= int(text) <= _LARGEST:
+        message = f"expected a whole number, at least {least} and at most {_LARGEST}, got {shown(given)}"
+        raise InputError(message, where=_at(name))
     return int(text)
 
 

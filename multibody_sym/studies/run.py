@@ -16,7 +16,7 @@ from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.simulate import run_by
 from multibody_sym.studies import tables
-from multibody_sym.studies.axes import axes_of
+from multibody_sym.studies.axes import axes_of, digits
 from multibody_sym.studies.functions import UntoldError
 from multibody_sym.studies.journal import ENDING, Journal, opened, unnamed
 from multibody_sym.studies.plan import plan_of
@@ -177,7 +177,7 @@ def _journal(output: Any, task: Task) -> Journal:
 def _workers(given: Any) -> int:
     if given is None:
         return processors()
-    if isinstance(given, bool) or not str(given).strip().isdigit() or not 1 <= int(given) <= 1000:
+    if not digits(given) or not 1 <= int(given) <= 1000:
         message = f"expected a number of workers, from 1 to 1000, got {shown(given)}"
         raise InputError(message, where=Where(path=("workers",)))
     return int(given)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from tempfile import TemporaryFile
@@ -27,6 +28,7 @@ from multibody_sym.studies.rows import TEXTS, Rows
 RUN: Final = "run"
 _ABOUT: Final = "__metadata__"
 _REMARK: Final = "# "
+_QUOTED: Final = re.compile(r'[",\r\n#]')
 _GROUP: Final = 1 << 21
 _LEAST_GROUP: Final = 1 << 10
 """Values, and the least number of rows, that a row group of Parquet has, whatever parts rows came in."""
@@ -78,18 +80,22 @@ def write(content: Content, path: str) -> str:
 
 def _write_csv(content: Content, file: BinaryIO) -> None:
     text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
     for key, value in content.about.items():
         text.write(f"{_REMARK}{key}: {json.dumps(value)}\n")
-    lines.writerow([*content.numbers, *TEXTS])
+    text.write(",".join(map(_quoted, (*content.numbers, *TEXTS))) + "\n")
     for numbers, rows in content.parts():
         written = b"".join(csv_lines(numbers[:, 1:])).decode().splitlines()
         texts = (rows.texts[name] for name in TEXTS)
         for run, row, *words in zip(numbers[:, 0].astype(int).tolist(), written, *texts, strict=True):
-            lines.writerow([run, *row.split(","), *words])
+            text.write(",".join((str(run), row, *map(_quoted, words))) + "\n")
         file.write(text.getvalue().encode())
         text.seek(0)
         text.truncate()
+
+
+def _quoted(text: str) -> str:
+    """Return a text of a CSV, between quotation marks where it would be taken apart, or for a remark."""
+    return '"' + text.replace('"', '""') + '"' if _QUOTED.search(text) else text
 
 
 def _write_npz(content: Content, file: BinaryIO) -> None:

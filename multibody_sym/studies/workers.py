@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import field
+from pickle import PicklingError
 from threading import Event
 from typing import Final
 
-from multibody_sym.errors import MultibodyError, OutputError
+from multibody_sym.errors import ArgumentError, MultibodyError, OutputError
 from multibody_sym.records import dataclass
 from multibody_sym.studies.rows import Rows, Span
 from multibody_sym.studies.task import Task
@@ -39,6 +41,7 @@ def processors() -> int:
 class Crew:
     """Those who compute: `submit` gives somebody a number of rows from a first one on; `most` are given out at once."""
 
+    task: Task
     submit: Callable[[int, int], Future[Answer]]
     most: int
     stop: Callable[[], None]
@@ -54,10 +57,10 @@ class Crew:
                 if end - first > self.size:
                     left.append((first + self.size, end))
                     end = first + self.size
-                self.given[self.submit(first, end - first)] = first, end
+                self.given[self._submitted(first, end - first)] = first, end
             for future in wait(self.given, return_when=FIRST_COMPLETED).done:
                 span = self.given.pop(future)
-                rows, seconds = _answer(future)
+                rows, seconds = self._answer(future)
                 self._adapt(span, seconds)
                 yield rows
 
@@ -71,21 +74,52 @@ class Crew:
                 if len(rows):
                     yield rows
 
+    def _submitted(self, first: int, count: int) -> Future[Answer]:
+        """Return what somebody is going to compute. Raises OutputError where nobody takes it."""
+        try:
+            return self.submit(first, count)
+        except RuntimeError as problem:
+            raise OutputError(f"the executor takes no work: {_line(problem)}") from problem
+
+    def _answer(self, future: Future[Answer]) -> Answer:
+        """Return what somebody computed.
+
+        Raises ArgumentError where nobody could be sent what to do, OutputError where those who compute are gone.
+        """
+        try:
+            return future.result()
+        except MultibodyError:
+            raise
+        except (PicklingError, AttributeError, TypeError) as problem:
+            if (unsent := _unsent(self.task)) is not None:
+                raise ArgumentError(unsent) from problem
+            raise _gone(problem) from problem
+        except Exception as problem:
+            raise _gone(problem) from problem
+
     def _adapt(self, span: Span, seconds: float) -> None:
         """Let answers take about as long as they are meant to."""
         fitting = int((span[1] - span[0]) * _SECONDS / max(seconds, 1e-6))
         self.size = max(1, min(fitting, _GROWTH * self.size, _MOST))
 
 
-def _answer(future: Future[Answer]) -> Answer:
-    """Return what somebody computed. Raises OutputError where those who compute are gone."""
-    try:
-        return future.result()
-    except MultibodyError:
-        raise
-    except Exception as problem:
-        told = f"{type(problem).__name__}: {problem}".splitlines()[0]
-        raise OutputError(f"the workers do not answer any more: {told}") from problem
+def _gone(problem: Exception) -> OutputError:
+    return OutputError(f"the workers do not answer any more: {_line(problem)}")
+
+
+def _line(problem: Exception) -> str:
+    return f"{type(problem).__name__}: {problem}".splitlines()[0]
+
+
+def _unsent(task: Task) -> str | None:
+    """Return why a task cannot be pickled; None where it can be."""
+    for name, part in (("reduce", task.reduce), ("the system", task.system)):
+        try:
+            pickle.dumps(part)
+        except Exception as problem:
+            top = "; define it at the top of a module" if name == "reduce" else ""
+            return f"{name} cannot be sent to workers, who take what is pickled{top} ({_line(problem)})"
+    return None
 
 
 @contextmanager
@@ -93,9 +127,9 @@ def crew(task: Task, workers: int, executor: Executor | None) -> Iterator[Crew]:
     """Give those who compute: threads that can be stopped between two runs, or what an executor has."""
     if executor is not None:
         lent = executor
-        yield Crew(lambda first, count: lent.submit(task.timed, first, count), most=_OUT, stop=lambda: None)
+        yield Crew(task, lambda first, count: lent.submit(task.timed, first, count), most=_OUT, stop=lambda: None)
         return
     stop = Event()
     with ThreadPoolExecutor(workers, thread_name_prefix="study") as pool:
         most = _AHEAD * workers
-        yield Crew(lambda first, count: pool.submit(task.timed, first, count, stop), most=most, stop=stop.set)
+        yield Crew(task, lambda first, count: pool.submit(task.timed, first, count, stop), most=most, stop=stop.set)

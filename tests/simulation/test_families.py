@@ -75,6 +75,13 @@ def test_other_starts_give_the_bits_of_a_run_alone(odd: tuple[mbs.System, mbs.Pr
     assert outcome(lambda: prepared.run(initial=given)) == outcome(lambda: mbs.simulate(system, initial=given))
 
 
+def test_a_whole_number_too_large_is_told_as_simulate_tells_it(odd: tuple[mbs.System, mbs.Prepared]) -> None:
+    system, prepared = odd
+    alone = outcome(lambda: mbs.simulate(system, parameters={"m": 10**400}))
+    assert alone[0] == "ExpressionError"
+    assert outcome(lambda: prepared.run(parameters={"m": 10**400})) == alone
+
+
 def test_most_of_them_are_examined_at_a_glance(
     odd: tuple[mbs.System, mbs.Prepared], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,7 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.errors import InputError, OutputError
+from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.studies import tables, workers
 from multibody_sym.studies.journal import ENDING, Journal, opened
 from multibody_sym.studies.rows import Row, Rows, missing
@@ -285,6 +285,21 @@ def test_processes_find_the_same_bits(system: mbs.System) -> None:
     with ProcessPoolExecutor(2) as pool:
         found = mbs.sweep(system, {"l": (0.5, 1.0, 30)}, executor=pool)
     assert found["theta end"].tobytes() == mbs.sweep(system, {"l": (0.5, 1.0, 30)})["theta end"].tobytes()
+
+
+def test_what_processes_cannot_be_sent_is_told(system: mbs.System) -> None:
+    with (
+        ProcessPoolExecutor(1) as pool,
+        pytest.raises(ArgumentError, match=r"^reduce cannot be sent to workers.*define it at the top of a module"),
+    ):
+        mbs.sweep(system, {"l": [0.5]}, executor=pool, reduce=lambda _: {"x": 1})
+
+
+def test_an_executor_that_is_shut_is_told(system: mbs.System) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        pass
+    with pytest.raises(OutputError, match="the executor takes no work: RuntimeError"):
+        mbs.sweep(system, {"l": [0.5]}, executor=pool)
 
 
 class _Dying(Executor):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.runtime import native_method
 from multibody_sym.studies import tables, workers
@@ -256,6 +257,12 @@ def test_what_is_not_installed_is_told(system: mbs.System, name: str, monkeypatc
         ({"theta": "1,2 kg"}, {}, "quantity in rad"),
         ({"l": "m,2"}, {}, "no number"),
         ({"l": [float("nan")]}, {}, "not finite"),
+        ({"l": np.ones((2, 2))}, {}, r"expected a number or an expression, got array"),
+        ({"l": "1:2:1000000000"}, {}, "no count of values, at least 1 and at most 100000000"),
+        ({"l": (1, 2, 10**5000)}, {}, "no count of values"),
+        ({"l": [1, 2]}, {"sample": 3, "seed": 10**22}, "at least 0 and at most 9223372036854775807"),
+        ({"l": [1, 2]}, {"workers": 10**5000}, "number of workers"),
+        ({"l": [1, 2]}, {"workers": True}, "number of workers"),
         ({"l": [1, 2]}, {"sample": 0}, "at least 1"),
         ({"l": [1, 2]}, {"sample": -4}, "at least 1"),
         ({"l": [1, 2]}, {"seed": 4}, "seed is for samples"),
@@ -277,6 +284,41 @@ def test_arguments_of_other_kinds_are_told(system: mbs.System) -> None:
             mbs.sweep(system, vary, **more)
     with pytest.raises(InputError, match=r"reduce failed for l = 1: KeyError: 'x'"):
         mbs.sweep(system, {"l": [1]}, reduce=lambda run: {}["x"])
+
+
+def test_names_and_texts_of_a_table_are_no_remarks(tmp_path: Path, system: mbs.System) -> None:
+    def reduce(run: Any) -> dict[str, float]:
+        if run.parameters[1] > 0.7:
+            raise ValueError('nothing, "#1"')
+        return {"#h": 1.0, 'a,"b"': 2.0}
+
+    study = mbs.sweep(system, {"l": [0.5, 0.9]}, reduce=reduce, output=tmp_path / "o.csv")
+    assert study.results == ("#h", 'a,"b"')
+    frame = pytest.importorskip("pandas").read_csv(tmp_path / "o.csv", comment="#")
+    assert list(frame) == ["run", "l", "#h", 'a,"b"', "events", "failure"]
+    assert frame["failure"][1] == study.failures[1] == 'reduce failed: ValueError: nothing, "#1"'
+
+
+def test_what_is_wrong_with_an_option_is_told_of_no_place_in_the_model(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "m.yaml"
+    model.write_text(PENDULUM)
+    assert main(["sweep", str(model), "--vary", "l="]) == 2
+    told = capsys.readouterr().err
+    assert "--vary 'l=': write NAME=VALUES" in told
+    assert "m.yaml" not in told
+
+
+def test_a_figure_that_is_a_folder_is_told_before_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, folder = tmp_path / "m.yaml", tmp_path / "f.png"
+    model.write_text(PENDULUM)
+    folder.mkdir()
+    monkeypatch.setattr("multibody_sym.cli.commands.sweep._swept", None)
+    assert main(["sweep", str(model), "--vary", "l=.5,.6", "--plot", str(folder)]) == 4
+    assert "it is a folder" in capsys.readouterr().err
 
 
 def test_figures_are_families_and_maps(tmp_path: Path, system: mbs.System) -> None:

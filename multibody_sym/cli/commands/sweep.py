@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
@@ -57,6 +58,8 @@ def run(options: argparse.Namespace) -> Answer:
     figure = figure_name(options)
     for target in (options.output, figure):
         verify_apart(options.file, target)
+    if figure is not None and os.path.isdir(figure):
+        raise OutputError("the file cannot be written: it is a folder", where=Where(file=figure), number="O102")
     study = _swept(options)
     if figure is not None:
         study.plot(figure, options.show, asked_units(options))
@@ -71,13 +74,14 @@ def _swept(options: argparse.Namespace) -> Study:
     from multibody_sym.studies.run import sweep
     from multibody_sym.writing.progress import progress_bar
 
+    asked = varied(options.vary)
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         executor = stack.enter_context(_cluster(options.scheduler))
         show = stack.enter_context(progress_bar())
         return sweep(
             system,
-            varied(options.vary),
+            asked,
             **{name: getattr(options, name) for name in (*_OWN, "sobol", "output")},
             executor=executor,
             **{name: getattr(options, name) for name in SETTINGS},
