@@ -102,9 +102,7 @@ def plan_of(axes: tuple[Axis, ...], sample: Any = None, seed: Any = None, sobol:
             if given:
                 raise InputError(f"{name} is for samples: say how many (sample)", where=_at(name))
         return _grid(axes)
-    samples = _whole("sample", sample, least=1)
-    if samples > _MOST:
-        raise InputError(f"{samples} samples are too many; at most {_MOST}", where=_at("sample"))
+    samples = _whole("sample", sample, least=1, most=_MOST)
     return Plan(axes, "sobol" if sobol else "random", samples, _whole("seed", 0 if seed is None else seed, least=0))
 
 
@@ -119,10 +117,10 @@ def _grid(axes: tuple[Axis, ...]) -> Plan:
     return plan
 
 
-def _whole(name: str, given: Any, least: int) -> int:
+def _whole(name: str, given: Any, least: int, most: int = _LARGEST) -> int:
     text = digits(given)
-    if not text or not least <= int(text) <= _LARGEST:
-        message = f"expected a whole number, at least {least} and at most {_LARGEST}, got {shown(given)}"
+    if not text or not least <= int(text) <= most:
+        message = f"expected a whole number, at least {least} and at most {most}, got {shown(given)}"
         raise InputError(message, where=_at(name))
     return int(text)
 

@@ -263,6 +263,7 @@ def test_what_is_not_installed_is_told(system: mbs.System, name: str, monkeypatc
         ({"l": [1, 2]}, {"sample": 3, "seed": 10**22}, "at least 0 and at most 9223372036854775807"),
         ({"l": [1, 2]}, {"workers": 10**5000}, "number of workers"),
         ({"l": [1, 2]}, {"workers": True}, "number of workers"),
+        ({"l": [1, 2]}, {"sample": 10**12}, "at least 1 and at most 1073741824"),
         ({"l": [1, 2]}, {"sample": 0}, "at least 1"),
         ({"l": [1, 2]}, {"sample": -4}, "at least 1"),
         ({"l": [1, 2]}, {"seed": 4}, "seed is for samples"),
