@@ -3,7 +3,7 @@
 A function of the user's own is told by its bytecode and constants, default values, captured variables, attributes and
 the globals that it names, an object by its class and state, and so on for all that these hold; what is installed
 (Python's library, packages) by its name. Nothing of it is called, but for what tells how an object is copied
-(`__reduce_ex__`, as for pickle).
+(`__reduce_ex__` or the table of `copyreg`, as for pickle).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 import types
 from collections.abc import Iterator, Mapping
+from copyreg import dispatch_table
 from dis import get_instructions
 from functools import partial
 from pathlib import PurePath
@@ -162,7 +163,7 @@ def _attributes(*names: str) -> Any:
 def _state(x: Any) -> _Parts:
     """Yield how an object is copied: its class, arguments, state and items."""
     try:
-        found = x.__reduce_ex__(4)
+        found = dispatch_table[type(x)](x) if type(x) in dispatch_table else x.__reduce_ex__(4)
     except Exception:
         name = f"{type(x).__module__}.{type(x).__qualname__}".removeprefix("builtins.")
         raise UntoldError(f"an object of type {name}") from None

@@ -18,7 +18,7 @@ from multibody_sym.errors import InputError
 from multibody_sym.studies.functions import UntoldError, told
 
 FACTORY = """
-import functools, math
+import functools, math, re
 import numpy as np
 K = {k}
 def deeper(x): return math.sin(x)*K
@@ -48,7 +48,8 @@ def made(c):
         "closure": closure(c), "object": Held(c), "partial": functools.partial(plain, c), "default": default(c),
         "keyword": keyword(c), "array": closure(np.full(3, c)), "set": closure({{"a", "b", "cd", c}}),
         "method": Held(c).method, "child": Child(c=c), "nested": closure([{{"x": (c, plain)}}]),
-        "named": functools.partial(plain, c=c), "objects": closure(np.array([c, "x"], dtype=object)),
+        "named": functools.partial(plain, c=c), "pattern": closure(re.compile(f"a{{c}}")),
+        "objects": closure(np.array([c, "x"], dtype=object)),
     }}
 def by_globals():
     return {{"global": lambda run: {{"a": helper(1)}}, "cached": lambda run: cached(1), "child": Child(c=1)}}
@@ -94,7 +95,7 @@ def test_another_process_tells_the_same() -> None:
     start = [sys.executable, "-c", script]
     found = [subprocess.run(start, capture_output=True, text=True, check=True).stdout for _ in range(2)]
     assert found[0] == found[1]
-    assert len(found[0].split()) == 15
+    assert len(found[0].split()) == 16
 
 
 @pytest.mark.parametrize("held", [threading.Lock(), (x for x in "ab"), [iter([1])], sys.stderr])
