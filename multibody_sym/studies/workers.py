@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import pickle
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import field
-from pickle import PicklingError
 from threading import Event
 from typing import Final
 
@@ -90,12 +88,11 @@ class Crew:
             return future.result()
         except MultibodyError:
             raise
-        except (PicklingError, AttributeError, TypeError) as problem:
-            if (unsent := _unsent(self.task)) is not None:
-                raise ArgumentError(unsent) from problem
-            raise _gone(problem) from problem
         except Exception as problem:
-            raise _gone(problem) from problem
+            if self.task.reduce is not None and " pickle " in str(problem):
+                sent = "reduce cannot be sent to workers, who take what is pickled; define it at the top of a module"
+                raise ArgumentError(f"{sent} ({_line(problem)})") from problem
+            raise OutputError(f"the workers do not answer any more: {_line(problem)}") from problem
 
     def _adapt(self, span: Span, seconds: float) -> None:
         """Let answers take about as long as they are meant to."""
@@ -103,23 +100,8 @@ class Crew:
         self.size = max(1, min(fitting, _GROWTH * self.size, _MOST))
 
 
-def _gone(problem: Exception) -> OutputError:
-    return OutputError(f"the workers do not answer any more: {_line(problem)}")
-
-
 def _line(problem: Exception) -> str:
     return f"{type(problem).__name__}: {problem}".splitlines()[0]
-
-
-def _unsent(task: Task) -> str | None:
-    """Return why a task cannot be pickled; None where it can be."""
-    for name, part in (("reduce", task.reduce), ("the system", task.system)):
-        try:
-            pickle.dumps(part)
-        except Exception as problem:
-            top = "; define it at the top of a module" if name == "reduce" else ""
-            return f"{name} cannot be sent to workers, who take what is pickled{top} ({_line(problem)})"
-    return None
 
 
 @contextmanager

@@ -132,7 +132,7 @@ def _not_finite(run: Trajectory, time: float) -> str:
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
     if not run.ready.mechanism.inputs or end.q_final is None or end.u_final is None:
         return unknown
-    values = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)[0]
+    (values,) = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)
     names = [name for name, x in zip(run.ready.mechanism.inputs, values, strict=True) if not np.isfinite(x)]
     has = "has" if len(names) == 1 else "have"
     return f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there" if names else unknown
