@@ -135,8 +135,8 @@ def load(
     may run them.
 
     `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises CompilerError instead; "python"
-    takes Python. `native`: C for this processor only, whose last digits may differ. Raises OutputError if generated
-    code cannot be written anywhere.
+    takes Python. `native`: C for this processor only, whose last digits may differ, with the numbers in its text, where
+    the compiler packs them. Raises OutputError if generated code cannot be written anywhere.
     """
     from multibody_sym.program.measures import program_hash
 
@@ -150,7 +150,7 @@ def load(
         from multibody_sym.codegen.c import c_source
         from multibody_sym.codegen.parts import parts_of
 
-        return c_source(programs, rare=rare, parts=parts_of(every, multistep=multistep), apart=True)
+        return c_source(programs, rare=rare, parts=parts_of(every, multistep=multistep), apart=not native)
 
     def printed_python() -> str:
         from multibody_sym.codegen.python import python_source

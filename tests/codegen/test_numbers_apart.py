@@ -70,3 +70,12 @@ def test_a_library_takes_as_many_numbers_as_it_names() -> None:
     assert list(compiled.numbers) == stored
     with pytest.raises(ValueError, match="names other numbers"):
         open_library(compiled.path, [compiled["scaled"].signature], stored[1:])
+
+
+def test_native_code_has_its_numbers_in_the_text() -> None:
+    program = scaled(2.5, 0.75, 3.5)
+    compiled = load({"scaled": program}, native=True, backend="c")
+    assert not compiled.numbers
+    x = np.array([0.3, -1.2])
+    for found, wanted in zip(compiled["scaled"](x), interpret(program, x), strict=True):
+        assert np.allclose(found, wanted, rtol=1e-14)
