@@ -1,6 +1,7 @@
 """Numbers of generated C as data beside it, so that Programs that differ in them alone are the same text.
 
-Where they are written into the text a compiler loads them from memory as well: as data they cost no time.
+Where they are written into the text a compiler loads them from memory as well: as data they cost next to no time,
+unless it packs several into one, as it does for a processor that it knows (`native`).
 """
 
 from __future__ import annotations
