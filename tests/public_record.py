@@ -27,7 +27,7 @@ CHANGES: Final = ROOT / "CHANGES.md"
 Interface = Mapping[str, str]
 """What there is by name, such as `simulate(t_end)`, `Trajectory.plot`, `multibody-sym check --json`, and how it is."""
 
-_HEAD: Final = "# Public names of multibody_sym {version}: functions, classes, commands, types in model files.\n"
+_HEAD: Final = "# Recorded at release {version}: public functions, classes, commands and types in model files.\n"
 _WORD: Final = re.compile(r"[-\w]+")
 _KNOWN: Final = frozenset({"multibody-sym", "type"})
 _EVERY: Final = "every command"

@@ -16,7 +16,7 @@ from multibody_sym.cli.main import main
 ROOT = Path(__file__).parent.parent
 GUIDE = [f"docs/guide/{page.name}" for page in sorted((ROOT / "docs" / "guide").glob("*.md"))]
 PAGES = ["README.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md"))), *GUIDE]
-MODELS = {"README.md": "incline.yaml", "docs/guide/first_model.md": "pendulum.yaml"}
+MODELS = {"README.md": "slope.yaml", "docs/guide/first_model.md": "pendulum.yaml"}
 """The model files that pages print; those of the guide use that of its first page."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import re
 from collections.abc import Mapping
 from html.parser import HTMLParser
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from site_pages import commands, gallery, json_objects, language, model_file, pictures
+from site_pages import commands, gallery, json_objects, keys, language, model_file, pictures
 from site_pages.generated import generated
 from site_pages.markdown import anchor
 
@@ -20,7 +21,9 @@ from multibody_sym.cli.explained.pages import EXPLAINED
 from multibody_sym.cli.main import main
 from multibody_sym.expressions.parser import FUNCTIONS
 from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.model.declaration.bodies import SHAPES
 from multibody_sym.model.declaration.fields import Element
+from multibody_sym.model.declaration.states import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -37,8 +40,8 @@ def below(cls: type[Element]) -> set[type[Element]]:
     return {cls}.union(*(below(one) for one in cls.__subclasses__()))
 
 
-def test_every_key_has_its_line(reference: Mapping[str, str]) -> None:
-    page, told = reference["reference/model_file.md"], {cls for _, cls in model_file.sections()}
+def test_every_key_has_its_line() -> None:
+    page, told = (DOCS / "keys.md").read_text(encoding="utf-8"), {cls for _, cls in model_file.sections()}
     for title, cls in model_file.sections():
         part = page.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
         missing = [f.name for f in dataclasses.fields(cls) if f"\n| `{f.name}` | {f.metadata['says'][:20]}" not in part]
@@ -69,9 +72,29 @@ def test_every_error_name_and_example_has_its_place(reference: Mapping[str, str]
     assert [path.stem for path in files if len(gallery.statement(path)) < 20] == []
 
 
+def test_pages_that_code_writes_are_those_of_the_code() -> None:
+    old = [path.name for path, text in keys.written().items() if path.read_text(encoding="utf-8") != text]
+    assert old == [], "PYTHONPATH=docs python -m site_pages.keys writes them anew"
+
+
+def test_the_origin_of_every_shape_is_where_its_mass_says() -> None:
+    """A rod's centre of mass is half a length along x from the origin, all others' at the origin."""
+    assert set(keys.ORIGINS) == set(SHAPES)
+    for kind, sizes in SHAPES.items():
+        shape = {kind: list(range(2, 2 + len(sizes))), "mass": 1}
+        system = mbs.System(kind, bodies={"b": mbs.Body(shape=shape)}, joints={"j": mbs.Free("ground", "b")})
+        (body,) = mbs.mechanism(system).bodies
+        com = [float(x.shadow or 0.0) for x in body.mass.com]
+        assert com == ([1.0, 0.0, 0.0] if kind == "rod" else [0.0, 0.0, 0.0])
+        assert keys.ORIGINS[kind].startswith("at one end" if kind == "rod" else "at the centre")
+
+
 def test_every_function_and_quantity_is_told() -> None:
     assert set(language.FUNCTIONS_SAY) == set(FUNCTIONS)
     assert set(language.QUANTITIES_SAY) == set(QUANTITIES)
+    text = (DOCS / "keys.md").read_text(encoding="utf-8")
+    assert [name for name in (*FUNCTIONS, *QUANTITIES) if f"`{name}(" not in text] == []
+    assert [verb for verb in VERBS if f"`NAME {verb}`" not in text] == []
     assert language._factor("rpm") == "0.1047197551"
     assert language._factor("kN") == "1000"
 
@@ -93,35 +116,55 @@ def test_pictures_are_drawn_of_what_stands_in_the_page() -> None:
     assert "rod" in drawn["tutorials/slider_crank.svg"]
 
 
-def test_links_lead_somewhere(reference: Mapping[str, str]) -> None:
-    written = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md")}
-    texts = {**written, **reference}
-    known = {*texts, *gallery.pages(), *pictures.pictures()}
-    for address, text in texts.items():
-        prose = re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
-        for target in re.findall(r"\]\(([^)\s]+)\)", prose):
-            if target.startswith("http"):
-                continue
+WRITTEN = [ROOT / "README.md", ROOT / "CHANGES.md", *sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("examples/**/*.md"))]
+
+
+def links(text: str) -> list[str]:
+    """Return the targets of links and pictures, less those in code and in the network."""
+    prose = re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
+    found = re.findall(r"\]\(([^)\s]+)\)", prose)
+    return [target for target in found if not target.startswith("http")]
+
+
+def headings(text: str) -> set[str]:
+    return {anchor(head) for head in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
+
+
+@pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere_in_a_checkout(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    for target in links(text):
+        file, _, place = target.partition("#")
+        goal = path.parent / file if file else path
+        assert goal.exists(), target
+        assert not place or place in headings(goal.read_text(encoding="utf-8")), target
+
+
+def test_links_of_generated_pages_lead_somewhere(reference: Mapping[str, str]) -> None:
+    known = {*reference, *gallery.pages()}
+    for address, text in reference.items():
+        for target in links(text):
             file, _, place = target.partition("#")
-            whole = (Path(address).parent / file).as_posix() if file else address
-            resolved = Path(*[part for part in Path(whole).parts if part != "."])
-            if (DOCS / whole).resolve().is_relative_to(ROOT / "examples"):  # the site leads to its gallery instead
-                assert (DOCS / whole).exists(), f"{address}: {target}"
-                continue
-            name = "/".join(_without_dots(resolved.parts))
-            assert name in known or (DOCS / name).exists(), f"{address}: {target}"
-            if place:
-                assert place in {anchor(head) for head in re.findall(r"^#+ (.*)$", texts[name], re.MULTILINE)}, target
+            goal = os.path.normpath(Path(address).parent / file) if file else address
+            assert goal in known or (DOCS / goal).exists(), f"{address}: {target}"
+            other = reference.get(goal) or ((DOCS / goal).read_text("utf-8") if (DOCS / goal).exists() else "")
+            assert not place or place in headings(other), f"{address}: {target}"
 
 
-def _without_dots(parts: tuple[str, ...]) -> list[str]:
-    found: list[str] = []
-    for part in parts:
-        if part == "..":
-            found.pop()
-        else:
-            found.append(part)
-    return found
+@pytest.mark.parametrize("path", sorted((DOCS / "guide").glob("*.md")), ids=lambda path: path.stem)
+def test_a_guide_has_headings(path: Path) -> None:
+    text = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    sections = re.split(r"^## ", text, flags=re.MULTILINE)
+    assert len(sections) > 1
+    assert sections[0].count("\n") < 20, "the text before the first heading is long"
+
+
+def test_readme_and_first_page_install_alike() -> None:
+    line = re.compile(r"^python3 -m venv .*simulate.*$", re.MULTILINE)
+    pages = [(ROOT / "README.md").read_text("utf-8"), (DOCS / "index.md").read_text("utf-8")]
+    assert line.findall(pages[0]) == line.findall(pages[1]) != []
+    tutorials = [path.read_text("utf-8") for path in sorted((DOCS / "tutorials").glob("*.md"))]
+    assert all("](../index.md)" in text and "pip install 'multibody" not in text for text in tutorials)
 
 
 def test_the_menu_leads_to_pages() -> None:
@@ -181,6 +224,9 @@ def test_the_site_is_built_by_one_command_and_asks_for_nothing(tmp_path: Path) -
     done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     pages = list((tmp_path / "site").rglob("*.html"))
+    coloured = (tmp_path / "site" / "guide" / "first_model.html").read_text(encoding="utf-8")
+    assert 'class="codehilite"' in coloured
+    assert '<span style="color' in coloured
     assert len(pages) > len(gallery.pages())
     for page in pages:
         parser = _Asked()

@@ -70,47 +70,46 @@ _CONSTANTS: Final = (("`pi`", "3.14159.."), ("`t`", "the time in s"), ("`real(x)
 
 
 def language() -> str:
-    """Return the page."""
+    """Return the sections about expressions."""
     functions = [(code(f"{name}({', '.join(args)})"), FUNCTIONS_SAY[name]) for name, args in FUNCTIONS.items()]
     quantities = [(_calls(name), QUANTITIES_SAY[name], _dimension(name)) for name in QUANTITIES]
     units = [(code(name), str(dimension) or "", _factor(name)) for name, (_, dimension) in UNITS.items()]
     states = [(code(f"NAME {verb}"), ", ".join(map(code, words))) for verb, words in VERBS.items()]
     such = 'value: m*g*sin(alpha)\ncom: [l/2, "atan2(y, x)", 0]\nl: 500 mm\nw: 2*pi*f'
     return f"""\
-# The expression language
+## Expressions
 
 Wherever a number stands, an expression may stand. Names are those of parameters, coordinates, speeds (`u_` and the
 coordinate) and inputs of the model, and `t`. Inside `[..]` or `{{..}}` an expression with a comma is quoted.
 
 {block(such, "yaml")}
-## Operators
+### Operators
 
 {table(("operator", "meaning"), _OPERATORS)}
-## Functions
+### Functions
 
 {table(("function", "value"), functions)}
-## Constants
+### Constants
 
 {table(("name", "value"), _CONSTANTS)}
-## Quantities
+### Quantities
 
 In `outputs`, `stop` and `ask` expressions name what the motion does.
 
 {table(("quantity", "value", "SI unit"), quantities)}
-## States
+### States
 
-In `stop` and `ask`, and as moments, a state that begins is a condition: it did not hold, and now it does. One that
-holds from the start on begins when it comes back; a question about one that never does has the answer 0 s, which
-is told. States are not joined by `and` and `or`.
+In `stop` and `ask`, and as moments, the beginning of a state is a condition: `c1 sticks`. A state that is there from
+the start begins when it comes back. States are not joined by `and` and `or`.
 
 {table(("condition", "states in which it holds"), states)}
-## Units
+### Units
 
 A number with a unit is converted to SI when it is read: `9.81 m/s^2`, `200 g`, `1200 rpm`, `5 N*m`. Units are joined by
 `*`, `/` and `^`. A unit stands behind one number, never behind an expression.
 
 {table(("unit", "of the dimension of", "in SI"), units)}
-## Limits
+### Limits of expressions
 
 At most {LONGEST_TEXT:,} characters, {MOST_TOKENS:,} numbers, names and operators, names of {LONGEST_NAME} letters,
 numbers of {MOST_DIGITS} digits and exponents of {LARGEST_EXPONENT}. Nothing in an expression is ever run as code.

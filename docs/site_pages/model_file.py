@@ -1,4 +1,4 @@
-"""The model file key by key, from the declarations."""
+"""The keys of model files element by element, from the declarations."""
 
 from __future__ import annotations
 
@@ -16,22 +16,6 @@ from multibody_sym.model.declaration.fields import Element, fields_of, unit_of
 from multibody_sym.model.declaration.file_tree import REPEAT_KEY, VERSION_KEY, Repeat
 from multibody_sym.model.declaration.system import System
 from site_pages.markdown import anchor, cell, code, paragraphs, table
-
-_HEAD = f"""\
-# The model file, key by key
-
-A model file is YAML. It begins with `{VERSION_KEY}: 1`. Maps are keyed by names that you choose; their order does not
-matter. Every number may be an expression (see [the expression language](language.md)) or a number with a unit, such as
-`45 deg`; plain numbers are SI. Unknown keys are errors. `multibody-sym schema -o model.schema.json` writes these keys
-as a JSON Schema, and a first line `# yaml-language-server: $schema=model.schema.json` lets an editor complete them.
-
-In Python each element is a class of the same name with fields of the same names.
-"""
-
-
-def model_file() -> str:
-    """Return the page."""
-    return "\n".join((_HEAD, *(_section(title, cls) for title, cls in sections())))
 
 
 def sections() -> Iterator[tuple[str, type[Element]]]:
@@ -51,7 +35,8 @@ def sections() -> Iterator[tuple[str, type[Element]]]:
         pending[:0] = [one for field in fields_of(cls).values() for one in kind_of(field).elements]
 
 
-def _section(title: str, cls: type[Element]) -> str:
+def section(title: str, cls: type[Element]) -> str:
+    """Return the part of the page about one element: its docstring and a table of its keys."""
     rows = [_row(f) for f in dataclasses.fields(cls)]
     if cls is System:
         rows = [
@@ -95,6 +80,6 @@ def _text(tree: Any) -> str:
 
 
 def anchors() -> dict[str, str]:
-    """Return where each class is told, by its name."""
-    return {cls.__name__: f"model_file.md#{anchor(title)}" for title, cls in sections()}
+    """Return the link to the section of each class, by its name."""
+    return {cls.__name__: f"../keys.md#{anchor(title)}" for title, cls in sections()}
 
