@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.native import INFEASIBLE, linear_program
 from multibody_sym.numerics.rank import least_combination
 from multibody_sym.records import dataclass
 
@@ -125,30 +126,24 @@ def nearest(conditions: Conditions) -> Floats:
 
 def _least_violation(conditions: Conditions) -> tuple[float, Floats, Floats]:
     """Return v, scaled, the dual of the scaled rows, equalities first, and x."""
-    from scipy.optimize import linprog
-
     rows, columns, size = conditions.scales
     count, n = len(conditions.right), len(columns)
     scaled = rows[:, None] * np.vstack([conditions.equal, conditions.cone]) * columns
     right = np.concatenate([rows[:count] * conditions.right / size, np.zeros(len(conditions.cone))])
     upper = np.vstack([scaled[:count], -scaled])
     bounds = np.concatenate([right[:count], -right])
-    problem = {
-        "c": np.r_[np.zeros(n), 1.0],
-        "A_ub": np.hstack([upper, -np.ones((len(upper), 1))]),
-        "b_ub": bounds,
-        "bounds": [(None, None)] * n + [(0.0, None)],
-    }
+    least, below = np.r_[np.zeros(n), 1.0], (np.hstack([upper, -np.ones((len(upper), 1))]), bounds)
     for method in ("highs-ds", "highs-ipm"):  # the simplex method ends without an answer once in thousands of programs
-        found = linprog(**problem, method=method, options=_EXACT)
+        found = linear_program(
+            least, [(None, None)] * n + [(0.0, None)], below=below, method=method, options=_EXACT
+        )
         if found.status == 0:
             break
     else:
         raise ArithmeticError(f"linear programming failed: {found.message}")
-    marginals = found.ineqlin.marginals
-    dual = -marginals[count:]
-    dual[:count] += marginals[:count]
-    return float(found.fun), dual, np.asarray(found.x[:n] * columns * size)
+    dual = -found.marginals[count:]
+    dual[:count] += found.marginals[:count]
+    return found.value, dual, np.asarray(found.x[:n] * columns * size)
 
 
 def extremes(conditions: Conditions, along: Floats, low: float, scale: float) -> tuple[float, float] | None:
@@ -156,8 +151,6 @@ def extremes(conditions: Conditions, along: Floats, low: float, scale: float) ->
 
     As good as linear programming is; infinite where p has no bound. `scale` is the size of p.
     """
-    from scipy.optimize import linprog
-
     with_p = Conditions(
         np.hstack([conditions.equal, -scale * along[:, None]]),
         conditions.right,
@@ -169,16 +162,14 @@ def extremes(conditions: Conditions, along: Floats, low: float, scale: float) ->
     factor = scale * columns[-1] * size
     found = []
     for sense in (1.0, -1.0):
-        one = linprog(
+        one = linear_program(
             np.r_[np.zeros(n - 1), sense],
-            A_ub=-scaled[count:],
-            b_ub=np.zeros(len(conditions.cone)),
-            A_eq=scaled[:count],
-            b_eq=rows[:count] * conditions.right / size,
-            bounds=[(None, None)] * (n - 1) + [(low / factor, None)],
+            [(None, None)] * (n - 1) + [(low / factor, None)],
+            below=(-scaled[count:], np.zeros(len(conditions.cone))),
+            equal=(scaled[:count], rows[:count] * conditions.right / size),
             method="highs-ds",
         )
-        if one.status == 2:
+        if one.status == INFEASIBLE:
             return None
         found.append(-sense * np.inf if one.status != 0 else float(one.x[-1]) * factor)
     return found[0], found[1]

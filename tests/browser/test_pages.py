@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.writing.formulas.latex_in_mathml import latex_in_mathml
 
 pytestmark = pytest.mark.browser
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -86,6 +87,20 @@ def test_animations_play_and_reports_open(file: Path, browser: Any, tmp_path: Pa
         mbs.animate(run, tmp_path / "motion.html")
         opened(browser, tmp_path / "motion.html")
         assert played(browser, 0.4) > 0.0
+
+
+@pytest.mark.parametrize("latex", [r"\dot{y}", r"\ddot{x}", r"\ddot{\theta}", r"\dot{\varphi}", r"\ddot{I}"])
+def test_dots_stand_apart_from_their_letter(latex: str, browser: Any, tmp_path: Path) -> None:
+    """A row without ink lies between dots and letter, in the size that formulas of reports have."""
+    import io
+
+    from matplotlib.image import imread
+
+    page, math = tmp_path / "dots.html", f"<math>{latex_in_mathml(latex)}</math>"
+    page.write_text(f'<!DOCTYPE html><body style="font: 16px serif; margin: 40px">{math}</body>', "utf-8")
+    opened(browser, page)
+    ink = (imread(io.BytesIO(browser.get_screenshot_as_png()))[..., 0] < 0.9).any(axis=1)
+    assert (ink[1:] & ~ink[:-1]).sum() == 2
 
 
 def test_a_plot_is_zoomed_by_dragging_and_shown_whole_by_a_double_click(browser: Any, tmp_path: Path) -> None:

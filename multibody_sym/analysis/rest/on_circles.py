@@ -22,6 +22,7 @@ from multibody_sym.analysis.rest.statics import Direction, Limit
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt
+from multibody_sym.numerics.native import nonnegative_least_squares
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 
@@ -298,6 +299,4 @@ def _against(limit: Limit, pulled: Floats) -> Limit:
 
 def _nearest_sum(columns: Floats, wanted: Floats) -> float:
     """Return how far a sum of columns, each taken no less than zero times, stays from what is wanted."""
-    from scipy.optimize import nnls  # takes longer to import than most ends need
-
-    return float(nnls(columns, wanted)[1]) if columns.size else float(np.abs(wanted).max(initial=0.0))
+    return nonnegative_least_squares(columns, wanted)[1]

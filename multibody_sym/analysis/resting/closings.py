@@ -24,6 +24,7 @@ from multibody_sym.dynamics.start.state import placed, rows_at, started
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import ACTIVE, INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.native import linear_program
 from multibody_sym.numerics.rank import SLOPES, leading_columns
 from multibody_sym.records import dataclass
 
@@ -185,19 +186,15 @@ class _Closings:
 
 def _least(jacobian: Floats, forces: Floats, places: Sequence[int]) -> float:
     """Return how large the least of some rows' forces can be, where other forces (nr) of all do the same; at most 1."""
-    from scipy.optimize import linprog
-
     size = float(np.abs(forces).max(initial=0.0)) or 1.0
     equal = np.hstack([jacobian.T, np.zeros((jacobian.shape[1], 1))])
     below = np.zeros((len(places), len(forces) + 1))
     below[range(len(places)), places], below[:, -1] = -1.0, 1.0
-    found = linprog(
-        [*np.zeros(len(forces)), -1.0],
-        A_ub=below,
-        b_ub=np.zeros(len(places)),
-        A_eq=equal,
-        b_eq=jacobian.T @ forces / size,
-        bounds=[*[(None, None)] * len(forces), (None, 1.0)],
+    found = linear_program(
+        np.append(np.zeros(len(forces)), -1.0),
+        [*[(None, None)] * len(forces), (None, 1.0)],
+        below=(below, np.zeros(len(places))),
+        equal=(equal, jacobian.T @ forces / size),
     )
     return float(found.x[-1]) * size if found.status == 0 else -np.inf
 

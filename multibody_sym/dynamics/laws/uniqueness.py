@@ -18,6 +18,7 @@ from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
 from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.inner_point import Cone, inner_point
+from multibody_sym.numerics.native import linear_program, nonnegative_least_squares
 from multibody_sym.numerics.rank import ROUNDED, null_space, row_space
 
 _EDGES: Final = 16
@@ -63,19 +64,15 @@ def _within(problem: Scaled, trial: Trial, scale: float, edges: float) -> Floats
         return np.array([_between(low, high)]) if low <= high + 1e-12 else None
     if _certainly_none(present / scale, slopes):
         return None
-    from scipy.optimize import linprog  # takes longer to import than a run whose forces are unique
-
     # The largest margin, so that rounding of the chosen forces breaks none of them where there is room.
-    found = linprog(
+    found = linear_program(
         np.append(np.zeros(free), -1.0),
-        A_ub=np.column_stack([-slopes, np.ones(len(slopes))]),
-        b_ub=present / scale,
-        bounds=[*[(None, None)] * free, (-1e-9, 1e-3)],
-        method="highs",
+        [*[(None, None)] * free, (-1e-9, 1e-3)],
+        below=(np.column_stack([-slopes, np.ones(len(slopes))]), present / scale),
     )
     if found.status != 0:
         return None
-    t = np.asarray(found.x[:free], dtype=float)
+    t = found.x[:free]
     if any(part.enough for part in problem.parts):  # along what nothing limits a program may go anywhere
         limited = row_space(slopes, SEEN)
         t = limited.T @ (limited @ t)
@@ -105,12 +102,10 @@ def _certainly_none(present: Floats, slopes: Floats) -> bool:
 
     By Farkas' lemma there is one where they have no solution; linear programs take ten times as long to find none.
     """
-    from scipy.optimize import nnls  # as above
-
     sizes = np.maximum(np.abs(slopes).max(axis=1, initial=0.0), np.abs(present)) + 1e-300
     rows = np.column_stack([slopes, present + 1e-9]) / sizes[:, None]
     try:
-        y, _ = nnls(rows.T, np.append(np.zeros(slopes.shape[1]), -1.0))
+        y, _ = nonnegative_least_squares(rows.T, np.append(np.zeros(slopes.shape[1]), -1.0))
     except RuntimeError:  # too many steps
         return False
     *left, sum_ = (rows.T @ y).tolist()
@@ -175,16 +170,12 @@ def _unforced(problem: Scaled, trial: Trial) -> Floats:
     if free == 1:
         low, high = _interval(np.maximum(present, 0.0), slopes[:, 0])
         return np.eye(1) if high - low > NEAR / float(np.abs(slopes).max()) else np.zeros((1, 0))
-    from scipy.optimize import linprog  # as above
-
     while held.any():
         count = int(held.sum())
-        found = linprog(
+        found = linear_program(
             np.concatenate([np.zeros(free), -np.ones(count)]),
-            A_ub=_stacked(slopes, held, touched),
-            b_ub=np.maximum(present[touched], 0.0),
-            bounds=[*[(-1e3, 1e3)] * free, *[(0.0, 1e-3)] * count],
-            method="highs",
+            [*[(-1e3, 1e3)] * free, *[(0.0, 1e-3)] * count],
+            below=(_stacked(slopes, held, touched), np.maximum(present[touched], 0.0)),
         )
         made = found.x[free:] if found.status == 0 else np.zeros(count)
         if not (made > 1e-9).any():
