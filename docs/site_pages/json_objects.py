@@ -27,6 +27,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "shifts": "by how much given start values were changed",
         "shift": "the largest of these",
         "agrees": "whether all formalisms and theorems agree",
+        "missing": "formalisms and theorems that do not, by name",
         "failure": "why there is no motion; null where there is",
         "hints": "what looks like an oversight",
         "withheld": WITHHELD,

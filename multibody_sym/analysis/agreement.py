@@ -40,10 +40,10 @@ def agreement(
     return worst
 
 
-def agrees(mechanism: Mechanism, ratios: Mapping[str, float]) -> bool:
-    """Return whether all ratios are those of rounding."""
+def beyond_rounding(mechanism: Mechanism, ratios: Mapping[str, float]) -> list[str]:
+    """Return the formalisms whose ratios are more than rounding, or no numbers."""
     largest = LARGEST_WITH_ROWS if mechanism.rows else LARGEST_ON_TREES
-    return all(value <= largest for value in ratios.values())
+    return [name for name, value in ratios.items() if not value <= largest]
 
 
 def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Sequence[float] | Floats) -> float:
@@ -72,7 +72,8 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     forces = _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
     forces += _row_norm(scale[:, None] * exerted.T) * _norm(multiplier)
     size = _norm(x / scale)
-    ratios = [_quotient(_norm(scale * residual), _row_norm(scale[:, None] * matrix * scale) * size + forces)]
+    inertia = _row_norm(scale[:, None] * matrix * scale) or 1.0  # without any mass rows alone resist, with 1 kg
+    ratios = [_quotient(_norm(scale * residual), inertia * size + forces)]
     sizes = np.abs(jacobian * scale).sum(axis=1)
     natural = np.maximum(reference.exerted * scale.max(initial=0.0), sizes.max(initial=0.0))
     sizes = np.where(sizes <= ROUNDING * natural, natural, sizes)
@@ -98,7 +99,7 @@ def _answers(reference: Reference, scale: Floats) -> Floats:
 def _inertia(reference: Reference) -> Floats:
     """Return diag(M); for a freedom without mass, what the rows that hold it make it feel."""
     diagonal = reference.mass_matrix.diagonal()
-    held = diagonal.max(initial=0.0) * np.square(reference.constraint_jacobian).sum(axis=0)
+    held = (diagonal.max(initial=0.0) or 1.0) * np.square(reference.constraint_jacobian).sum(axis=0)
     return np.where(diagonal > 0.0, diagonal, held)
 
 

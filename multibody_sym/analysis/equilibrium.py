@@ -10,7 +10,7 @@ Where something holds one way only there are equilibria for each set of what is 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -103,6 +103,9 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     verify_formalism(formalism)
     resolved = examined(system)
     begin = start(resolved, project=system.simulation.project)
+    if not resolved.speeds:  # nothing moves: the one position is at rest, whatever acts
+        at_rest = Equilibrium(({},), (True,), ((),), True, ((),), one_sided=(False,), closed=({},))
+        return replace(at_rest, friction_left_out=left_out(resolved))
     rested = rests(resolved, begin, formalism, project=system.simulation.project)
     found, first = rested.found, rested.first
     if not found:

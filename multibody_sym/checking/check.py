@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.analysis.agreement import agreement, agrees
+from multibody_sym.analysis.agreement import agreement, beyond_rounding
 from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.analysis.struck import from_impact
@@ -18,6 +18,7 @@ from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.analysis.theorems.short_run import short_run_misses
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
+from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
@@ -34,7 +35,7 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.constraints import Rope
 from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, normal_forces
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody, normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
@@ -47,6 +48,8 @@ from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.recall import formalism_name
 
+_OUT_OF_PLANE: Final = ("z", "rx", "ry")
+"""Rows of joints across the plane of a plane model."""
 _STATES: Final = 4
 _AFTER: Final = "all this is of the motion after the impact, which solve tells"
 _BEFORE: Final = (
@@ -70,6 +73,7 @@ class CheckReport:
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
     there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
     joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
+    `missing`: formalisms and theorems whose residuals are more than rounding, so that `agrees` is false.
     `units`: the unit of each coordinate and speed. `states`: how what holds one way only acts at the start.
     """
 
@@ -95,6 +99,7 @@ class CheckReport:
     doubles: Mapping[str, int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
+    missing: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         if self.failure is not None:
@@ -166,7 +171,11 @@ def _with_dynamics(
     pulled = [hint for hints in (_pushing, _pulling) for hint in hints(resolved, multipliers, rank.not_unique)]
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
-    agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
+    if not any(_has_mass(body) for body in resolved.bodies) and not resolved.loads:
+        residuals = {}  # all forces are zero but for rounding: the theorems say that 0 is 0
+    missed = [f"theorem of {name.replace('_', ' ')}" for name, x in residuals.items() if not x <= NEGLIGIBLE]
+    missing = (*beyond_rounding(resolved, ratios), *missed)
+    agreed = not missing
     failure = None if agreed else _contradiction(resolved, begin, states)
     kept = {each.name: each.symmetry for each in conserved(resolved, begin)}
     return CheckReport(
@@ -185,13 +194,38 @@ def _with_dynamics(
         shifts=begin.shifts,
         shift=begin.shift,
         agrees=agreed,
+        missing=missing,
         failure=failure,
-        hints=(*declared, *_hints(resolved, begin, states), *pulled, *_not_compared(resolved)),
+        hints=(
+            *declared,
+            *_hints(resolved, begin, states),
+            *pulled,
+            *_indeterminate(system, resolved, rank),
+            *_not_compared(resolved),
+        ),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
         doubles=rank.doubles,
         units=MechanismUnits(resolved).state,
     )
+
+
+def _indeterminate(system: System, resolved: Mechanism, rank: Redundancy) -> list[str]:
+    """Return by how much a structure is statically indeterminate, in the plane where it lies in one."""
+    if len(resolved.speeds) > sum(rank.doubles.values()) + rank.rank:
+        return []
+    plane = in_plane(system)
+    rows = [row for row in rank.redundant if not (plane and row.rpartition(".")[2] in _OUT_OF_PLANE)]
+    if not rows:
+        return []
+    return [
+        f"statically indeterminate by {len(rows)}{' in the plane' if plane else ''}: equilibrium alone does not "
+        "determine the reactions; they depend on how bodies deform, which is not computed"
+    ]
+
+
+def _has_mass(body: TreeBody) -> bool:
+    return any(part is not ZERO for part in (body.mass.mass, *body.mass.inertia))
 
 
 def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -> str | None:

@@ -41,14 +41,14 @@ def _start(found: CheckReport, units: Units) -> list[str]:
 
 
 def _agreement(found: CheckReport) -> list[str]:
-    verdict = "all agree" if found.agrees else "THEY DISAGREE"
+    verdict = "all agree" if found.agrees else f"THEY DISAGREE: {_listed(found.missing)}"
     ratios = ", ".join(f"{name} {ratio:.2g}" for name, ratio in found.agreement.items())
     return [f"formalisms (scaled residuals; rounding stays below 10, with constraints below 100): {ratios}: {verdict}"]
 
 
 def _theorems(found: CheckReport) -> list[str]:
     residuals = ", ".join(f"{name.replace('_', ' ')} {x:.1e}" for name, x in found.theorems.items())
-    lines = [f"theorems (relative residuals): {residuals}"]
+    lines = [f"theorems (relative residuals): {residuals or 'nothing has mass and nothing acts, all forces are zero'}"]
     return [*lines, *(f"conserved: {name} ({found.symmetries[name]})" for name in found.conserved)]
 
 

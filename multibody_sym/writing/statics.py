@@ -21,7 +21,8 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
         edge = "; a force has no real value on one side of it" if one_sided else ""
         open_ = stable is None and TOUCHES in closed.values()
         holding = "; " + ", ".join(f"{name} {word}" for name, word in closed.items()) if closed else ""
-        lines.append(f"{'not decided' if one_sided or open_ else _WORDS[stable]}: {values}{holding}{along}{past}{edge}")
+        word = "not decided" if one_sided or open_ else _WORDS[stable] if position else "at rest"
+        lines.append(f"{word}: {values or 'nothing is free to move'}{holding}{along}{past}{edge}")
     return "\n".join([*lines, *_notes(found)])
 
 

@@ -35,9 +35,9 @@ def test_no_start_ends_with_3(capsys: pytest.CaptureFixture[str], tmp_path: Path
 def test_routes_that_disagree_end_with_3(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     from multibody_sym.checking import check
 
-    monkeypatch.setattr(check, "agrees", lambda *_arguments: False)
+    monkeypatch.setattr(check, "beyond_rounding", lambda *_arguments: ["sweep"])
     assert main(["check", PENDULUM]) == 3
-    assert "DISAGREE" in capsys.readouterr().out
+    assert "THEY DISAGREE: sweep\n" in capsys.readouterr().out
 
 
 def test_unknown_formalism(capsys: pytest.CaptureFixture[str]) -> None:

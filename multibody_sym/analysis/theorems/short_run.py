@@ -35,26 +35,32 @@ def short_run_misses(mechanism: Mechanism, formalism: Formalism, state: State) -
     """Return by how much impulse, angular impulse and work miss the changes along a short run from a state.
 
     Relative to the integrals of absolute values of all causes and of what they change, which counts by the second.
-    Empty where something declared has no value soon after that state, and for more than `MOST` speeds.
+    Empty where something declared has no value soon after that state, where a force has a kink or jumps so soon that
+    no shorter run ends before, and for more than `MOST` speeds.
     """
     if len(mechanism.speeds) > MOST:
         return {}
     try:
-        return _misses(mechanism, formalism, state)
+        runs = (_misses(mechanism, formalism, state, part) for part in (_PART, _PART / 30.0, _PART / 1000.0))
+        return next((found for found in runs if found is not None), {})
     except (*UNDEFINED, MultibodyError):
         return {}
 
 
-def _misses(mechanism: Mechanism, formalism: Formalism, state: State) -> dict[str, float]:
+def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: float) -> dict[str, float] | None:
+    """Return them for a run whose steps are a part of the shortest time; None where it comes over a kink."""
     run = _Run(mechanism, formalism, state)
     q, u, t = (np.array(x, dtype=float) for x in (state.q, state.u, state.slots[TIME]))
     rates = run.rates(float(t), q, u)
     fastest = max(float(np.abs(u).max(initial=0.0)), float(np.sqrt(np.abs(rates[1]).max(initial=0.0))))
-    h = _PART / (1.0 + fastest)
+    h = part / (1.0 + fastest)
+    sides = run.sides(float(t), q, u)
     begin, adding, sizes = _values(run.motion(float(t), q, u)), np.zeros(7), np.zeros(7)
     for _ in range(_STEPS):
         q, u, adding, sizes = _stepped(run, float(t), h, (q, u, adding, sizes))
         t = t + h
+        if (run.sides(float(t), q, u) != sides).any():
+            return None
     missed = np.abs(_values(run.motion(float(t), q, u)) - begin - adding)
     found = {}
     for name, own in THEOREMS.items():
@@ -90,6 +96,11 @@ class _Run:
     def __init__(self, mechanism: Mechanism, formalism: Formalism, state: State) -> None:
         self._mechanism, self._formalism = mechanism, formalism
         self._parameters = [state.slots[slot("parameters", k)] for k in range(len(mechanism.parameters))]
+
+    def sides(self, t: float, q: Floats, u: Floats) -> Floats:
+        """Return the signs of what switches in forces and motions (kinks)."""
+        found: Floats = np.sign(np.array(self._state(t, q, u).values(self._mechanism.kinks), dtype=float))
+        return found
 
     def motion(self, t: float, q: Floats, u: Floats) -> Motion:
         """Return the motion of all bodies."""

@@ -118,7 +118,8 @@ def balanced(flow: Flow, begin: Start) -> bool:
     step = least_squares(slopes, -udot, ROUNDED)
     left = np.abs(slopes @ step + udot).max()
     size = max(1.0, float(np.abs(q).max(initial=0.0)))
-    return bool(np.abs(step).max(initial=0.0) <= _MISSED * size and left <= _LEFT * max(1.0, np.abs(slopes).max()))
+    steepest = max(1.0, float(np.abs(slopes).max(initial=0.0)))
+    return bool(np.abs(step).max(initial=0.0) <= _MISSED * size and left <= _LEFT * steepest)
 
 
 class _Steady:

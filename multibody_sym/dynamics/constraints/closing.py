@@ -146,7 +146,7 @@ class Rows:
 
     def jacobian(self, rows: Sequence[RowMotion]) -> Floats:
         """Return H (s x n) of rows, without what rounding leaves of rows that move nothing."""
-        return constraint_jacobian(rows).reshape(-1, len(self.mechanism.speeds))
+        return constraint_jacobian(rows).reshape(len(rows), len(self.mechanism.speeds))
 
     def missed(self, q: Floats) -> Missed | None:
         """Return phi of holonomic rows beside the model's length, or |H| by such lengths where rows are expressions.

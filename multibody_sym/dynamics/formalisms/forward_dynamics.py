@@ -102,5 +102,5 @@ def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
 
 def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int, /, beside: int = 0) -> Solution:
     """Return the solve of equalities in floats: A (s x n), r (s), n."""
-    A, r = np.array(matrix, dtype=float).reshape(-1, size), np.array(right, dtype=float)
+    A, r = np.array(matrix, dtype=float).reshape(len(right), size), np.array(right, dtype=float)
     return solve(A, r)

@@ -138,7 +138,7 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
     terms = np.abs(phidot - jacobian @ u) + power
 
     def missed(values: Floats) -> Missed:
-        sizes = np.abs(values) + _LEAST * np.abs(values).max()
+        sizes = np.abs(values) + _LEAST * np.abs(values).max(initial=0.0)
         return Missed(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + terms)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:

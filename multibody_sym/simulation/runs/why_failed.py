@@ -85,8 +85,8 @@ def _met(run: Trajectory, time: float) -> str:
 
 
 def _happened(run: Trajectory, failure: RunFailure) -> str:
-    mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
-    what = _component(mechanism, failure)
+    mechanism, when = _ended_in(run)[0], f"at t = {failure.time:.6g} s"
+    what = _component(run.ready.mechanism if failure.status is Status.LEFT else mechanism, failure)
     if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem, failure.time):
         return _too_long(run.problem, failure)
     if failure.status is Status.NOT_FINITE:
@@ -208,7 +208,7 @@ def _is_too_long(problem: Problem, failed: float) -> bool:
 
 def _singular(run: Trajectory, time: float) -> str:
     """Return that rows become dependent at a time near the end of a run, and which."""
-    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    mechanism, parameters = _ended_in(run)
     motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
         run.integration.q_final, run.integration.u_final
     )
@@ -221,9 +221,17 @@ def _singular(run: Trajectory, time: float) -> str:
     )
 
 
+def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:
+    """Return the mechanism in the mode in which a run ended, whose rows a failure counts, and its parameters."""
+    if run.modes is None or not run.modes.stretches:
+        return run.ready.mechanism, run.parameters.tolist()
+    last = run.modes.stretches[-1]
+    return last.program.mechanism, last.problem.parameters.tolist()
+
+
 def _contradiction(run: Trajectory, time: float) -> Contradiction | None:
     """Return the constraints that contradict each other at a time near the end of a run."""
-    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    mechanism, parameters = _ended_in(run)
     rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
     generic = mechanism.parameters.independent_rows(parameters)
     return contradiction_of(rows, run.integration.q_final, run.integration.u_final, generic)
