@@ -18,6 +18,7 @@ from multibody_sym.scalars.node import Node
 if TYPE_CHECKING:
     from multibody_sym.program.programs import Form
 
+_LEAST_RTOL: Final = 1e-15
 _RTOL: Final = 1e-9
 _ATOL_BY_RTOL: Final = 0.1
 
@@ -120,6 +121,12 @@ def _method(settings: Settings) -> Method:
 
 def _tolerances(settings: Settings, values: Mapping[Node, float]) -> tuple[float, float]:
     rtol = _number("rtol", settings.rtol, values) or _RTOL
+    if rtol < _LEAST_RTOL:
+        with at("rtol"):
+            raise ModelError(
+                f"rtol = {rtol:g} is finer than the numbers are, which have 16 digits; ask for {_LEAST_RTOL:g} or more",
+                number="M110",
+            )
     return rtol, _number("atol", settings.atol, values) or rtol * _ATOL_BY_RTOL
 
 

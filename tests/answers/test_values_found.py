@@ -279,13 +279,16 @@ _LONG = pytest.mark.long
         (DOME, "[1, 6]", sqrt(9.81 * 1.2), "every v0 above, as far as was looked: to 6"),
         pytest.param(DOME, None, sqrt(9.81 * 1.2), "every v0 above, as far as was looked: to ", marks=_LONG),
         pytest.param(SLING, "[6, 7]", sqrt(5 * 9.81 * 0.9), "v0 below, as far as was looked: down to 6", marks=_LONG),
-        (SLING, None, sqrt(5 * 9.81 * 0.9), "every v0 below, as far as was looked: down to "),
+        (SLING, None, sqrt(5 * 9.81 * 0.9), f"every v0 from {sqrt(2 * 9.81 * 0.9):.9g}"),
     ],
 )
 def test_of_a_range_in_which_the_equation_holds_the_end_is_found(
     model: str, between: str | None, known: float, told: str
 ) -> None:
-    """Off the dome nothing presses, of a slack string the least tension is zero: that was met at a scan point."""
+    """Off the dome nothing presses, of a slack string the least tension is zero.
+
+    Below the speed that reaches the height of the hook the string swings back taut.
+    """
     asked = model.replace("BETWEEN", f", between: {between}" if between else "")
     solution = mbs.solve(mbs.loads(asked))
     assert solution.answers["f"].value == pytest.approx(known, rel=1e-9)
@@ -298,7 +301,7 @@ def test_of_a_range_in_which_the_equation_holds_the_end_is_found(
     ("function", "bounds", "known"),
     [
         (lambda x: max(x - 2.3, 0.0), (0.0, 5.0), [(2.3, 0.0)]),
-        (lambda x: max(x - 2.3, 0.0) + min(x - 1.2, 0.0), (0.0, 5.0), [(1.2, 2.3)]),
+        (lambda x: max(x - 2.3, 0.0) + min(x - 1.2, 0.0), (0.0, 5.0), [(2.3, 1.2)]),
         (lambda x: max(x - 2.3, 0.0) * (x - 4.1) + 1e-13 * sin(40 * x), (0.0, 5.0), [(2.3, 0.0), (4.1, None)]),
         (lambda x: x**4 - 1e-40, (-2.0, 5.0), [(1e-10, None)]),
         (lambda x: 10 ** (3 * x) - 10**1.5, (0.0, 5.0), [(0.5, None)]),

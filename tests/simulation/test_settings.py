@@ -99,3 +99,11 @@ def test_wrong_values(name: str, value: object, message: str) -> None:
     with pytest.raises(mbs.InputError, match=message) as caught:
         with_values(mbs.System("s", bodies={"b": mbs.Body(mass=m)}), {name: value})
     assert caught.value.where.path == (name,)
+
+
+@pytest.mark.parametrize("rtol", [1e-30, 1e-20, 9e-16])
+def test_no_tolerance_is_finer_than_numbers(rtol: float) -> None:
+    slider = mbs.Prismatic("ground", "b", axis="x")
+    system = mbs.System("one", bodies={"b": mbs.Body(mass=1)}, joints={"j": slider})
+    with pytest.raises(mbs.InputError, match="16 digits; ask for 1e-15 or more"):
+        mbs.simulate(system, t_end=1, rtol=rtol)

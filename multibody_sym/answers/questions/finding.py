@@ -36,41 +36,54 @@ _EDGE: Final = 1e-12
 
 @dataclass(frozen=True)
 class Zero:
-    """Where a function vanishes, and what is left of it there; `through`: it does so all the way from there to here."""
+    """Where a function vanishes, and what is left of it there; `through`: it does so all the way from there to here.
+
+    `ended`: beyond `through` it does not vanish any more, which is else as far as was looked.
+    """
 
     at: float
     residual: float
     through: float | None = None
+    ended: bool = False
 
 
 def zeros(
-    function: Callable[[float], float], sample: float, bounds: tuple[float, float] | None, *, cheap: bool = False
+    function: Callable[[float], float],
+    sample: float,
+    bounds: tuple[float, float] | None,
+    *,
+    cheap: bool = False,
+    size: float = 0.0,
 ) -> list[Zero]:
     """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
 
     Without bounds the one that is met first on ways out from the sample, to both sides; of a function that is `cheap`
-    a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the end is returned.
+    a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the end is returned,
+    of two ends the upper one. `size`: how large the terms are that cancel where it vanishes.
     """
     if bounds is not None:
         points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
-        walk: Iterator[_Seen] = _between(function, points)
+        walk: Iterator[_Seen] = _between(function, points, size)
     else:
-        walk = _outwards(function, sample)
+        walk = _outwards(function, sample, size)
     fine = _ACCURACY if cheap else _FINE
     met = (zero for seen in walk if (zero := _met(function, seen, fine)) is not None)
     found = list(islice(met, None if bounds is not None else _MOST if cheap else 1))
+    if found and bounds is None and found[-1].through is not None:  # the other end of the range too
+        found += islice(met, 1)
     return _apart(sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample)))
 
 
 def _apart(found: list[Zero]) -> list[Zero]:
-    """Return zeros without those that lie in a range in which all are, of whose two ends the first is kept."""
+    """Return zeros without those that lie in a range in which all are, of whose two ends the upper is kept."""
     ranges: list[Zero] = []
     for zero in (each for each in found if each.through is not None):
         same = next((k for k, other in enumerate(ranges) if _overlap(other, zero)), None)
         if same is None:
             ranges.append(zero)
         else:
-            ranges[same] = replace(ranges[same], through=zero.at)
+            low, high = sorted((ranges[same], zero), key=lambda each: each.at)
+            ranges[same] = replace(high, through=low.at, ended=True)
     alone = [each for each in found if each.through is None and not any(_overlap(each, x) for x in ranges)]
     order = [zero.at for zero in found]
     return sorted([*ranges, *alone], key=lambda each: order.index(each.at))
@@ -113,16 +126,28 @@ def _changes(a: Point, b: Point) -> bool:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A bracket among the points at which a function was looked at, in their order."""
+    """A bracket among the points at which a function of so large terms was looked at, in their order."""
 
     a: Point
     b: Point
     points: Sequence[Point]
+    size: float
 
     @property
     def little(self) -> float:
         """What is zero to rounding."""
-        return _NOTHING * max((abs(y) for _, y in (*self.points, self.a, self.b) if isfinite(y)), default=0.0)
+        seen = (abs(y) for _, y in (*self.points, self.a, self.b) if isfinite(y))
+        return _NOTHING * max(self.size, max(seen, default=0.0))
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether both ends are rounding of the terms that cancel: no root, but within a range."""
+        return max(abs(self.a[1]), abs(self.b[1])) <= _NOTHING * self.size
+
+    def noise(self, end: float, through: float) -> float:
+        """Return the largest value met in a range in which the function vanishes."""
+        low, high = sorted((end, through))
+        return max((abs(y) for x, y in self.points if low <= x <= high), default=0.0)
 
     def through(self, end: Point, other: Point) -> float:
         """Return how far the function vanishes from an end of the bracket on, away from the other."""
@@ -136,25 +161,25 @@ class _Seen:
         return last
 
 
-def _between(function: Callable[[float], float], points: list[Point]) -> Iterator[_Seen]:
+def _between(function: Callable[[float], float], points: list[Point], size: float) -> Iterator[_Seen]:
     """Yield the brackets of points in turn."""
-    return (_Seen(*_with_values(function, a, b), points) for a, b in pairwise(points))
+    return (_Seen(*_with_values(function, a, b), points, size) for a, b in pairwise(points))
 
 
-def _outwards(function: Callable[[float], float], sample: float) -> Iterator[_Seen]:
+def _outwards(function: Callable[[float], float], sample: float, size: float) -> Iterator[_Seen]:
     """Yield the brackets that are met on the way from the sample outwards, to one side and the other in turn."""
     here = (sample, function(sample))
     points = [here]
     ends = {1.0: here, -1.0: here}
     step = _FIRST * (abs(sample) or 1.0)
-    if here[1] == 0.0 and all(function(sample + side * step) != 0.0 for side in ends):
-        yield _Seen(here, here, points)
+    if here[1] == 0.0 and all(not abs(function(sample + side * step)) <= _NOTHING * size for side in ends):
+        yield _Seen(here, here, points, size)
     for _ in range(_WIDENED):
         for side, last in tuple(ends.items()):
             x = last[0] + side * step
             ends[side] = (x, function(x))
             points.append(ends[side])
-            yield _Seen(*_with_values(function, last, ends[side]), tuple(sorted(points)))
+            yield _Seen(*_with_values(function, last, ends[side]), tuple(sorted(points)), size)
         step *= _GROWTH
 
 
@@ -181,7 +206,7 @@ def _met(function: Callable[[float], float], seen: _Seen, fine: float) -> Zero |
     edge = _edge(function, seen)
     if edge is not None:
         return edge
-    return _zero(function, seen.a, seen.b, fine) if _changes(seen.a, seen.b) else None
+    return _zero(function, seen.a, seen.b, fine) if _changes(seen.a, seen.b) and not seen.is_nothing else None
 
 
 def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
@@ -195,7 +220,7 @@ def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
     through = seen.through(zero, other)
     way = _BESIDE * (zero[0] - other[0]) if through != zero[0] else _BESIDE * (other[0] - zero[0])
     beside = function(zero[0] + way)
-    left = max(abs(zero[1]), abs(beside))
+    left = max(abs(zero[1]), abs(beside), seen.noise(zero[0], through))
     if not left <= min(seen.little, abs(other[1]) / _RISE):
         return None
     low, high = zero, other[0]

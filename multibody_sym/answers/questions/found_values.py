@@ -72,13 +72,31 @@ class Search:
         formula = self._by_formula()
         if formula is not None:
             return formula
-        found = zeros(self.residual, self.sample, self.bounds)
+        found = zeros(self.residual, self.sample, self.bounds, size=self._size)
         if not found:
             told = f"no value of {self.name} was found for which {self.equation} {self._where}{self._failing}"
             return Value(None), [told]
         expression = self._by_formula_beside(found[0])
         how = self._first(found, *([self._missed(found, "by runs")] if expression is None else []))
-        return Value(found[0].at, expression), [*how, *self._told(found[0].at)]
+        return self._value(found[0].at, expression), [*how, *self._told(found[0].at)]
+
+    def _value(self, found: float, expression: Node | None) -> Value:
+        """Return a value that was found; where it has a formula, the formula's own value."""
+        return Value(found if expression is None else evaluate_float([expression], self.solved.sample)[0], expression)
+
+    @cached_property
+    def _size(self) -> float:
+        """How large the quantities are whose extremes the equation names, along the motion of the sample."""
+        quantities = [x.of for x in self.equation.extremes.values()]
+        asked = [Ask(max=of) for of in quantities] + [Ask(min=of) for of in quantities]
+        if not asked:
+            return 0.0
+        names = {f"extreme_{k}": each for k, each in enumerate(asked)}
+        try:
+            _, answers, _ = self.solve(self._posed.with_fields({"ask": Names(names)}))
+        except (MultibodyError, *UNDEFINED):
+            return 0.0
+        return max((abs(answers[name].value or 0.0) for name in names), default=0.0)
 
     # --- what is looked for ---------------------------------------------------------------------------------------
 
@@ -155,6 +173,8 @@ class Search:
         """Return that the equation holds in a whole range, of which the value is an end."""
         if zero.through is None:
             return []
+        if zero.ended:
+            return [f"{self.equation} holds for every {self.name} from {zero.through:.10g} to {zero.at:.10g}"]
         side = "above" if zero.through > zero.at else "below"
         what = f"{self.equation} holds there and for every {self.name} {side}"
         return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.10g}"]
@@ -280,7 +300,7 @@ class Search:
             return None
         expression = self._root(node, symbol(self.name), found[0].at, self.solved)
         how = [] if expression is not None else [self._missed(found, "by its formula, in numbers")]
-        return Value(found[0].at, expression), [*how, *self._others(found), *self._told(found[0].at)]
+        return self._value(found[0].at, expression), [*how, *self._others(found), *self._told(found[0].at)]
 
     def _confirmed(self, value: float) -> float:
         """Return left - right at a value by runs; where these fail, of answers there that hold without reservation."""
