@@ -13,6 +13,7 @@ import struct
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import pairwise
 from typing import BinaryIO, Final, NamedTuple
 
 from multibody_sym.errors import InputError, OutputError, Where
@@ -119,9 +120,13 @@ def unnamed(reason: str = "") -> Journal:
 def opened(name: str, key: str) -> Journal:
     """Return the journal `name` of the study `key`, with what is in it; a new one where there is none.
 
-    Raises InputError for the journal of another study, or a file that is none, and OutputError where it cannot be
-    written or another process writes it.
+    Raises InputError for the journal of another study, a damaged one, or a file that is none, and OutputError where it
+    cannot be written or another process writes it.
     """
+    new = not os.path.lexists(name)
+    if not (new or os.path.isfile(name)):
+        message = "this is no regular file, as a journal is; give the table another name"
+        raise InputError(message, where=Where(file=name))
     with output_errors(name):
         file = os.fdopen(os.open(name, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666), "r+b", buffering=0)
     try:
@@ -129,6 +134,8 @@ def opened(name: str, key: str) -> Journal:
         with output_errors(name):
             return Journal(file, name, _read(file, name, key))
     except BaseException:
+        if new and leads_to(name, file) and not os.fstat(file.fileno()).st_size:
+            os.unlink(name)
         file.close()
         raise
 
@@ -153,7 +160,11 @@ def _read(file: BinaryIO, name: str, key: str) -> list[_Part]:
     if begin != first and first.startswith(begin):  # nothing, or a beginning that is torn
         file.seek(0)
         file.truncate()
-        _write(file, first)
+        try:
+            _write(file, first)
+        except OSError:  # nothing of it stays
+            file.truncate(0)
+            raise
         return []
     if begin != first:
         ours = begin.startswith(first[: first.index(key.encode())])
@@ -161,13 +172,21 @@ def _read(file: BinaryIO, name: str, key: str) -> list[_Part]:
         what = other if ours else "is no journal of a study"
         message = f"this file {what}; finish that one, give this one another name, or delete the file"
         raise InputError(message, where=Where(file=name))
-    parts = list(_parts(file, len(first)))
+    parts = list(_parts(file, name, len(first)))
+    ends = sorted((part.first, part.end) for part in parts)
+    if any(after[0] < before[1] for before, after in pairwise(ends)):
+        raise _damaged(name)
     file.truncate(parts[-1].place + parts[-1].size if parts else len(first))
     return parts
 
 
-def _parts(file: BinaryIO, place: int) -> Iterator[_Part]:
-    """Yield the parts that are whole."""
+def _damaged(name: str) -> InputError:
+    message = "this journal is damaged; delete it, so that its runs are done again, or give the table another name"
+    return InputError(message, where=Where(file=name))
+
+
+def _parts(file: BinaryIO, name: str, place: int) -> Iterator[_Part]:
+    """Yield the parts that are whole; the last one may be torn. Raises InputError for a journal that is damaged."""
     size = os.fstat(file.fileno()).st_size
     while place + _HEAD.size <= size:
         file.seek(place)
@@ -177,8 +196,13 @@ def _parts(file: BinaryIO, place: int) -> Iterator[_Part]:
             return
         content = file.read(length)
         if _checksum(content) != checksum:
+            if place + length < size:
+                raise _damaged(name)
             return
-        rows = Rows.from_bytes(content)
+        try:
+            rows = Rows.from_bytes(content)
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
+            raise _damaged(name) from None
         yield _Part(rows.first, rows.first + len(rows), rows.names, place, length)
         place += length
 

@@ -66,10 +66,12 @@ class Rows:
         """Return what `as_bytes` gave."""
         head, _, numbers = content.partition(b"\n")
         about = json.loads(head)
-        names, count = tuple(about["names"]), about["count"]
+        names, count, first = tuple(about["names"]), about["count"], about["first"]
+        if not (type(first) is type(count) is int and first >= 0 and all(isinstance(name, str) for name in names)):
+            raise ValueError("rows are numbered from 0 on, and columns have names")
         texts = {name: [column.get(str(k), "") for k in range(count)] for name, column in about["texts"].items()}
         found = np.frombuffer(numbers, dtype="<f8").reshape(count, len(names)).astype(float)
-        return cls(about["first"], names, found, texts)
+        return cls(first, names, found, texts)
 
 
 Span = tuple[int, int]

@@ -30,11 +30,8 @@ class _WrongReduceError(Exception):
     """There is no run of which `reduce` makes a row."""
 
 
-class InterruptedStudy(KeyboardInterrupt):
-    """Ctrl-C ended a study; it says what is kept."""
-
-
 Counted = Callable[[int, int], None]
+_NOTHING_KEPT: Final = "no run is kept: a study with output= keeps those that are done"
 _TRIED: Final = 20
 """Runs after which a `reduce` that has failed for all is taken to be wrong."""
 
@@ -107,7 +104,7 @@ def _done(
         error.message += journal.told
         raise
     except KeyboardInterrupt:
-        raise InterruptedStudy(journal.told.removeprefix("; ")) from None
+        raise KeyboardInterrupt(journal.told.removeprefix("; ") or _NOTHING_KEPT) from None
     finally:
         journal.close()
 

@@ -20,6 +20,7 @@ from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import VelocityRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
@@ -123,7 +124,16 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
             f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
-    return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+    told = f"constraint {what} cannot be satisfied {when}"
+    row = mechanism.rows[failure.component] if failure.component is not None else None
+    if isinstance(row, VelocityRow):
+        named = {leaf.data[1] for leaf in leaves([row.zero], "slot") if leaf.data[0] == "u"}
+        names = [speed.name for k, speed in enumerate(mechanism.speeds) if k in named]
+        return (
+            f"{told}: it acts on every speed that it names ({', '.join(names)}), as all constraints do, and the forces "
+            "that this takes grow beyond what a step can follow; it is no equation of a state of its own"
+        )
+    return f"{told}: the mechanism comes to a position that it cannot pass"
 
 
 def _not_finite(run: Trajectory, time: float) -> str:
