@@ -156,7 +156,7 @@ def test_derivations_are_whole_documents(method: str) -> None:
     html = derivation_html(found, steps=True)
     assert html.startswith("<!DOCTYPE html>")
     assert html.count("<math ") == html.count("</math>")
-    assert f'<msub><mover><mi>x</mi><mo {ABOVE}>..</mo></mover><mrow><mn>1</mn></mrow></msub>' in html
+    assert f'<msub><mover><mi>x</mi><mo {ABOVE}>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>' in html
 
 
 def test_command_writes_documents(capsys: pytest.CaptureFixture[str]) -> None:

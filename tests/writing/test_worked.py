@@ -158,7 +158,7 @@ def test_html_is_a_page_that_needs_nothing_beside_it(name: str) -> None:
 def test_html_of_an_equation() -> None:
     html = worked_html(steps(ATWOOD))
     mass = "<msub><mi>m</mi><mrow><mn>1</mn></mrow></msub>"
-    acceleration = f'<msub><mover><mi>y</mi><mo {ABOVE}>..</mo></mover><mrow><mn>1</mn></mrow></msub>'
+    acceleration = f'<msub><mover><mi>y</mi><mo {ABOVE}>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>'
     assert f'{mass}<mspace width="0.17em"/>{acceleration}</math>' in html
     assert '<math displaystyle="true"><mo>=</mo> <mi>T</mi></math>' in html
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -92,6 +92,12 @@ class Sheet:
         """How far things without a size are displaced on the page."""
         seen = self.projection
         return settled(self.scene, self.home, np.array(seen.right), np.array(seen.up), seen.scale)
+
+    def moved(self, placed: Placed) -> Sheet:
+        """Return the sheet of another instant, on which things without a size are displaced as on this one."""
+        found = replace(self, placed=placed)
+        found.__dict__["settled"] = self.settled  # as the cached property would have it
+        return found
 
     @cached_property
     def span(self) -> Floats:

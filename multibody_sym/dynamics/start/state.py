@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, partial
+from itertools import chain, combinations, islice
 from typing import Final
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
@@ -43,6 +44,8 @@ _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
 }
+_BLAMED: Final = 64
+"""Sets of elements that are tried for a smallest one without a state."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +69,25 @@ class StartState:
         """The mode at the start. Raises NoSolutionError where there is none."""
         if not self.modes:
             assert self.found is not None
+            blamed = self._blamed()
+            names = f" ({', '.join(x.name for x in blamed)})" if len(blamed) > 1 else ""
             raise NoSolutionError(
-                f"at the start {self.found.why_none}{'' if self.found.proved else _BEYOND}",
-                where=Where(path=self.declared.one_way[0].path),
+                f"at the start {self.found.why_none}{'' if self.found.proved else _BEYOND}{names}",
+                where=Where(path=blamed[0].path),
                 number="N107",
             )
         return self.modes[0]
+
+    def _blamed(self) -> Sequence[OneWay]:
+        """Return a smallest set of elements that close of which the laws leave no state; all after many attempts."""
+        assert self.posed is not None
+        closed = [x for x in self.posed.elements if x.unilateral]
+        rows = rows_at(self.declared.relative or self.declared, self.begin)
+        sets = chain.from_iterable(combinations(closed, size) for size in range(1, len(closed) + 1))
+        for some in islice(sets, _BLAMED):
+            if not _found(posed(rows, [x.name for x in some])).states:
+                return some
+        return closed or self.declared.one_way
 
     @cached_property
     def mechanism(self) -> Mechanism:

@@ -96,7 +96,7 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
 def _with_joints(acting: _Acting) -> Mode:
     """Return the mode in which what rests exerts nothing, or its limit, where other rows hold it at rest as well.
 
-    Friction in joints then exerts nothing; a rope on one of several rough wheels perhaps its limit.
+    Which parts hold is tried in turn: at a corner of what the laws allow all others exert their limit.
     """
     from multibody_sym.dynamics.laws.judgement import fulfils
     from multibody_sym.dynamics.laws.mode_solve import solve_mode
@@ -104,23 +104,29 @@ def _with_joints(acting: _Acting) -> Mode:
     from multibody_sym.dynamics.laws.search import modes_of
 
     law = acting.problem.problem
-    loose = _loose(acting)
     mu = np.array([part.static if part.rests else part.kinetic for part in law.parts])
     problem = scaled(law)
     begun: Modes = modes_of(problem, acting.state.mode)
-    for how in product(*loose.values()):
-        carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
-        for number, slip in zip(loose, how, strict=True):
-            modes.slips[number] = slip
-            carrying[list(law.parts[number].rows)] = False
-        if loose and fulfils(problem, solve_mode(problem, modes, mu, carrying)):
-            names = (acting.problem.parts[number].name for number in loose)
-            return replace(acting.mode, carried=dict(zip(names, how, strict=True)))
+    for first in range(len(law.parts)):
+        loose = _loose(acting, first)
+        for how in product(*loose.values()):
+            carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
+            for number, slip in zip(loose, how, strict=True):
+                modes.slips[number] = slip
+                carrying[list(law.parts[number].rows)] = False
+            if loose and fulfils(problem, solve_mode(problem, modes, mu, carrying)):
+                names = (acting.problem.parts[number].name for number in loose)
+                return replace(acting.mode, carried=dict(zip(names, how, strict=True)))
+        if not loose:
+            break
     return acting.mode
 
 
-def _loose(acting: _Acting) -> dict[int, tuple[int, ...]]:
-    """Return the numbers of parts at rest whose rows depend on others, with what each may exert (`_ways`)."""
+def _loose(acting: _Acting, first: int) -> dict[int, tuple[int, ...]]:
+    """Return the numbers of parts at rest whose rows depend on others, with what each may exert (`_ways`).
+
+    The part of number `first` holds before the others that might.
+    """
     posed, law, slips = acting.problem, acting.problem.problem, acting.state.mode.slips
     element = {part.name: x for x in posed.elements for part in x.frictions}
     free = {part.name for part in posed.parts if len(element[part.name].normals) > 1}
@@ -129,7 +135,9 @@ def _loose(acting: _Acting) -> dict[int, tuple[int, ...]]:
     kept += [place for one in acting.parts(resting=True) if one.part.name not in free for place in one.rows]
     acting_too = {x.name for x in acting.elements()}
     loose: dict[int, tuple[int, ...]] = {}
-    for number, (part, of_part) in enumerate(zip(posed.parts, law.parts, strict=True)):
+    count = len(law.parts)
+    for number in (*range(first, count), *range(first)):
+        part, of_part = posed.parts[number], law.parts[number]
         own = element[part.name]
         if part.name not in free or not of_part.rests or slips[number] != STICKS or part.enough:
             continue
@@ -140,7 +148,8 @@ def _loose(acting: _Acting) -> dict[int, tuple[int, ...]]:
             kept = trial
             continue
         sense = -1 if float(acting.state.z[of_part.rows[0]]) > 0.0 else 1
-        loose[number] = (sense, 0, -sense) if own.unilateral and len(loose) < _MOST else (0,)
+        few = len(part.rows) == 1 and len(loose) < _MOST
+        loose[number] = ((sense, 0, -sense) if own.unilateral else (0, sense, -sense)) if few else (0,)
     return loose
 
 

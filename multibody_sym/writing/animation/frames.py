@@ -118,13 +118,17 @@ def frames_of(run: Samples) -> Frames:
 
 def strand_points(along: Sequence[PlacedStrand]) -> Floats:
     """Return points along a strand at each instant (m, n, 3), arcs on wheels as short lines."""
-    each = [_points_of(placed) for placed in along]
+    return alike([_points_of(placed) for placed in along])
+
+
+def alike(each: Sequence[Floats]) -> Floats:
+    """Return lines (n, dimensions) with the same number of points, as many as the longest list has."""
     most = max(len(points) for points in each)
     return np.array([points if len(points) == most else _resampled(points, most) for points in each])
 
 
 def _resampled(points: Floats, count: int) -> Floats:
-    """Return as many points along a line as are asked for (count, 3)."""
+    """Return as many points along a line as are asked for (count, dimensions)."""
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     at = np.linspace(0.0, way[-1], count)
     return np.column_stack([np.interp(at, way, column) for column in points.T])

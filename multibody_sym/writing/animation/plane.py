@@ -19,8 +19,8 @@ from multibody_sym.drawing.style import ROPE
 from multibody_sym.drawing.svg import elements, escaped, number
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Face
-from multibody_sym.scene.items import Anchor
-from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
+from multibody_sym.scene.items import Anchor, PlacedStrand
+from multibody_sym.writing.animation.frames import Frames, alike, side_by_side, strand_points
 from multibody_sym.writing.animation.names import lines_on_page, names_on_page, rule
 from multibody_sym.writing.animation.packing import packed, short
 
@@ -54,7 +54,9 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     width, height = corners.max(axis=0) + shift + margin
     view = _WINDOW if follows else (width, height)
     poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
-    lines = [projection.page(strand_points(along)) for along in zip(*(p.strands for p in frames.placed), strict=True)]
+    home = frames.placed[0]
+    sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+    lines = [_line(frames, sheet, k) for k in range(len(home.strands))]
     rows = len(frames.times)
     data = {
         "poses": packed(side_by_side(poses, rows)),
@@ -67,8 +69,6 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "traces": [_trace(frames, projection, each, height) for each in traces],
     }
     if len(frames.scene.bodies) <= MOST_NAMED:
-        home = frames.placed[0]
-        sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
         data["names"] = names_on_page(frames.scene, sheet, height)
         data |= {"lines": lines_on_page(frames.scene, sheet, height), "rule": rule()}
     head = (
@@ -123,6 +123,21 @@ def _page_poses(frames: Frames, projection: Projection, body: int) -> Floats:
     across = poses[0, :, :3].T @ np.array(projection.right)
     ways = projection.page(poses[:, :, :3] @ across)
     return np.column_stack([places, np.arctan2(ways[:, 1], ways[:, 0])])
+
+
+def _line(frames: Frames, sheet: Sheet, number_: int) -> Floats:
+    """Return points of a strand on the page at each instant (m, n, 2); a rope as figures lay it round what it meets."""
+    along = [placed.strands[number_] for placed in frames.placed]
+    if _is_rope(along[0]):
+        marks = [next(strand_marks(sheet.moved(p), s), None) for p, s in zip(frames.placed, along, strict=True)]
+        if all(isinstance(mark, Stroke) for mark in marks):
+            return alike([np.asarray(mark.points, dtype=float) for mark in marks if isinstance(mark, Stroke)])
+    found: Floats = sheet.projection.page(strand_points(along))
+    return found
+
+
+def _is_rope(placed: PlacedStrand) -> bool:
+    return placed.strand.kind in _ROPES or placed.strand.rope is not None
 
 
 def _pieces(lines: list[Floats]) -> list[list[int]]:
@@ -180,7 +195,7 @@ def _between_bodies(frames: Frames, projection: Projection, lines: list[Floats])
         placed = frames.placed[_longest(line)]
         strand = placed.strands[number_]
         marks = list(strand_marks(Sheet(frames.scene, placed, placed, projection), strand))
-        if strand.strand.kind in _ROPES or strand.strand.rope is not None:
+        if _is_rope(strand):
             yield from ((("rope", number_), mark) for mark in marks[:1])
         else:
             yield from ((("strand", number_), mark) for mark in marks)

@@ -13,9 +13,9 @@ from typing import Final
 from multibody_sym.expressions.letters import GREEK
 
 SPACE: Final = '<mspace width="0.17em"/>'
-DOTS: Final = {"dot": ".", "ddot": ".."}
+DOTS: Final = {"dot": "&#x2D9;", "ddot": "&#xA8;"}
 ABOVE: Final = 'style="math-depth:0;padding-bottom:0.1em"'
-"""How dots are set: as large as full stops, with a gap to their letter."""
+"""How dots are set: in full size, with a gap to their letter."""
 _TOKEN: Final = re.compile(r"\\[A-Za-z]+ ?|\\.|[0-9.]+|.", re.DOTALL)
 _SIGNS: Final = {"partial": "&#x2202;", "varphi": "&#x3C6;", "infty": "&#x221E;"}
 _SPACES: Final = (r"\,", r"\ ", r"\;")
