@@ -18,6 +18,7 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows, least_missed, moved
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import DistanceRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import contradiction
 from multibody_sym.numerics.rank import CLOSED, rank
@@ -31,10 +32,14 @@ _SEED: Final = 5
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Positions of rows that cannot hold together, and what of the motion does not exist on their account."""
+    """Positions of rows that cannot hold together, and what of the motion does not exist on their account.
+
+    `off`: by how much the last row is missed where all are missed least.
+    """
 
     rows: tuple[int, ...]
     missing: str
+    off: float = 0.0
 
     def error(self, mechanism: Mechanism, when: str) -> NoSolutionError:
         """Return the error that names the rows."""
@@ -44,7 +49,10 @@ class Contradiction:
         """Return which rows contradict each other and what to do."""
         names = [mechanism.rows[k].name for k in self.rows]
         if len(names) == 1:
-            return f"constraint {names[0]} asks {when} for what nothing can move; correct it, or leave it out"
+            off = ""
+            if isinstance(mechanism.rows[self.rows[0]], DistanceRow) and self.missing == "positions":
+                off = f": its ends are {abs(self.off):.6g} m too {'near' if self.off > 0.0 else 'far apart'}"
+            return f"constraint {names[0]} asks {when} for what nothing can move{off}; correct it, or leave it out"
         listed = f"{', '.join(names[:-1])} and {names[-1]}"
         return (
             f"constraints contradict each other {when}: no {self.missing} satisfy {listed} together, though they do "
@@ -73,7 +81,7 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) 
         size = max(1.0, float(np.square(u).max(initial=0.0)), float(np.abs(wanted).max(initial=0.0)))
         found = contradiction(jacobian, wanted.astype(float), allowed * size)
         if found and (rank is not None or _lasts(rows, closest, jacobian, found)):
-            return Contradiction(tuple(rows.active[k] for k in found), missing)
+            return Contradiction(tuple(rows.active[k] for k in found), missing, float(wanted[found[-1]]))
     return None
 
 

@@ -280,6 +280,11 @@ class Friction(Element):
     `regularised`: a speed (m/s, of what turns at its radius) below which friction is smooth, so that nothing sticks.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {
+        "on": "; a joint rubs: joint: NAME; where bodies touch, their contact has static and kinetic",
+        "mu": "; did you mean static?",
+    }
+
     joint: str = holds(Text(), says="the joint that rubs", such="guide")
     static: Coefficient | None = holds(
         CoefficientField(), None, says="coefficient of friction at rest, or enough: it never slips", such="0.4"

@@ -82,7 +82,10 @@ _DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 def _parameter(tree: Mapping[str, Any]) -> Parameter:
     content, value = dict(tree), tree["value"]
     if value is None or is_text(value, ""):
-        raise ModelError("a parameter needs a sample value", number="M102")
+        raise ModelError(
+            "a parameter needs a sample value; numbers have a decimal point, 9.81, as a comma begins the next entry",
+            number="M102",
+        )
     if isinstance(value, str):
         content["value"], dimension = parse_scalar(value)
         if dimension is not None:

@@ -33,6 +33,8 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
 """What an element begins to do, and the words of the states in which it does: a rope closes as it becomes taut."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
 _STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(VERBS)})\s*")
+_TWO_WORDS: Final = re.compile(r"\s*([A-Za-z][\w.]*)\s+(?!and\b|or\b)([A-Za-z]+)\s*")
+"""What is written as a state, whatever its second word."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,11 @@ def state_condition(value: Any) -> StateCondition | None:
     if isinstance(value, StateCondition):
         return value
     found = _STATED.fullmatch(value) if isinstance(value, str) else None
+    if found is None and isinstance(value, str) and (other := _TWO_WORDS.fullmatch(value)) is not None:
+        raise ModelError(
+            f"{other[2]!r} is no word for a state of {other[1]}; the words are {', '.join(VERBS)}",
+            number="M106",
+        )
     return None if found is None else StateCondition(*found.groups())
 
 

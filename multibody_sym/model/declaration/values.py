@@ -110,8 +110,9 @@ class Vector:
     def accept(self, value: Any) -> tuple[Node, Node, Node]:
         items = listed(value)
         if items is None or len(items) != 3:
+            along = f"; along x it is [{value}, 0, 0]" if isinstance(value, (int, float, str)) else ""
             raise ModelError(
-                f"expected a list of three numbers or expressions, got {_counted(value, items)}", number="M103"
+                f"expected a list of three numbers or expressions, got {_counted(value, items)}{along}", number="M103"
             )
         x, y, z = (content_of(i, component, Scalar(self.unit)) for i, component in enumerate(items))
         return x, y, z

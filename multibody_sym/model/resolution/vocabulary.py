@@ -204,6 +204,12 @@ def _declared(system: System) -> Iterator[Written]:
     yield from (each for each in expressions(system) if each.path[0] != "joints" or each.path[1] not in feet)
 
 
+def _speed_meant(name: str, known: Mapping[str, str]) -> str:
+    """Return the speed that a name such as phi_dot or dphi means, the empty text where it means none."""
+    means = (name.removesuffix("dot").removesuffix("_"), name.removeprefix("d"), name.removeprefix("v_"))
+    return next((f"u_{x}" for x in means if x != name and f"u_{x}" in known), "")
+
+
 def _verify_leaves(
     node: Node, allowed: tuple[str, ...], names: Mapping[str, str], own: str | None, hint: str = ""
 ) -> None:
@@ -212,7 +218,9 @@ def _verify_leaves(
         if leaf.data not in names:
             fitting = [name for name, what in names.items() if what in allowed and name != own]
             none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
-            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, fitting) or none}", number="M107")
+            speed = _speed_meant(leaf.data, names)
+            advice = f"; did you mean {speed}, the speed?" if speed else suggestion(leaf.data, fitting) or none
+            raise ModelError(f"{leaf.data!r} is not declared{advice}", number="M107")
         if names[leaf.data] not in allowed:
             may = f"here an expression names {_listed(allowed)} only"
             varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
