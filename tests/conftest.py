@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from multibody_sym.runtime import compiler
+from quick_compiler import compile_soon
 
 SHORT = frozenset({"expressions", "numerics", "scalars"})
 """Folders whose tests take milliseconds each."""
@@ -48,18 +47,7 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def models_compiled_soon() -> Iterator[None]:
-    """Let the compiler not optimise models, which takes two thirds of its time and changes no bit of what they compute.
-
-    What all models share is optimised as ever, and so are models of commands in processes of their own.
-    """
-    compiled = compiler._Build._compile
-
-    def compiled_soon(build: compiler._Build, units: Sequence[str]) -> None:
-        flags = build.compiler.flags
-        if list(units) == ["model"] and "-ffp-contract=off" in flags:
-            build = replace(build, compiler=replace(build.compiler, flags=(*flags, "-O0")))
-        compiled(build, units)
-
+    """Compile models of this process soon; commands in processes of their own optimise them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler._Build, "_compile", compiled_soon)
+        compile_soon(patch)
         yield
