@@ -18,6 +18,7 @@ from multibody_sym.answers.in_letters.formulas import Lettered
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.symbolic_start import begins_along, declared_state, with_directions
 from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
@@ -37,8 +38,8 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.driving_inputs import with_named_outputs
-from multibody_sym.numerics.arrays import UNDEFINED
-from multibody_sym.numerics.rank import ALIKE, idle, least_squares, rank
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
@@ -383,18 +384,7 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
         )
 
 
-def undetermined(dynamics: TreeDynamics, found: Accelerations) -> Sequence[Any]:
-    """Return the changes of the multipliers that exert nothing: C^T change = 0, D change = 0, where C is H for most."""
-    friction = dynamics.friction
-    if int(found.report[0]) == len(found.multipliers):
-        return []
-    jacobian = np.array(dynamics.constraint_jacobian, dtype=float)
-    if friction is not None:
-        exerted, coupling = (np.array(x, dtype=float) for x in (friction.exerts, friction.coupling))
-        jacobian = np.hstack([exerted, coupling.T])
-    lengths = np.linalg.norm(jacobian, axis=1)
-    lengths[lengths == 0.0] = 1.0
+def undetermined(dynamics: TreeDynamics, found: Accelerations) -> list[Floats]:
+    """Return changes (s) of the multipliers, as large as these, that change no motion."""
     size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
-    unit = jacobian / lengths[:, None]
-    known = int(found.report[0]) if friction is None else rank(unit, ALIKE)
-    return [size * change / lengths for change in idle(unit, known)]
+    return [size * combination for combination in idle_combinations(dynamics)]

@@ -48,7 +48,8 @@ def sums(instant: Instant, several: Collection[Component], touching: Motion) -> 
     }
     if not asked:
         return {}
-    names, idle = idle_combinations(composite_body(touching.mechanism, touching.state))
+    dynamics = composite_body(touching.mechanism, touching.state)
+    names, idle = dynamics.row_names, idle_combinations(dynamics)
     acting = OneWayForces(instant.motion, instant.multipliers)
     found = {}
     for name, corners in asked.items():

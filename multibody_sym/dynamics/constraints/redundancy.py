@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -14,7 +15,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.dependence import NEGLIGIBLE, Dependence, dependence, support
+from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
 from multibody_sym.numerics.rank import rank as rank_of
 
@@ -24,42 +25,44 @@ _SHARE: Final = 0.1
 def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     """Return the rank of the rows at a state over floats, judged as the solver judges it (H G^-1 with M = G^T G).
 
-    Multipliers are not unique where a combination of them exerts nothing on the system: rows with a share in one, and
-    joints that it loads.
+    Rows that have a share in an idle combination of multipliers, and joints that it loads, have forces that are not
+    unique.
     """
-    dynamics = restricting(dynamics)
-    if not dynamics.rows:
+    restrict = restricting(dynamics)
+    if not restrict.rows:
         return Redundancy(0, (), ())
-    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
-    found, names = dependence(matrix), dynamics.row_names
-    idle = _idle(matrix, found)
-    shared = {k for circuit in found.circuits for k in support(circuit)}
+    found = dependence(_weighted(restrict, constraint_jacobian(restrict.rows)))
+    idle, names = idle_combinations(dynamics), dynamics.row_names
+    shared = {k for combination in idle for k in support(combination)}
     loaded = _ambiguous(motion, dynamics, idle)
     of_joints = {k for cut in motion.mechanism.cuts for k in cut.rows}
     joints = [body.joint_name for body in motion.mechanism.bodies if body.joint_name in loaded]
     doubles = doubles_of(motion.mechanism)
     return Redundancy(
         found.rank - sum(doubles.values()),
-        tuple(names[k] for k in found.left_over),
+        tuple(restrict.row_names[k] for k in found.left_over),
         (*(names[k] for k in sorted(shared)), *joints),
-        tuple(tuple(names[k] for k in support(circuit)) for circuit in found.circuits),
+        tuple(tuple(restrict.row_names[k] for k in support(circuit)) for circuit in found.circuits),
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
         doubles,
     )
 
 
-def idle_combinations(dynamics: TreeDynamics) -> tuple[tuple[str, ...], list[Floats]]:
-    """Return the names of the rows that restrict motion, and combinations of their multipliers that exert nothing."""
-    dynamics = restricting(dynamics)
+def idle_combinations(dynamics: TreeDynamics) -> list[Floats]:
+    """Return combinations y (s) of multipliers, of length one, that exert nothing and define no other: C^T y = D y = 0.
+
+    Multipliers and what hangs on them are unique where no such combination changes them. C is H for rows without
+    friction, D their coupling; rows that define a force are as long as what its unit exerts.
+    """
     if not dynamics.rows:
-        return (), []
-    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
-    return dynamics.row_names, _idle(matrix, dependence(matrix))
-
-
-def _idle(matrix: Floats, found: Dependence) -> list[Floats]:
-    """Return the combinations of the rows of a matrix that vanish, of length one."""
-    return [_unit(circuit / scaled_rows(matrix)[0]) for circuit in found.circuits]
+        return []
+    friction = dynamics.friction
+    exerted = _weighted(dynamics, [row.forces for row in dynamics.rows])
+    if friction is not None:
+        lengths = scaled_rows(exerted)[0]
+        exerted = np.hstack([exerted, np.array(friction.coupling, dtype=float).T * lengths])
+    lengths = scaled_rows(exerted)[0]
+    return [_unit(circuit / lengths) for circuit in dependence(exerted).circuits]
 
 
 def restricting(dynamics: TreeDynamics) -> TreeDynamics:
@@ -102,9 +105,9 @@ def approximate_rank(dynamics: TreeDynamics) -> int:
     return rank_of(matrix, CLOSED)
 
 
-def _weighted(dynamics: TreeDynamics, jacobian: Floats) -> Floats:
-    """Return H G^-1 (s x n)."""
-    return np.array([dynamics.factors.weighted(row) for row in jacobian.tolist()], dtype=float)
+def _weighted(dynamics: TreeDynamics, rows: Iterable[Sequence[float]]) -> Floats:
+    """Return H G^-1 (s x n), for rows H or what they exert."""
+    return np.array([dynamics.factors.weighted(list(map(float, row))) for row in rows], dtype=float)
 
 
 def _unit(combination: Floats) -> Floats:
