@@ -19,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -94,8 +95,8 @@ def of_a_sweep(system: mbs.System) -> None:
     loop = watched(task.prepared, parameters={"m1": 1.5})
     with tempfile.TemporaryDirectory() as folder:
         for size in (1, 32, 320):
-            journal = opened(f"{folder}/{size}", task.key)
-            work = lambda n=size, kept=journal: kept.add(task.rows(0, n))  # noqa: E731
+            journal = opened(f"{folder}/{size}", task.key, ROUNDS * 320)
+            work = lambda n=size, kept=journal: kept.add(replace(task.rows(0, n), first=len(kept)))  # noqa: E731
             whole, inside = least(work, loop, max(10, ROUNDS // size))
             told = f"{whole / inside:.3f} loops, {1e6 * (whole - inside) / size:.1f} us a run beside it"
             print(f"sweep, parts of {size}: {told}")

@@ -1,8 +1,7 @@
-"""Rows of a study: what was found of runs with consecutive numbers, as bytes too."""
+"""Rows of a study: what was found of runs with consecutive numbers."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
@@ -54,24 +53,6 @@ class Rows:
             return np.full(len(self), np.nan)
         found: Floats = self.numbers[:, self.names.index(name)]
         return found
-
-    def as_bytes(self) -> bytes:
-        """Return the rows as bytes: a line of JSON and the numbers."""
-        texts = {name: {k: text for k, text in enumerate(column) if text} for name, column in self.texts.items()}
-        head = json.dumps({"first": self.first, "count": len(self), "names": self.names, "texts": texts})
-        return head.encode() + b"\n" + np.ascontiguousarray(self.numbers, dtype="<f8").tobytes()
-
-    @classmethod
-    def from_bytes(cls, content: bytes) -> Rows:
-        """Return what `as_bytes` gave."""
-        head, _, numbers = content.partition(b"\n")
-        about = json.loads(head)
-        names, count, first = tuple(about["names"]), about["count"], about["first"]
-        if not (type(first) is type(count) is int and first >= 0 and all(isinstance(name, str) for name in names)):
-            raise ValueError("rows are numbered from 0 on, and columns have names")
-        texts = {name: [column.get(str(k), "") for k in range(count)] for name, column in about["texts"].items()}
-        found = np.frombuffer(numbers, dtype="<f8").reshape(count, len(names)).astype(float)
-        return cls(first, names, found, texts)
 
 
 Span = tuple[int, int]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from itertools import takewhile
@@ -10,14 +11,14 @@ from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
 from multibody_sym.formats.files import is_special, path_name
-from multibody_sym.model.declaration.doors import callback, flag
+from multibody_sym.model.declaration.doors import callback, flag, text
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.simulate import run_by
 from multibody_sym.studies import tables
 from multibody_sym.studies.axes import axes_of, digits
-from multibody_sym.studies.functions import UntoldError
 from multibody_sym.studies.journal import ENDING, Journal, opened, unnamed
 from multibody_sym.studies.plan import plan_of
 from multibody_sym.studies.rows import FAILURE
@@ -26,12 +27,17 @@ from multibody_sym.studies.task import REDUCE_FAILED, Reduce, Task
 from multibody_sym.studies.workers import crew, processors
 
 
+class StudyNotice(UserWarning):
+    """A study that is killed begins anew: nothing names what its `reduce` computes."""
+
+
 class _WrongReduceError(Exception):
     """There is no run of which `reduce` makes a row."""
 
 
 Counted = Callable[[int, int], None]
 _NOTHING_KEPT: Final = "no run is kept: a study with output= keeps those that are done"
+_KEYLESS: Final = "give key=, a text that names what reduce computes, and the same call goes on from its runs"
 _TRIED: Final = 20
 """Runs after which a `reduce` that has failed for all is taken to be wrong."""
 
@@ -44,6 +50,7 @@ def sweep(
     seed: int | None = None,
     sobol: bool = False,
     reduce: Reduce | None = None,
+    key: str | None = None,
     output: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
@@ -71,9 +78,9 @@ def sweep(
     with `sample`, so many of them, drawn from a `seed` independently or evenly (`sobol`), from ranges (low, high) too.
     `reduce`: a function from a Trajectory to a map of numbers, the columns of the table; without it these are end, min
     and max of each coordinate, speed and output, and what happened. `output`: the table, .csv, .npz or .parquet; rows
-    are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed. The same
-    is a `reduce` with the same code that holds the same values (captured, defaults, state, globals of its own module);
-    one that holds what cannot be told, such as an open file, keeps none.
+    are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed.
+    `key`: a text that names what `reduce` computes; where `reduce` changes, so does `key`. Without one no row of
+    `reduce` is kept, which a warning says.
     `workers`: threads, by default one a processor; `executor`: any of concurrent.futures in their place, such as Dask's
     `Client.get_executor()`, to which the system and `reduce` are sent pickled. `on_progress` is called with the number
     of runs that are done, and that of all. `t_end` .. `backend`: as for `simulate`.
@@ -86,14 +93,15 @@ def sweep(
     plan = plan_of(axes_of(asked, vary), sample, seed, flag("sobol", sobol))
     task = Task(asked, plan, callback("reduce", reduce), formalism, flag("native", native), backend)
     task.verify()
-    return _done(task, output, _workers(workers), _executor(executor), callback("on_progress", on_progress))
+    named = _key(key, reduce)
+    return _done(task, named, output, _workers(workers), _executor(executor), callback("on_progress", on_progress))
 
 
 def _done(
-    task: Task, output: Any, workers: int, executor: Executor | None, on_progress: Counted | None
+    task: Task, key: str, output: Any, workers: int, executor: Executor | None, on_progress: Counted | None
 ) -> Study:
     """Return the study when all its runs are done, those in its journal before."""
-    journal = _journal(output, task)
+    journal = _journal(output, task, key)
     try:
         computed = _computed(task, journal, workers, executor, on_progress)
         return _study(task, journal, output, computed)
@@ -155,8 +163,8 @@ def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
     return Study(task.plan, path, about, computed)
 
 
-def _journal(output: Any, task: Task) -> Journal:
-    """Return the journal of a study: beside its table, or unnamed where there is none, a pipe, or no telling it."""
+def _journal(output: Any, task: Task, key: str) -> Journal:
+    """Return the journal of a study: beside its table, or unnamed where there is none, a pipe, or no key."""
     if output is None:
         return unnamed()
     name = path_name(output)
@@ -165,10 +173,20 @@ def _journal(output: Any, task: Task) -> Journal:
         return unnamed()
     if os.path.isdir(name):
         raise OutputError("the file cannot be written: it is a folder", where=Where(file=name))
-    try:
-        return opened(os.path.realpath(name) + ENDING, task.key)
-    except UntoldError as held:
-        return unnamed(f"reduce holds {held}, which cannot be told from another")
+    if task.reduce is not None and not key:
+        warnings.warn(f"no run is kept until the table is whole: {_KEYLESS}", StudyNotice, stacklevel=5)
+        return unnamed(_KEYLESS)
+    return opened(os.path.realpath(name) + ENDING, digest(task.key, key), len(task.plan))
+
+
+def _key(key: Any, reduce: Reduce | None) -> str:
+    """Return the name of what `reduce` computes; empty where there is none. Raises InputError for one of nothing."""
+    if key is None:
+        return ""
+    if reduce is None or not text("key", key):
+        message = "key names what reduce computes: give it a text, with a reduce"
+        raise InputError(message, where=Where(path=("key",)))
+    return str(key)
 
 
 def _workers(given: Any) -> int:

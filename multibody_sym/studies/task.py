@@ -26,7 +26,6 @@ from multibody_sym.simulation.runs.run import Progressed
 from multibody_sym.simulation.settings import run_settings
 from multibody_sym.simulation.simulate import Prepared
 from multibody_sym.simulation.trajectory import Trajectory
-from multibody_sym.studies.functions import told as function_told
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.rows import Row, Rows
 
@@ -78,11 +77,7 @@ class Task:
 
     @cached_property
     def key(self) -> str:
-        """What tells the study from every other. Raises UntoldError."""
-        return digest(self._key, "" if self.reduce is None else function_told(self.reduce))
-
-    @cached_property
-    def _key(self) -> str:
+        """What tells the runs of the study from those of every other, whatever is kept of them."""
         told = json.dumps(self.about), self.plan.text, str(self.formalism), str(self.backend)
         return digest(*told, str(self.native))
 
@@ -120,12 +115,12 @@ class Task:
     def prepared(self) -> Prepared:
         """The system ready to run, once for each process."""
         with _preparing:
-            found = _prepared.get(self._key)
+            found = _prepared.get(self.key)
             if found is None:
                 found = Prepared(self.system, self.formalism, self.native, self.backend)
                 while len(_prepared) >= _KEPT:
                     _prepared.pop(next(iter(_prepared)))
-                _prepared[self._key] = found
+                _prepared[self.key] = found
             return found
 
     def _row(self, made: Callable[[Progressed], Trajectory], look: Progressed) -> Row:

@@ -114,7 +114,7 @@ def test_a_run_of_which_reduce_makes_nothing_is_a_row_with_its_reason(
     def reduce(run: Any) -> Any:
         return {"x": run.parameters[1]} if run.parameters[1] < 0.7 else wrong(run)
 
-    study = mbs.sweep(system, {"l": [0.5, 0.9, 0.6]}, reduce=reduce, output=tmp_path / "o.csv")
+    study = mbs.sweep(system, {"l": [0.5, 0.9, 0.6]}, reduce=reduce, key="x", output=tmp_path / "o.csv")
     assert study.failures == {1: f"reduce failed: {reason}"}
     assert study["x"][[0, 2]].tolist() == [0.5, 0.6]
     assert np.isnan(study["x"][1])
@@ -128,7 +128,7 @@ def test_a_reduce_that_fails_for_all_of_the_first_runs_ends_the_study(tmp_path: 
         return run["no such column"]
 
     with pytest.raises(InputError, match=r"^reduce failed for l = 0\.5: InputError: .*no such column"):
-        mbs.sweep(system, vary, reduce=wrong, output=out, workers=1)
+        mbs.sweep(system, vary, reduce=wrong, key="wrong", output=out, workers=1)
     assert len(calls) < 2000
     assert list(tmp_path.iterdir()) == []
     found = mbs.sweep(system, {"l": [0.5] * 19 + [0.9] * 2}, reduce=lambda run: {"x": 1 / int(run.parameters[1] > 0.7)})
@@ -293,7 +293,7 @@ def test_names_and_texts_of_a_table_are_no_remarks(tmp_path: Path, system: mbs.S
             raise ValueError('nothing, "#1"')
         return {"#h": 1.0, 'a,"b"': 2.0}
 
-    study = mbs.sweep(system, {"l": [0.5, 0.9]}, reduce=reduce, output=tmp_path / "o.csv")
+    study = mbs.sweep(system, {"l": [0.5, 0.9]}, reduce=reduce, key="x", output=tmp_path / "o.csv")
     assert study.results == ("#h", 'a,"b"')
     frame = pytest.importorskip("pandas").read_csv(tmp_path / "o.csv", comment="#")
     assert list(frame) == ["run", "l", "#h", 'a,"b"', "events", "failure"]
