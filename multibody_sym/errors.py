@@ -53,6 +53,7 @@ class MultibodyError(Exception):
     """What was wrong, where, and what to do; `code` names the kind, `exit_code` ends the command.
 
     `number` is that of its page among those of errors (`multibody-sym explain M101`): of its class, unless it is given.
+    `others` are further mistakes of the same model file, behind this one.
     """
 
     code: ClassVar[str] = "error"
@@ -68,8 +69,14 @@ class MultibodyError(Exception):
             self.number = number
         self.where = where if isinstance(where, Where) else Where()
         self.excerpt = excerpt
+        self.others: tuple[MultibodyError, ...] = ()
 
     def __str__(self) -> str:
+        return "\n".join(each.alone for each in (self, *self.others))
+
+    @property
+    def alone(self) -> str:
+        """The text without the others."""
         text = ": ".join(part for part in (str(self.where), self.message) if part)
         return f"{text}\n{self.excerpt}" if self.excerpt else text
 
@@ -85,9 +92,12 @@ class MultibodyError(Exception):
         return self
 
     def as_json(self) -> dict[str, Any]:
-        """Return the `{"error": ...}` object that `--json` prints."""
-        told = {"code": self.code, "number": self.number, "message": self.message, "where": self.where.as_json()}
-        return {"error": told}
+        """Return the object that `--json` prints: `error`, the first, and `errors`, all of them."""
+        errors = [
+            {"code": each.code, "number": each.number, "message": each.message, "where": each.where.as_json()}
+            for each in (self, *self.others)
+        ]
+        return {"error": errors[0], "errors": errors}
 
 
 class InputError(MultibodyError):

@@ -201,7 +201,8 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
 }
 _ERROR: Final = (
     '{"error": {"code": "model", "number": "M101", "message": "unknown key \'mas\'; did you mean mass?",\n'
-    '           "where": {"file": "pendulum.yaml", "line": 5, "column": 16, "path": "bodies.bob.mas"}}}'
+    '           "where": {"file": "pendulum.yaml", "line": 5, "column": 16, "path": "bodies.bob.mas"}},\n'
+    ' "errors": [..]}'
 )
 
 
@@ -216,7 +217,8 @@ Keys are added freely and never renamed. Numbers are SI; what is not a number is
 ## Errors
 
 {block(_ERROR, "json")}
-`code` is the kind of the error, `number` that of [its page](errors.md), `path` the place in the model.
+`code` is the kind of the error, `number` that of [its page](errors.md), `path` the place in the model. `errors` lists
+all mistakes of a model file in its order; `error` is the first.
 """
     parts = [head]
     for command, keys in OBJECTS.items():

@@ -19,6 +19,8 @@ DEBUG: Final = "MULTIBODY_SYM_DEBUG"
 INTERRUPTED: Final = 130
 INTERNAL: Final = 70
 NO_MEMORY: Final = 4
+_MOST: Final = 20
+"""The most mistakes of a model that are printed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,7 +68,7 @@ def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
     except Shown as shown:
         answer = Answer({"text": shown.text}, shown.text)
     except MultibodyError as error:
-        answer = Answer(error.as_json(), _told(str(error), error.number), error.exit_code)
+        answer = Answer(error.as_json(), _all_told(error), error.exit_code)
     except KeyboardInterrupt as interrupt:
         told = "; ".join(("interrupted", *filter(None, map(str, interrupt.args))))
         answer = _failure("interrupted", "X103", told, INTERRUPTED)
@@ -92,8 +94,16 @@ def _run(words: Sequence[str]) -> Answer:
 
 def _failure(code: str, number: str, message: str, exit_code: int) -> Answer:
     where = {"file": None, "line": None, "column": None, "path": ""}
-    error = {"error": {"code": code, "number": number, "message": message, "where": where}}
-    return Answer(error, message if code == "interrupted" else _told(message, number), exit_code)
+    error = {"code": code, "number": number, "message": message, "where": where}
+    text = message if code == "interrupted" else _told(message, number)
+    return Answer({"error": error, "errors": [error]}, text, exit_code)
+
+
+def _all_told(error: MultibodyError) -> str:
+    """Return an error and the others behind it as people read them, many of them in part."""
+    every = (error, *error.others)
+    more = [f"and {len(every) - _MOST} more"] if len(every) > _MOST else []
+    return "\n".join([*(_told(each.alone, each.number) for each in every[:_MOST]), *more])
 
 
 def _told(message: str, number: str) -> str:

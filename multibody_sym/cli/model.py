@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
-from multibody_sym.dynamics.start.examined import numbers_of
+from multibody_sym.dynamics.start.examined import examined, numbers_of
 from multibody_sym.errors import MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.declaration.system import System
@@ -46,8 +46,7 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
         if option is not None:
             error.where = Where(path=(option,))
         elif error.where.path:
-            with places.shown():
-                raise
+            raise places.with_others(error, lambda part: examined(changed(part, options))) from None
         raise
 
 

@@ -55,13 +55,17 @@ class Token(NamedTuple):
 
 def failure(text: str, column: int, message: str, number: str | None = None) -> ExpressionError:
     """Return the error `message` about `text`; it shows the surroundings of `column` (from 1) with a caret."""
+    error = ExpressionError(_printable(message), excerpt=surroundings(text, column), number=number)
+    error.located(column=column)
+    return error
+
+
+def surroundings(text: str, column: int) -> str:
+    """Return a line of text near `column` (from 1), and a caret below it."""
     start = max(0, column - 1 - _SHOWN_EACH_SIDE)
     stop = column - 1 + _SHOWN_EACH_SIDE
     head, tail = ("..." if start else ""), ("..." if stop < len(text) else "")
-    excerpt = f"  {head}{_printable(text[start:stop])}{tail}\n  {' ' * (len(head) + column - 1 - start)}^"
-    error = ExpressionError(_printable(message), excerpt=excerpt, number=number)
-    error.located(column=column)
-    return error
+    return f"  {head}{_printable(text[start:stop])}{tail}\n  {' ' * (len(head) + column - 1 - start)}^"
 
 
 def _printable(text: str) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
+from multibody_sym.expressions.tokens import surroundings
 from multibody_sym.formats.files import path_name
 from multibody_sym.formats.table_files import with_rows
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
@@ -29,6 +31,7 @@ class Places:
     name: str
     tree: Tree
     tables: tuple[str, ...] = ()
+    has_folder: bool = True
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -36,7 +39,22 @@ class Places:
         try:
             yield
         except MultibodyError as error:
-            raise located(error, self.tree, self.name) from None
+            raise self.all_located(error) from None
+
+    def all_located(self, error: MultibodyError) -> MultibodyError:
+        """Return the error with its place and a line of the file, and those of the others that it carries."""
+        for each in (error, *error.others):
+            located(each, self.tree, self.name)
+        return error
+
+    def with_others(self, error: MultibodyError, verify: Callable[[System], object]) -> MultibodyError:
+        """Return the first mistake of the file, which carries the others; `verify` raises InputError for a system's."""
+        from multibody_sym.model.declaration.mistakes import with_others
+
+        folder = os.path.dirname(self.name) if self.has_folder else None
+        return self.all_located(
+            with_others(error, self.tree.data, lambda data: verify(system_from_tree(with_rows(data, folder)[0])))
+        )
 
 
 def load(path: str | os.PathLike[str]) -> System:
@@ -97,9 +115,14 @@ def _neighbour(name: str) -> str:
 
 def _with_places(tree: Tree, name: str, folder: str | None = None) -> tuple[System, Places]:
     """Return the System and its places; table files are looked for in the `folder`, or not at all."""
-    with Places(name, tree).shown():
+    places = Places(name, tree, has_folder=folder is not None)
+    try:
         data, tables = with_rows(tree.data, folder)
-        return system_from_tree(data), Places(name, tree, tables)
+        return system_from_tree(data), replace(places, tables=tables)
+    except MultibodyError as error:
+        from multibody_sym.model.resolution.resolve import mechanism
+
+        raise places.with_others(error, mechanism) from None
 
 
 def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
@@ -109,6 +132,8 @@ def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
     path = _within(error.where.path, tree)
     place = _place(error, path, tree)
     error.where = Where(name, place.line, place.column, path)
+    if error.excerpt is None and error.where.path:
+        error.excerpt = surroundings(tree.line(place.line), place.column)
     return error
 
 

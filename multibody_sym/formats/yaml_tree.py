@@ -60,8 +60,13 @@ class Tree:
     """
 
     data: Any
+    text: str = field(default="", compare=False)
     keys: dict[Path, Place] = field(default_factory=dict, compare=False)
     values: dict[Path, Place] = field(default_factory=dict, compare=False)
+
+    def line(self, number: int) -> str:
+        """Return a line of the text, counted from 1."""
+        return _LINE_END.split(self.text)[number - 1]
 
 
 def read_bytes(content: bytes, name: str) -> Tree:
@@ -130,7 +135,7 @@ class _TreeBuilder:
         after = self.next()
         if isinstance(after, DocumentStartEvent):
             raise self.error(after.start_mark, "a second document starts here; a model file holds one")
-        return Tree(data, self.keys, self.values)
+        return Tree(data, self.text, self.keys, self.values)
 
     def error(self, mark: Any, message: str) -> InputError:
         return _error(self.name, Place(mark.line + 1, mark.column + 1) if mark else Place(1, 1), message)

@@ -7,6 +7,7 @@ import json
 import random
 import re
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -16,6 +17,7 @@ from hostile import PAYLOADS, YAML_PAYLOADS, mutated, progress, watched
 from multibody_sym.errors import InputError
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.formats.writer import dumps
+from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.resolution.resolve import mechanism
 
 VALUES = [
@@ -90,11 +92,19 @@ def complaints(path: Path, content: bytes) -> tuple[int, list[str]]:
     return 1, []
 
 
+def completed(kind: type[Element]) -> None:
+    """Complete every class of elements, which happens when it is first used: words that are mended may use any."""
+    for cls in kind.__subclasses__():
+        fields(cls)
+        completed(cls)
+
+
 def main(note_file: str, seed: int, count: int, *files: str) -> None:
     models = [Path(file).read_text(encoding="utf-8") for file in files]
     path = Path(note_file).with_name("model.yaml")
     for text in [*models, "multibody_sym: 1\nnam: x", "multibody_sym: 1\nname: x\nparameters: {a: sine(1)}"]:
         complaints(path, text.encode())  # what is imported on first use is imported now
+    completed(Element)
     events: list[str] = []
     read, wrong, cases = 0, [], 0
     payloads = [text.encode("utf-8", "surrogatepass") for text in YAML_PAYLOADS]

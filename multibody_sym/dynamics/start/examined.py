@@ -17,7 +17,9 @@ from multibody_sym.dynamics.start.mass_jumps import verify_mass_laws
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
-from multibody_sym.errors import ExpressionError, ModelError, Where, at
+from multibody_sym.errors import ExpressionError, InputError, ModelError, Where, at
+from multibody_sym.model.declaration.file_tree import system_from_tree, tree_from_system
+from multibody_sym.model.declaration.mistakes import with_others
 from multibody_sym.model.declaration.system import System, Written, expressions
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.parameters import Source
@@ -40,7 +42,7 @@ def examined(system: System) -> Mechanism:
     that jumps or passes every bound before the end of the run.
     """
     with numbers_of(system):
-        resolved = mechanism(system)
+        resolved = _resolved(system)
         base = resolved.relative or resolved
         parameters = parameter_values(base, {})
         _verify_finite(expressions(system), _parameters(base, parameters))
@@ -49,6 +51,16 @@ def examined(system: System) -> Mechanism:
         verify_motions(system, values, t_end)
         verify_mass_laws(system, values, t_end)
     return resolved
+
+
+def _resolved(system: System) -> Mechanism:
+    """Return the mechanism of a system. Raises the first mistake of its declaration, which carries the others."""
+    try:
+        return mechanism(system)
+    except InputError as error:
+        if not isinstance(system, System):
+            raise
+        raise with_others(error, tree_from_system(system), lambda tree: mechanism(system_from_tree(tree))) from None
 
 
 def end_of_run(system: System, base: Mechanism, parameters: Sequence[float]) -> float:

@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.fields import (
     fields_tree,
     from_fields,
     holds,
+    verify_keys,
 )
 from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.values import (
@@ -158,8 +159,9 @@ class ShapeField:
             return value
         if not isinstance(value, Mapping):
             raise ModelError(f"expected a map such as {{rod: l, mass: m}}, got {described(value)}", number="M103")
+        verify_keys(value, (*SHAPES, "mass"))
         kinds = [key for key in value if key != "mass"]
-        if len(kinds) != 1 or kinds[0] not in SHAPES:
+        if len(kinds) != 1:
             raise ModelError(
                 f"expected one of {', '.join(SHAPES)} and a mass, got {', '.join(map(str, value))}", number="M103"
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import ItemsView, Iterator, Mapping, Sequence
+from collections.abc import Collection, ItemsView, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import cache
 from types import MappingProxyType
@@ -151,6 +151,7 @@ class OneOf:
                 f"expected a map with a type ({', '.join(self.table)}), got {described(value)}", number="M103"
             )
         if "type" not in value:
+            verify_keys(value, {"type", *(name for cls in self.table.values() for name in fields_of(cls))})
             raise ModelError(f"type is missing; known: {', '.join(self.table)}", number="M102")
         return from_fields(self._class(value["type"]), {k: v for k, v in value.items() if k != "type"})
 
@@ -299,18 +300,23 @@ def unit_of(field: Field) -> str | None:
     return unit if item is None else unit_of(item)
 
 
-def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
-    """Return the element that a map of fields describes; unknown and missing fields are errors."""
-    known = fields_of(cls)
+def verify_keys(tree: Mapping[str, Any], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:
+    """Raise ModelError at the first key that is not known; `meant` says what to write in place of some."""
     for key in tree:
         if key not in known:
             with at(key):
                 raise ModelError(
-                    f"unknown key {key!r}{cls.meant.get(key) or suggestion(str(key), known)}", number="M101"
+                    f"unknown key {key!r}{(meant or {}).get(key) or suggestion(str(key), known)}", number="M101"
                 )
-    for f in fields(cls):
-        if f.default is MISSING and is_empty(tree.get(f.name)):
-            raise ModelError(f"{f.name} is missing", number="M102")
+
+
+def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
+    """Return the element that a map of fields describes; unknown and missing fields are errors."""
+    known = fields_of(cls)
+    verify_keys(tree, known, cls.meant)
+    missing = [f.name for f in fields(cls) if f.default is MISSING and is_empty(tree.get(f.name))]
+    if missing:
+        raise ModelError(f"{' and '.join(missing)} {'are' if missing[1:] else 'is'} missing", number="M102")
     for key, value in tree.items():
         if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
             with at(key):

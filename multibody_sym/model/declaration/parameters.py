@@ -9,7 +9,7 @@ from typing import Any, Final
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
-from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
+from multibody_sym.model.declaration.fields import Element, fields_of, fields_tree, from_fields, holds, verify_keys
 from multibody_sym.model.declaration.values import Flag, Scalar, Text, is_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
@@ -61,6 +61,7 @@ class ParameterField:
             return value
         if not isinstance(value, Mapping):
             return _parameter({"value": value})
+        verify_keys(value, fields_of(Parameter))
         if value.get("value") is None or is_text(value["value"], ""):
             raise ModelError("a parameter needs a sample value: write value: and a number", number="M102")
         return _parameter(value)

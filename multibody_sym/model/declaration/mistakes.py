@@ -1,0 +1,176 @@
+"""All mistakes of a model at once: after each one the model is read again with that one mended, until none is left.
+
+Only the first mistake is certain. A copy of the content is mended as its author might do it: with the word that the
+message suggests, else with a plain number, else without the part. What follows from a part that is gone is no mistake.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, Final
+
+from multibody_sym.errors import InputError, MultibodyError
+
+MOST: Final = 100
+"""The most mistakes that are looked for."""
+_PARTS: Final = 30_000
+"""The most parts of a model that are read again, over all readings: large models show fewer mistakes at once."""
+_MOST_READINGS: Final = 4 * MOST
+_SUGGESTED: Final = re.compile(r"did you mean ([^?\s,]+)")
+_QUOTED: Final = re.compile(r"'([^']*)'")
+_REFERENCE: Final = re.compile(r"[\w.]+")
+_NAME: Final = re.compile(r"[A-Za-z]\w*")
+_UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
+
+Path = tuple[str, ...]
+
+
+def with_others(error: MultibodyError, content: Any, read: Callable[[Any], object]) -> MultibodyError:
+    """Return the first mistake of a model file's `content`, in the order of the file, which carries the others.
+
+    `error` is one of them; `read` raises InputError for the first that it meets, with its path in the content.
+    """
+    if not isinstance(error, InputError) or not error.where.path:
+        return error
+    copy = _MendedCopy(content)
+    readings = min(_MOST_READINGS, 1 + _PARTS // copy.size)
+    found, current = [error], error
+    while len(found) < MOST and readings and copy.mend(current):
+        readings -= 1
+        try:
+            read(copy.content)
+            break
+        except InputError as next_error:
+            current = next_error
+        except Exception:  # the copy is no model that anybody wrote: what it meets elsewhere says nothing
+            break
+        if not copy.explains(current):
+            found.append(current)
+    first, *others = sorted(found, key=lambda each: _place_in(content, each.where.path))
+    first.others = tuple(others)
+    return first
+
+
+def _place_in(content: Any, path: Path) -> tuple[int, ...]:
+    """Return where a path stands in the content, comparable with others."""
+    place = []
+    for step in path:
+        if isinstance(content, dict) and step in content:
+            place.append(list(content).index(step))
+            content = content[step]
+        elif isinstance(content, list) and step.isdecimal() and int(step) < len(content):
+            place.append(int(step))
+            content = content[int(step)]
+        else:
+            break
+    return tuple(place)
+
+
+class _MendedCopy:
+    """A copy of a model's content that loses its mistakes one by one, and what that explains."""
+
+    def __init__(self, content: Any) -> None:
+        self.content = _copied(content)
+        self.size = _parts(content)
+        self._paths: set[Path] = set()
+        self._words = {_NUMBER}
+        self._unjoined = False
+        self._elements: set[str] = set()
+
+    def explains(self, error: MultibodyError) -> bool:
+        """Return whether an error is about a part that was mended, or follows from one that is gone."""
+        if error.number in _UNJOINED and self._unjoined:
+            return True
+        path, quoted = self._path(error), _QUOTED.findall(error.message)
+        if error.number in _UNKNOWN_WORDS and quoted:
+            return not self._words.isdisjoint(_names_in(quoted[0]))
+        if error.number == _UNKNOWN_KEY:
+            return False
+        if any(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", error.message) for name in self._elements):
+            return True
+        return any(mended[: len(path)] == path for mended in self._paths)
+
+    def mend(self, error: MultibodyError) -> bool:
+        """Mend the part that an error is about; return whether there was one."""
+        path = self._path(error)
+        if not path:
+            return False
+        above = _at(self.content, path[:-1])
+        key: Any = int(path[-1]) if isinstance(above, list) else path[-1]
+        better = self._better(error, path, above[key])
+        self._paths.add(path)
+        if error.number == _UNKNOWN_KEY and better is not None and better not in above:
+            above[better] = above.pop(key)
+        elif error.number != _UNKNOWN_KEY and better is not None:
+            above[key] = better
+        else:
+            self._drop(path)
+        return True
+
+    def _path(self, error: MultibodyError) -> Path:
+        """Return the path of what the content holds of the part that an error is about."""
+        return error.where.path[: len(_place_in(self.content, error.where.path))]
+
+    def _better(self, error: MultibodyError, path: Path, part: Any) -> str | None:
+        """Return what may stand in the place of a part, None where it is left out."""
+        suggested = _SUGGESTED.search(error.message)
+        word = suggested[1] if suggested else None
+        if error.number == _UNKNOWN_KEY:
+            return word
+        if not isinstance(part, str):
+            return None
+        unknown = next(iter(_QUOTED.findall(error.message)), "")
+        if error.number in _UNKNOWN_WORDS and word is None:  # else it is misspelt, which may be in several places
+            self._words.update(_names_in(unknown))
+        if word and "." in word and _REFERENCE.fullmatch(part):
+            return word
+        if unknown and (word is not None or error.number in _UNKNOWN_WORDS):
+            changed = re.sub(rf"(?<!\w){re.escape(unknown)}(?!\w)", word or _NUMBER, part)
+            if changed != part:
+                return changed
+        if path in self._paths:
+            return None if part == _NUMBER else _NUMBER
+        self._words.update([part] if _NAME.fullmatch(part) else [])
+        return word or _NUMBER
+
+    def _drop(self, path: Path) -> None:
+        """Leave out what stands at a path, with the list that it is in: places in lists are paths of others."""
+        while path and isinstance(_at(self.content, path[:-1]), list):
+            path = path[:-1]
+        if path:
+            gone = _at(self.content, path[:-1]).pop(path[-1])
+            self._words.update((path[-1], *_words_in(gone)))
+            self._elements.update(name for name in path[1:2] if len(name) > 1)  # m is a unit too
+            self._unjoined |= path[0] in ("joints", "bodies", "repeat")
+
+
+def _names_in(text: str) -> list[str]:
+    return [text, *_NAME.findall(text), *re.split(r"[._]", text)]
+
+
+def _words_in(part: Any) -> list[str]:
+    """Return the keys and texts of a part of the content."""
+    if isinstance(part, dict):
+        return [word for key, x in part.items() for word in (key, *_words_in(x))]
+    if isinstance(part, list):
+        return [word for x in part for word in _words_in(x)]
+    return _NAME.findall(str(part))
+
+
+def _copied(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _copied(x) for key, x in content.items()}
+    return list(map(_copied, content)) if isinstance(content, list) else content
+
+
+def _parts(content: Any) -> int:
+    if isinstance(content, (dict, list)):
+        return 1 + sum(map(_parts, content.values() if isinstance(content, dict) else content))
+    return 1
+
+
+def _at(content: Any, path: Path) -> Any:
+    for step in path:
+        content = content[int(step)] if isinstance(content, list) else content[step]
+    return content

@@ -1,0 +1,114 @@
+"""All mistakes of a model file at once: as many as were put in, each at its place, and none that follows from them."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from pathlib import Path
+
+import pytest
+
+from multibody_sym import check, loads
+from multibody_sym.cli.main import main
+from multibody_sym.errors import InputError, ModelError
+from multibody_sym.formats.reader import load_with_places
+from multibody_sym.formats.yaml_tree import read_text
+from multibody_sym.model.resolution.resolve import mechanism
+
+FOUR = """\
+multibody_sym: 1
+name: two
+bodies: {a: {mas: 1 kg}, c: {mass: 1 m}}
+joints: {j: {type: revolut, parent: ground, child: b}}
+"""
+PLACES = [(3, 14), (3, 36), (4, 20), (4, 52)]
+EXAMPLES = sorted(Path(__file__).parents[2].joinpath("examples").rglob("*.yaml"))
+SECTIONS = ("parameters", "bodies", "joints", "forces", "constraints", "contacts")
+NAMING = ("type", "parent", "child", "on", "kind")
+
+
+def places(error: InputError) -> list[tuple[int | None, int | None]]:
+    return [(each.where.line, each.where.column) for each in (error, *error.others)]
+
+
+def mistaken(text: str, count: int, rng: random.Random) -> tuple[str, list[tuple[int, int]]]:
+    """Return a model with misspelt keys and words, one a line, and where they stand."""
+    tree = read_text(text, "")
+    keys = [(path, place.line, place.column) for path, place in tree.keys.items() if len(path) in (1, 3)]
+    words = [(x, at.line, at.inner) for x, at in tree.values.items() if len(x) == 3 and x[2] in NAMING and at.inner]
+    candidates = [each for each in (*keys, *words) if each[0][0] in SECTIONS]
+    lines, put = text.split("\n"), {}
+    for path, line, column in rng.sample(candidates, min(3 * count, len(candidates))):
+        word = re.match(r"[a-z]{3,}\b", lines[line - 1][column - 1 :])
+        nested = any(path[: len(other)] == other or other[: len(path)] == path for _, other in put.values())
+        if word and line not in put and not nested and len(put) < count:
+            before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 + len(word[0]) :]
+            lines[line - 1] = f"{before}{word[0][:-1]}q{word[0][-1]}{after}"
+            put[line] = (column, path)
+    return "\n".join(lines), sorted((line, column) for line, (column, _) in put.items())
+
+
+def mistakes_of(text: str, name: str) -> list[tuple[int | None, int | None]]:
+    """Return where a model file has mistakes, in what it says and in what it declares."""
+    try:
+        system, read = load_with_places(name, text.encode())
+    except InputError as error:
+        return places(error)
+    try:
+        mechanism(system)
+    except InputError as error:
+        return places(read.with_others(error, mechanism))
+    return []
+
+
+def test_four_mistakes_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "two.yaml"
+    path.write_text(FOUR)
+    assert main(["check", str(path), "--json"]) == 2
+    printed = capsys.readouterr()
+    told = json.loads(printed.out)
+    assert told["error"] == told["errors"][0]
+    assert [(each["where"]["line"], each["where"]["column"]) for each in told["errors"]] == PLACES
+    assert [each["number"] for each in told["errors"]] == ["M101", "M105", "M104", "M106"]
+    assert printed.err.count("error: ") == printed.err.count("^") == 4
+    assert "joints.j.type: 'revolut' is no known type; did you mean revolute? [M104]\n" in printed.err
+
+
+def test_an_exception_carries_the_others() -> None:
+    with pytest.raises(ModelError) as raised:
+        loads(FOUR)
+    assert places(raised.value) == PLACES
+    for words in ("did you mean mass?", "a quantity in kg", "did you mean revolute?", "no body is called 'b'"):
+        assert words in str(raised.value)
+
+
+def test_a_system_is_told_all_its_mistakes() -> None:
+    system = loads(
+        FOUR.replace("mas:", "mass:").replace("1 m}", "2 kg}").replace("revolut,", "revolute,")
+        + "outputs: {o: 2*x + y, p: 'position(d, x)'}\nforces: {f: {type: force, on: e, value: [0, z, 0]}}"
+    )
+    with pytest.raises(InputError) as raised:
+        check(system)
+    assert [".".join(each.where.path) for each in (raised.value, *raised.value.others)] == [
+        *("joints.j.child", "forces.f.on", "forces.f.value.1", "outputs.o", "outputs.o", "outputs.p"),
+    ]
+
+
+def test_many_are_told_in_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "many.yaml"
+    path.write_text(FOUR + "outputs:\n" + "".join(f"  o{k}: 2*unknown{k}\n" for k in range(30)))
+    assert main(["check", str(path), "--json"]) == 2
+    printed = capsys.readouterr()
+    assert len(json.loads(printed.out)["errors"]) == 34
+    assert printed.err.count("error: ") == 20
+    assert printed.err.endswith("and 14 more\n")
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_misspelt_examples_have_the_mistakes_that_were_put_in(count: int) -> None:
+    """Each reading counts what it did not meet before: one misspelt word is one mistake, whatever depends on it."""
+    rng = random.Random(count)
+    for path in EXAMPLES[count::4]:
+        text, put = mistaken(path.read_text(), count, rng)
+        assert mistakes_of(text, str(path)) == put, path
