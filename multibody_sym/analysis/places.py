@@ -65,6 +65,11 @@ class Places:
         return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0)) or 1.0
 
     @cached_property
+    def scale(self) -> Floats:
+        """How far (nu) positions differ that are clearly others: by the size of the model, or by 1 rad."""
+        return np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
+
+    @cached_property
     def angles(self) -> Mask:
         """The coordinates (nq) that are angles."""
         return np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)

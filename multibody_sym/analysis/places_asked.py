@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice, takewhile
-from math import isfinite
+from math import inf, isfinite
 from typing import Any, Final
 
 from multibody_sym.analysis.none_found import none_found, stood
@@ -73,7 +73,8 @@ def rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> Flo
     until, search = time.process_time() + SECONDS, search_from(resolved, begin, formalism)
     around = islice(guesses(search.places, search.places.start), MOST)
     in_time = takewhile(lambda _: time.process_time() < until, around)
-    found = next((q for q in map(search.reached, in_time) if q is not None and stands(search, q)), None)
+    reached = (search.reached(guess, -inf if number else until) for number, guess in enumerate(in_time))
+    found = next((q for q in reached if q is not None and stands(search, q)), None)
     if found is None:
         late = time.process_time() > until
         tried = guesses(search.places, search.places.start)

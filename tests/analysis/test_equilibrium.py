@@ -15,6 +15,8 @@ from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
 from multibody_sym.analysis.resting import search as search_module
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.model.resolution.resolve import mechanism
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 G = 9.81
@@ -384,3 +386,44 @@ def test_a_search_that_finds_nothing_ends_sooner(monkeypatch: pytest.MonkeyPatch
     with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found"):
         mbs.equilibrium(model)
     assert len(tried) <= 5
+
+
+@pytest.mark.parametrize("stiffness", [2.0, 20.0, 2000.0])
+def test_a_mass_above_the_end_of_a_slack_string_hangs_below_it(stiffness: float) -> None:
+    """A string that pulls where it is stretched: y = a + m g/k, far from a start where nothing but the weight acts."""
+    found = mbs.equilibrium(
+        mbs.loads(
+            "multibody_sym: 1\nname: string\ngravity: [0, -9.81, 0]\nparameters: {m: 0.5, a: 1, k: 20}\n"
+            "bodies: {p: {mass: m}}\n"
+            "joints: {line: {type: prismatic, parent: ground, child: p, axis: -y, q: y, initial: {q: 0.1}}}\n"
+            'forces: {string: {type: pull, between: [ground, p], value: "k*max(distance - a, 0)"}}\n'
+        ),
+        parameters={"k": stiffness},
+    )
+    assert found.positions[0]["y"] == pytest.approx(1 + 0.5 * G / stiffness, rel=1e-10)
+    assert found.stable[0] is True
+
+
+def test_an_arm_falls_to_rest_where_newtons_method_ends_between_positions() -> None:
+    """Three hinges and offset links: forces vanish where the height of all masses, built by hand, is stationary."""
+    masses, steps = (3.0, 2.0, 1.0), np.array([[0.0, 0.0, 0.4], [0.1, 0.05, 0.4], [0.0, 0.1, 0.4]])
+    bodies, joints = {}, {}
+    for k, (mass, step) in enumerate(zip(masses, steps, strict=True)):
+        inertia = dict.fromkeys(("Ixx", "Iyy", "Izz"), 0.01)
+        bodies[f"b{k}"] = mbs.Body(mass=mass, com=list(step / 2), inertia=inertia, points={"end": list(step)})
+        joints[f"j{k}"] = mbs.Revolute(f"b{k - 1}.end" if k else "ground", f"b{k}", axis="y", q=f"q{k}")
+    resolved = mechanism(mbs.System("arm", gravity=[0, 0, -G], bodies=bodies, joints=joints))
+    search = search_module.search_from(resolved, start(resolved), None)
+    begin = np.array([1.5, 0.0, 0.0])
+    assert search.reached(begin) is None
+    q = search.reached(begin, np.inf)
+    assert q is not None
+
+    def energy(q: Any) -> float:
+        turned = [Rotation.from_euler("y", angle) for angle in np.cumsum(q)]
+        ends = np.array([each.apply(step) for each, step in zip(turned, steps, strict=True)])
+        return float(G * np.array(masses) @ (np.cumsum(ends, axis=0) - ends / 2)[:, 2])
+
+    slopes = [(energy(q + x) - energy(q - x)) / 2e-5 for x in 1e-5 * np.eye(3)]
+    assert np.abs(slopes).max() < 1e-7
+    assert energy(q) < energy(begin)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from multibody_sym.analysis.equilibrium import equilibrium
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.programs.quantities import quantities
@@ -155,6 +156,20 @@ def test_energies_and_centre_of_mass(twins: Twins) -> None:
         assert potential_energy(motion) == pytest.approx(potential, rel=RELATIVE)
         wanted = (moving * com + fixed.mass * fixed.lever) / (moving + fixed.mass)
         assert_near(list(quantities(motion, [0.0] * twins.model.nv, [], names).values()), wanted)
+
+
+def test_an_arm_rests_where_gravity_asks_no_torque() -> None:
+    """From a lift where Newton's method ends at no rest, the arm falls to one; Pinocchio's g(q) vanishes in each."""
+    path = path_of(ROBOTS["UR5"][0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UrdfNotice)
+        found = equilibrium(load_urdf(path, damping=False), initial={"shoulder_lift_joint": 1.396})
+    model = pin.buildModelFromUrdf(path)
+    data = model.createData()
+    assert len(found.positions) == 8
+    for position in found.positions:
+        torques = pin.computeGeneralizedGravity(model, data, np.array([position[name] for name in model.names[1:]]))
+        assert np.abs(torques).max() < 1e-8
 
 
 def derivative_of(twins: Twins, formalism: str) -> Program:

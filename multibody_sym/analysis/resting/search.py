@@ -33,6 +33,11 @@ _STEPS: Final = 25
 _HALVINGS: Final = 6
 _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 1e-11
+_DESCENTS: Final = 64
+"""How many steps down are made at most: after 1, 2, 4, .. of them Newton's method is tried again."""
+_TRIALS: Final = 40
+_FAR_ENOUGH: Final = 1.25
+"""How near the end of a step down comes to where the forces turn back."""
 _TURNED: Final = 4
 """How many positions of a family are tried with half-turns of each of its angles."""
 _POLISHING: Final = 60
@@ -93,8 +98,8 @@ def found_from(search: Search, start: Floats, seconds: float = SECONDS, most: in
             break
         fruitless += not images
         guess = images.popleft() if images else next(around)
+        q = search.reached(guess, -np.inf if found.guesses else until)
         found.guesses += 1
-        q = search.reached(guess)
         if q is not None and found.takes(search, q):
             fruitless = 0
             images.extend(search.images(q))
@@ -103,8 +108,7 @@ def found_from(search: Search, start: Floats, seconds: float = SECONDS, most: in
 
 def guesses(places: Places, q: Floats) -> Iterator[Floats]:
     """Yield the start and positions around it, ever farther away, whose rows may be open."""
-    rng, mechanism = np.random.default_rng(_SEED), places.mechanism
-    scale = np.array([places.length if speed.unit == "m/s" else 1.0 for speed in mechanism.speeds])
+    rng, mechanism, scale = np.random.default_rng(_SEED), places.mechanism, places.scale
     yield q
     for k in count(1):
         part = min(k, _GUESSES) / _GUESSES
@@ -120,10 +124,59 @@ class Search:
     rows: Rows
     places: Places
 
-    def reached(self, guess: Floats) -> Floats | None:
-        """Return the position of equilibrium that a guess, closed or not, leads to; None where it leads to none."""
+    def reached(self, guess: Floats, until: float = -np.inf) -> Floats | None:
+        """Return the position of equilibrium that a guess, closed or not, leads to; None where it leads to none.
+
+        Where Newton's method fails, it begins anew, `until` a CPU time, from where forces push the system from rest.
+        Callers ask for that at starts alone: a fall without end takes long.
+        """
         near = closed_near(self.rows, guess)
-        return None if near is None else self.root(near)
+        found = None if near is None else self.root(near)
+        return found if near is None or found is not None else self._fallen(near, until)
+
+    def _fallen(self, q: Floats, until: float) -> Floats | None:
+        """Return the position of equilibrium at or near which the system comes to rest from a closed position."""
+        for number in range(1, _DESCENTS + 1):
+            lower = self._lower(q) if time.process_time() < until else None
+            if lower is None:
+                return None
+            q = lower
+            found = self.root(q) if number & (number - 1) == 0 else None
+            if found is not None:
+                return found
+        return None
+
+    def _lower(self, q: Floats) -> Floats | None:
+        """Return a closed position as far along the acceleration at rest as forces do work; None where they always do.
+
+        That needs no potential, and neither kinks nor slack springs end it.
+        """
+        try:
+            way = self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))
+        except UNDEFINED:
+            return None
+        if not np.isfinite(way).all() or not way.any():
+            return None
+        within, beyond, found = 0.0, np.inf, q
+        step = _LARGEST_STEP / float((np.abs(way) / self.places.scale).max())
+        for _ in range(_TRIALS):
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step * way))
+            if ahead is not None and self._power(ahead, way) > 0.0:
+                within, found = step, ahead
+            else:
+                beyond = step
+            if beyond <= _FAR_ENOUGH * within:
+                return found
+            step = 2.0 * step if np.isinf(beyond) else (within + beyond) / 2.0
+        return None
+
+    def _power(self, q: Floats, way: Floats) -> float:
+        """Return the power of all forces at rest on speeds (nu); 0 where they have no value."""
+        try:
+            exerted = np.array(mass_matrix(self.places.motion(q)), dtype=float) @ self.flow.accelerations(q, 0.0 * way)
+        except UNDEFINED:
+            return 0.0
+        return float(way @ exerted)
 
     def root(self, q: Floats) -> Floats | None:
         """Return the position of equilibrium that Newton's method reaches from a closed position, None if it fails."""
