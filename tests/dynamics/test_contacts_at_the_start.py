@@ -199,3 +199,19 @@ def test_what_starts_at_the_centre_of_a_drum_is_open_and_of_a_disc_inside() -> N
     assert numbers(found)["u_y"] == pytest.approx(-10)
     with pytest.raises(mbs.ModelError, match=r"contacts\.c: w starts 1 m inside ground\.drum"):
         centred("{disc: 1}")
+
+
+@pytest.mark.parametrize("start", ["u: [1, 0, 0]", "u: [0, 0, 10]"])
+def test_what_never_slips_does_not_slip_at_the_start(start: str) -> None:
+    wheel = f"""\
+bodies:
+  {FLOOR}
+  wheel: {{shape: {{disc: 0.1, mass: 1}}}}
+joints: {{J: {{type: planar, parent: ground, child: wheel, initial: {{q: [0, 0.1, 0], {start}}}}}}}
+contacts: {{c: {{between: [wheel, ground.floor], static: enough}}}}
+"""
+    with pytest.raises(mbs.ModelError, match="c slips at 1 m/s at the start, but `static: enough` never lets it slip"):
+        begun(wheel)
+    assert closed(begun(wheel.replace(start, "u: [1, 0, -10]"))) == {"c": "stick"}
+    falling = begun(wheel.replace(start, "u: [1, -1, 0]"))  # it strikes, which ends the slip
+    assert falling.closing == {"c": 1.0}

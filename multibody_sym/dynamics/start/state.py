@@ -6,6 +6,7 @@ all friction in joints, poses the problem of the laws; the mechanism in the mode
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
@@ -148,6 +149,7 @@ def state_at(
     _verify_outside(rows, standing)
     closed = [name for name, how in standing.items() if how in ("touching", "closing")]
     problem = posed(rows, closed)
+    _verify_rough(problem, [name for name in closed if standing[name] == "closing"])
     found = search(problem) if search is not None else _found(problem)
     modes = tuple(problem.mode(state) for state in found.states)
     closing = {x.name: -rows.rate(x) for x in base.one_way if standing.get(x.name) == "closing"}
@@ -312,3 +314,19 @@ def _verify_outside(rows: OneWayRows, standing: Mapping[str, str]) -> None:
             how, advice = _HOW[element.kind]
             message = f"{element.name} {how.format(-rows.gap(element))}; {advice}"
             raise ModelError(message, where=Where(path=element.path), number="M119")
+
+
+def _verify_rough(problem: Posed, closing: Sequence[str]) -> None:
+    """Raise ModelError for the first part that never slips and slips as the motion begins, unless it strikes then."""
+    laws = dict(zip((part.name for part in problem.parts), problem.problem.parts, strict=True))
+    for element in problem.elements:
+        for part in element.frictions:
+            law = laws.get(part.name)
+            if law is not None and law.enough and not law.rests and element.name not in closing:
+                speed, unit = math.hypot(*law.velocity), "rad/s" if part.rows[0].unit == "N*m" else "m/s"
+                raise ModelError(
+                    f"{part.name} slips at {speed:.6g} {unit} at the start, but `static: enough` never lets it slip; "
+                    "give other start speeds, or a coefficient",
+                    where=Where(path=element.path),
+                    number="M119",
+                )
