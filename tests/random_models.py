@@ -35,7 +35,7 @@ MASSLESS: Final = 0.25
 """How often a link between others has no mass."""
 GRAVITY: Final = 9.81
 
-RUN: Final = {"outputs": {"E": "total_energy()"}, "simulation": {"samples": 101}}
+RUN: Final = {"outputs": {"E": "total_energy()"}, "simulation": {"t_end": 1, "samples": 101}}
 
 Data = dict[str, Any]
 
@@ -107,13 +107,17 @@ class Drawn:
             return self.body(mass=0, points=ends)
         return self.body(shape={"rod": length, "mass": mass}, points=ends)
 
-    def motion(self, amplitude: float) -> Any:
-        """Return a motion or force that starts from zero: an expression of t, or an input with a table of it."""
+    def course(self, amplitude: float, *, smooth: bool = False) -> Any:
+        """Return a motion or force that starts from zero: an expression of t, or an input with a table of it.
+
+        A motion must be `smooth`: where its rate jumps it is refused.
+        """
         turn, size = self.between(1, 8), round(amplitude * self.between(0.3, 1), 4)
         if self.chance(0.5):
             return f"{size}*sin({turn}*t)"
         rows = [[round(0.25 * k, 2), round(size * math.sin(turn * 0.25 * k), 4)] for k in range(6)]
-        return self.add("inputs", "w", {"table": rows, "interpolation": self.some(["linear", "cubic"])})
+        kind = "cubic" if smooth else self.some(["linear", "cubic"])
+        return self.add("inputs", "w", {"table": rows, "interpolation": kind})
 
     def pin(self, joint: str) -> None:
         """Make a hinge that has a coordinate rough on a journal, sometimes."""
@@ -133,7 +137,7 @@ class Drawn:
     def push(self, body: str, mass: float) -> None:
         """Push a body by a force of time, sometimes."""
         if self.chance(0.4):
-            size = self.motion(1.5 * mass * GRAVITY)
+            size = self.course(1.5 * mass * GRAVITY)
             value = [size, 0, 0] if self.chance(0.7) else [0, size, 0]
             self.add("forces", "push", {"type": "force", "on": body, "value": value})
 
@@ -150,7 +154,7 @@ def linkage(m: Drawn) -> None:
     first = {"type": "revolute", "parent": o, "child": crank}
     if driven:
         speed = m.between(1, 9)
-        first["motion"] = f"{start} + {speed}*t" if m.chance(0.7) else f"{start} + {m.motion(0.5)}"
+        first["motion"] = f"{start} + {speed}*t" if m.chance(0.7) else f"{start} + {m.course(0.5, smooth=True)}"
     else:
         first |= {"q": f"{crank}_q"}
         first["initial"] = {"q": start, "u": m.some([0, m.between(-5, 5)]), "known": "true"}
@@ -549,7 +553,7 @@ def random_model(seed: int) -> str:
         spring = {"type": "spring", "between": [m.free[0], m.free[-1]], "stiffness": m.between(1, 50), "damping": 0.5}
         m.add("forces", "spring", {**spring, "length": 3})
     if not space and m.chance(0.1):
-        m.data["bodies"].setdefault("ground", {})["motion"] = {m.some("xy"): m.motion(0.05)}
+        m.data["bodies"].setdefault("ground", {})["motion"] = {m.some("xy"): m.course(0.05, smooth=True)}
     head = {"multibody_sym": 1, "name": "_".join([*kinds, str(seed)])}
     gravity = {"gravity": [0, 0, -GRAVITY] if space else [0, -GRAVITY, 0]}
     _let_what_moves_slip(m.data)
