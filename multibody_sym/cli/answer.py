@@ -10,8 +10,12 @@ from multibody_sym.records import dataclass
 
 @dataclass(frozen=True)
 class Answer:
-    """`--json` prints `json` on standard output and `text` on standard error; without it `text` is the output."""
+    """`--json` prints `json` on standard output and `text` on standard error; without it `text` is the output.
+
+    `missed`: what was asked for and not done, on standard error in either case.
+    """
 
     json: Mapping[str, Any]
     text: str
     exit_code: int = 0
+    missed: str = ""

@@ -127,6 +127,8 @@ def _print(answer: Answer, json_text: str | None) -> None:
         _say(answer.text)
     else:
         _write(sys.stdout, answer.text)
+    if answer.missed:
+        _say(answer.missed)
 
 
 def _write(stream: TextIO | None, text: str) -> None:

@@ -6,9 +6,11 @@ later finds it changed since its beginning, and keeps what it has beside it. Dev
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import stat
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, BinaryIO, Final
@@ -21,6 +23,7 @@ except ImportError:  # not POSIX
     fcntl = None  # type: ignore[assignment]
 
 PARTIAL: Final = ".partial"
+_AT_ONCE: Final = getattr(os, "O_NONBLOCK", 0)
 FileState = tuple[int, ...]
 _GROWING: Final = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _NEW: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
@@ -87,7 +90,7 @@ def replace_with(
     name = path_name(path)
     with output_errors(name):
         if is_special(name):
-            with open(name, "wb") as file:
+            with open_through(name) as file:
                 write(file)
             return name
         target = os.path.realpath(name)
@@ -101,6 +104,34 @@ def replace_with(
             with suppress(OSError):
                 os.unlink(temporary)
             raise
+
+
+class PipeNotice(UserWarning):
+    """Somebody waits at a pipe."""
+
+
+def open_through(name: str) -> BinaryIO:
+    """Open a device or pipe to write to; where nobody reads a pipe yet, that is told and waited for."""
+    try:
+        descriptor = open_at_once(name, os.O_WRONLY)
+    except OSError as error:
+        if error.errno != errno.ENXIO:
+            raise
+        warnings.warn(f"nobody reads the pipe {name} yet, which is waited for", PipeNotice, stacklevel=2)
+        descriptor = os.open(name, os.O_WRONLY)
+    wait_from_now(descriptor)
+    return os.fdopen(descriptor, "wb")
+
+
+def open_at_once(name: str, flags: int) -> int:
+    """Open a file without waiting for who is at the other end of a pipe, nor for what it reads. Raises OSError."""
+    return os.open(name, flags | _AT_ONCE)
+
+
+def wait_from_now(descriptor: int) -> None:
+    """Let reading from, and writing to, what was opened at once wait."""
+    if _AT_ONCE:
+        os.set_blocking(descriptor, True)
 
 
 def file_state(path: str | os.PathLike[str]) -> FileState:

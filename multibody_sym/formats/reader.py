@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
 from multibody_sym.expressions.tokens import surroundings
-from multibody_sym.formats.files import path_name
+from multibody_sym.formats.files import open_at_once, path_name, wait_from_now
 from multibody_sym.formats.table_files import with_rows
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
 from multibody_sym.model.declaration import doors
@@ -89,13 +91,23 @@ def read_content(name: str, largest: int) -> bytes:
     try:
         if os.path.isdir(name):
             raise InputError("this is a directory, not a model file", where=Where(file=name), number="F101")
-        with open(name, "rb") as file:
-            return file.read(largest + 1)
+        with open(name, "rb", opener=open_at_once) as file:
+            return _whole(file, largest + 1)
     except FileNotFoundError:
         raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name), number="F101") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"the file cannot be read: {reason}", where=Where(file=name), number="F101") from None
+
+
+def _whole(file: BinaryIO, most: int) -> bytes:
+    """Return the bytes of a file that does not wait, of a pipe all that is written to it. Raises OSError."""
+    begin = file.read(most)
+    if begin == b"" and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+        raise OSError(errno.EPIPE, "nobody writes to this pipe")
+    wait_from_now(file.fileno())
+    begin = begin or b""  # None where somebody is going to write
+    return begin + file.read(most - len(begin))
 
 
 def _neighbour(name: str) -> str:

@@ -27,6 +27,7 @@ from multibody_sym.formats.files import (
     is_special,
     leads_to,
     open_growing,
+    open_through,
     output_errors,
     replace_with,
     settle,
@@ -201,23 +202,23 @@ def growing_csv(
 ) -> Iterator[GrowingCsv]:
     """Give a CSV that grows in `<path>.partial`, renamed to `path` at the end.
 
-    Where the block ends with an exception, the partial file stays, and `path` is as before. Where another run has the
-    partial file, or has changed `path` since the `begin` (of the block, unless given), this one's are numbered:
-    `run.2.csv.partial`, `run.2.csv`. A device or pipe is written to directly. `meanwhile`: the partial file is wanted
-    only until it is discarded. Raises OutputError.
+    Where the block ends with an exception, the partial file stays if rows are in it, and `path` is as before. Where
+    another run has the partial file, or has changed `path` since the `begin` (of the block, unless given), this one's
+    are numbered: `run.2.csv.partial`, `run.2.csv`. A device or pipe is written to directly. `meanwhile`: the partial
+    file is wanted only until it is discarded. Raises OutputError.
     """
     name = os.fspath(path)
     target = partial = name
     through = is_special(name)
     with output_errors(name):
         if through:
-            file: BinaryIO = os.fdopen(os.open(name, os.O_WRONLY), "wb")
+            file = open_through(name)
         else:
             target, begin = os.path.realpath(name), file_state(name) if begin is None else begin
             file, partial = open_growing(target)
-    table = GrowingCsv(file, partial, name)
+    table, header = GrowingCsv(file, partial, name), _csv_header(names)
     try:
-        table.write(_csv_header(names))
+        table.write(header)
         yield table
         with output_errors(name):
             if through:
@@ -228,6 +229,8 @@ def growing_csv(
                 table.place = as_named(name, target, settle(partial, target, begin))
                 file.close()
     except BaseException:
+        if not through and os.fstat(file.fileno()).st_size <= len(header):  # no row is in it
+            table.discard()
         with suppress(OSError):
             file.close()
         raise

@@ -159,8 +159,9 @@ def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
     if output is None:
         return Study(task.plan, None, about, computed, tables.gathered(content))
     path = tables.write(content, path_name(output))
+    found = tables.gathered(content) if is_special(path) else None  # what went into a pipe is not read again
     journal.discard()
-    return Study(task.plan, path, about, computed)
+    return Study(task.plan, path, about, computed, found)
 
 
 def _journal(output: Any, task: Task, key: str) -> Journal:

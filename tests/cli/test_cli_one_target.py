@@ -36,6 +36,17 @@ def after_the_run(monkeypatch: pytest.MonkeyPatch, happens: object) -> None:
     monkeypatch.setattr(Prepared, "run", simulated)
 
 
+def test_who_loses_is_told_on_standard_error(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    after_the_run(monkeypatch, lambda: Path("out.csv").write_bytes(b"another run's"))
+    assert main([*RUN, "-o", "out.csv"]) == 4
+    printed = capsys.readouterr()
+    assert printed.err == "out.csv is another run's: it was written while this one lasted\n"
+    assert "wrote out.2.csv" in printed.out
+    assert "another run's" not in printed.out
+
+
 @pytest.mark.parametrize("name", ["out.csv", "out.npz"])
 @pytest.mark.parametrize("before", [None, b"older"])
 def test_who_loses_is_told_and_keeps_the_table(

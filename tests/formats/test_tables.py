@@ -217,3 +217,16 @@ def test_names_are_no_formulas_for_spreadsheets(tmp_path):
     header = next(csv.reader((tmp_path / "run.csv").read_text().splitlines()))
     assert header == ["'=1+1", "'+x", "'-x", "'@x", "x=1"]
     assert list(read_table(tmp_path / "run.csv").columns) == names
+
+
+@pytest.mark.parametrize("room", [0, 2])
+def test_a_full_disk_leaves_no_partial_file_without_rows(tmp_path: Path, room: int) -> None:
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+    try:
+        with pytest.raises(OutputError, match="File too large"), growing_csv(tmp_path / "run.csv", ["t", "x"]):
+            pass
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert os.listdir(tmp_path) == []

@@ -79,12 +79,13 @@ def run(options: argparse.Namespace) -> Answer:
     told = [] if misses is None else _theorems(misses, units)
     lines = [run_summary(done, units), *told, *(f"wrote {path}" for path in written)]
     code = _INTERRUPTED if done.interrupted else 0
+    missed = ""
     if table is not None and table.lost:
-        lines.append(f"{table.path} is another run's: it was written while this one lasted")
+        missed = f"{table.path} is another run's: it was written while this one lasted"
         code = code or OutputError.exit_code
     theorems = {} if misses is None else {"theorems": {name: asdict(miss) for name, miss in misses.items()}}
     found = done.as_json() if options.json else {}  # lists of a million rows take longer than the run
-    return Answer({**found, **theorems, "written": written}, "\n".join(lines), code)
+    return Answer({**found, **theorems, "written": written}, "\n".join(lines), code, missed)
 
 
 def _theorems(misses: Mapping[str, Miss], units: Units) -> list[str]:
