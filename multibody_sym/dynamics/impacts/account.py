@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.dynamics.impacts.problem import CLOSING, GAIN, ImpactProblem, Phase, Stage, Struck
 from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import ROUNDED
+from multibody_sym.numerics.rank import ROUNDED, scaled_rows
 from multibody_sym.records import dataclass
 
 
@@ -193,8 +193,7 @@ def begun(problem: ImpactProblem) -> Account:
     rows = problem.rows
     count, size = rows.matrix.shape
     unilateral = tuple(k for k, law in enumerate(rows.laws) if isinstance(law, Unilateral))
-    lengths = np.linalg.norm(rows.matrix, axis=1)
-    lengths[lengths == 0.0] = 1.0
+    lengths = scaled_rows(rows.matrix)[0]
     defines = rows.coupling.any(axis=1)
     largest = float(np.abs(rows.right / lengths)[~defines].max(initial=0.0))
     pressing = float(np.abs(rows.right)[defines].max(initial=0.0))

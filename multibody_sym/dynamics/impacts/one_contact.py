@@ -20,7 +20,7 @@ from multibody_sym.dynamics.impacts.restitution import COMPRESSED, Goal, Normal,
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, FrictionLaw
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import least_squares
+from multibody_sym.numerics.rank import least_squares, scaled_rows
 
 MOST: Final = 1000
 """Stretches of one impact. One part slips, sticks, slips back: three; a dozen joints that rub have a few each."""
@@ -68,8 +68,7 @@ class _Course:
         self.part: FrictionLaw | None = parts[0] if simple and parts else None
         self.tangents = list(self.part.rows) if self.part else []
         self.v = account.speeds()[some.rows]
-        lengths = np.linalg.norm(some.problem.matrix, axis=1)
-        lengths[lengths == 0.0] = 1.0
+        lengths = scaled_rows(some.problem.matrix)[0]
         self.small: Floats = AT_REST * float(np.abs(self.v / lengths).max(initial=0.0)) * lengths
 
     def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:

@@ -1,7 +1,8 @@
 """Impacts one after the other, the fastest closing first, or again and again at once; and collapse where none ends.
 
 One that closes afterwards is a new impact from where the last one has led. More than 100 + 20 n impacts of n connected
-contacts are too many: they strike once more, all at once and without bouncing.
+contacts are too many: they strike once more, all at once and without bouncing. So does what closes too slowly to count
+after impacts in turn, which is the limit of those that would follow.
 """
 
 from __future__ import annotations
@@ -37,6 +38,10 @@ class _Counts:
     def of(self, row: int) -> list[int]:
         """Return the unilateral rows that are connected with one."""
         return [k for k in self.account.unilateral if self.cluster[k] == self.cluster[row]]
+
+    def number(self, row: int) -> int:
+        """Return how many impacts the cluster of a row had."""
+        return self.counts.get(self.cluster[row], 0)
 
     def has_collapsed(self, row: int) -> bool:
         """Count an impact of the cluster of a row; if there were too many, let it collapse, and say so."""
@@ -93,6 +98,22 @@ def one_by_one(account: Account) -> None:
         rows = [k for k in closing if k in cluster and v[k] <= (1.0 - ALIKE) * v[fastest]]
         held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
         _strike(account, rows + held)
+    _to_their_limit(account, counts)
+
+
+def _to_their_limit(account: Account, counts: _Counts) -> None:
+    """Strike at once, without bouncing, what struck in turn until it closed by less than counts.
+
+    Such impacts have no last one: speeds of closing and of slip shrink together, and none is left in the limit.
+    """
+    v = account.speeds()
+    left = [k for k in account.touching() if counts.number(k) > 1]
+    for first in {counts.cluster[k] for k in left if v[k] < -account.rounding[k]}:
+        rows = [k for k in left if counts.cluster[k] == first]
+        bounces = account.restitution
+        account.restitution = np.zeros(len(bounces))
+        poisson(account, rows)
+        account.restitution = bounces
 
 
 def _strike(account: Account, rows: Collection[int]) -> None:

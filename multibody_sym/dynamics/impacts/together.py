@@ -177,12 +177,14 @@ def _state(problem: LawProblem) -> LawState | None:
 def _consistent(account: Account, some: Chosen, right: Floats) -> Floats:
     """Return right sides without what rounding has left of speeds before: dependent rows contradict each other by it.
 
-    After several impacts that is no longer little beside the speeds that are left.
+    After several impacts that is no longer little beside the speeds that are left. Rows that define an impulse are no
+    speeds.
     """
-    problem = some.problem
-    near = problem.matrix @ least_squares(problem.matrix, right, exact(problem.matrix))
+    own = ~some.problem.coupling.any(axis=1)
+    matrix, near = some.problem.matrix[own], right.copy()
+    near[own] = matrix @ least_squares(matrix, right[own], exact(matrix))
     apart = np.abs(near - right) <= account.rounding[some.rows]
-    return np.where(apart, near, right) if apart.all() else right
+    return near if apart.all() else right
 
 
 def _with_given(problem: LawProblem, given: Mapping[int, float]) -> LawProblem:

@@ -34,8 +34,8 @@ def gap_tolerance(problem: Scaled, x: Floats, z: Floats, part: float) -> Floats:
     x = C^T z: where things jam it is what large forces leave of each other, with their rounding.
     """
     largest = float(np.linalg.norm(x)) + float(np.abs(problem.r).max(initial=0.0))
-    rounding = 100.0 * EPSILON * (problem.norms * largest + problem.couplings * float(np.abs(z).max(initial=0.0)))
-    rounding += EPSILON * problem.norms * float(np.abs(z).sum())
+    rounding = 100.0 * EPSILON * (largest + problem.couplings * float(np.abs(z).max(initial=0.0)))
+    rounding += EPSILON * float(np.abs(z).sum())
     return np.asarray(part * problem.terms(x, z) + rounding + 1e-300, dtype=float)
 
 

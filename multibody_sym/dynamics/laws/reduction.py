@@ -62,7 +62,7 @@ def reduced(problem: Scaled) -> Reduced:
     place[own] = np.arange(len(own))
     a0, K = A @ x0 + D @ z0 - r, A @ X + D @ Z
     terms = problem.terms(x0, z0)
-    a0[np.abs(a0) <= LEFT * (terms + problem.norms * float(np.linalg.norm(x0)))] = 0.0
+    a0[np.abs(a0) <= LEFT * (terms + float(np.linalg.norm(x0)))] = 0.0
     K[np.abs(K) <= LEFT] = 0.0
     return Reduced(own, place, z0, Z, x0, X, a0, K, open_sides)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.dynamics.laws.problem import Equality, FrictionLaw, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDING
 from multibody_sym.records import dataclass
 
 Places = NDArray[np.intp]
@@ -157,11 +158,6 @@ class Scaled:
         return np.asarray(np.logical_and.reduceat(flags[table.rows], table.first), dtype=bool)
 
     @cached_property
-    def norms(self) -> Floats:
-        """Lengths (m) of rows of A, one but for those that are zero."""
-        return np.asarray(np.linalg.norm(self.A, axis=1), dtype=float)
-
-    @cached_property
     def couplings(self) -> Floats:
         """Lengths (m) of rows of D."""
         return np.asarray(np.linalg.norm(self.D, axis=1), dtype=float)
@@ -172,13 +168,16 @@ class Scaled:
 
 
 def scaled(problem: LawProblem) -> Scaled:
-    """Return the problem with rows and forces of unit length; rows of a part in space share theirs."""
+    """Return the problem with rows and forces of unit length; rows of a part in space share theirs.
+
+    Rows that are rounding beside the longest one vanish: they are the tangents and reactions of bodies that are held.
+    """
     laws, count = problem.laws, len(problem.laws)
     defines = np.any(problem.coupling != 0.0, axis=1)
-    lengths = _lengths(problem.matrix, problem.parts)
-    sizes = _lengths(problem.exerted, problem.parts)
+    matrix, exerted = _without_rounding(problem.matrix), _without_rounding(problem.exerted)
+    lengths, sizes = _lengths(matrix, problem.parts), _lengths(exerted, problem.parts)
     for part in problem.parts:
-        own = [k for k in part.normals if isinstance(laws[k], Equality) and not problem.exerted[k].any()]
+        own = [k for k in part.normals if isinstance(laws[k], Equality) and not exerted[k].any()]
         sizes[own] = sizes[part.rows[0]]
     diagonal = np.abs(problem.coupling.diagonal()) / sizes
     lengths = np.where(defines & (diagonal > 0.0), np.maximum(diagonal, 0.0), lengths)
@@ -187,8 +186,8 @@ def scaled(problem: LawProblem) -> Scaled:
     for part in problem.parts:
         normal[list(part.normals)] = True
     return Scaled(
-        problem.matrix / lengths[:, None],
-        problem.exerted / sizes[:, None],
+        matrix / lengths[:, None],
+        exerted / sizes[:, None],
         problem.coupling / np.outer(lengths, sizes),
         problem.right / lengths,
         lengths,
@@ -201,12 +200,17 @@ def scaled(problem: LawProblem) -> Scaled:
     )
 
 
+def _without_rounding(rows: Floats) -> Floats:
+    largest = np.abs(rows).max(axis=1, initial=0.0)
+    return np.where((largest > ROUNDING * largest.max(initial=0.0))[:, None], rows, 0.0)
+
+
 def _lengths(rows: Floats, parts: Sequence[FrictionLaw]) -> Floats:
     """Return the lengths of rows, 1 where they are zero, the largest one for all rows of a part in space."""
     lengths = np.asarray(np.linalg.norm(rows, axis=1), dtype=float)
-    lengths[lengths == 0.0] = 1.0
     for part in parts:
         lengths[list(part.rows)] = lengths[list(part.rows)].max()
+    lengths[lengths == 0.0] = 1.0
     return lengths
 
 

@@ -1,12 +1,15 @@
 """Forces that a mode leaves open: admissible ones among them, and what of them, or of the motion, is unique.
 
 zeta = zeta_0 + W t fulfils a mode's equations for all t (W: what they do not see). Inequalities on forces are linear in
-t but for those of circles and of two-sided normals; the former are taken with 16 edges (26 faces) where forces are
-chosen, and judged exactly afterwards, the latter are left out, as both are where uniqueness is asked for.
+t but for those of circles, of normals of either sign, and of joints in which the length of a reaction R presses.
+Circles are taken with 16 edges (26 faces) where forces are chosen, and judged exactly afterwards. |R| >= e.R for every
+unit vector e, and equal along R: friction in joints is bounded by mu e.R, which is linear, with e along the R of the
+pass before (the convex-concave procedure). Where uniqueness is asked for none of the three is a bound.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 from typing import Final
@@ -36,28 +39,78 @@ SEEN: Final = 1e-9
 """What a combination of forces changes by less than this part of the largest is not changed by it."""
 
 
+CLOSER: Final = 0.999
+"""The part of what friction in joints exceeded its bounds by that the next pass may leave."""
 HUGE: Final = 1e6
 """Forces that are so many times the largest of a mode are none."""
+
+
+Ways = Mapping[int, Floats]
+"""By the numbers of parts in whose joints the length of a reaction presses: unit vectors along these."""
 
 
 def admissible(problem: Scaled, trial: Trial) -> Trial | None:
     """Return the trial with other forces, and the motion that these lead to, so that all inequalities hold.
 
-    None where there are none.
+    None where none are found; where friction sticks in joints that a reaction's length presses there may be others.
     """
     scale = _scale(problem, trial.z)
     free = trial.idle.shape[1]
-    t = _within(problem, trial, scale, _INNER)
+    along = _along_reactions(problem, trial, scale)
+    if along is None:
+        return None
+    t = _within(problem, trial, scale, _INNER, along)
     circles = any(part.in_space for part in problem.parts)
     if t is None and circles and free > 1:
-        t = _within(problem, trial, scale, _OUTER)
-        t = None if t is None else _in_circles(problem, trial, scale, t)
+        t = _within(problem, trial, scale, _OUTER, along)
+        t = None if t is None else _in_circles(problem, trial, scale, t, along)
     return None if t is None else _moved(problem, trial, t * scale)
 
 
-def _within(problem: Scaled, trial: Trial, scale: float, edges: float) -> Floats | None:
+def _along_reactions(problem: Scaled, trial: Trial, scale: float) -> Ways | None:
+    """Return the directions of reactions with which friction that sticks in joints keeps its bounds.
+
+    Without directions friction is bounded by zero: the first pass makes it least, each further one no larger beside its
+    bounds than the one before. None where it does not come within them.
+    """
+    parts = [part for part in _stuck(problem, trial) if part.norm]
+    along: Ways = {part.number: np.zeros(len(part.normals)) for part in parts}
+    least = np.inf
+    while parts:
+        t, beyond = _nearest(problem, trial, scale, along)
+        if not beyond < CLOSER * least:
+            return None
+        z = trial.z + trial.forces @ trial.idle @ (t * scale)
+        loads = {part.number: part.base * z[part.normals] for part in parts}
+        along = {k: load / (float(np.linalg.norm(load)) or 1.0) for k, load in loads.items()}
+        if beyond <= ROUNDED:
+            return along
+        least = beyond
+    return along
+
+
+def _nearest(problem: Scaled, trial: Trial, scale: float, along: Ways) -> tuple[Floats, float]:
+    """Return combinations (j) of open forces, over `scale`, that exceed bounds of friction in joints least.
+
+    Then by how much in all; inf where other inequalities have no solution.
+    """
+    present, slopes = _limits(problem, trial, _INNER)
+    forces = trial.forces @ trial.idle
+    bounds = [np.vstack(_cone(problem, problem.parts[k], trial, _INNER, along)) for k in along]
+    rows, free, count = np.vstack(bounds), trial.idle.shape[1], len(along)
+    excess = np.repeat(np.eye(count), [len(each) for each in bounds], axis=0)
+    left = np.block([[-slopes, np.zeros((len(slopes), count))], [-rows @ forces, -excess]])
+    found = linear_program(
+        np.concatenate([np.zeros(free), np.ones(count)]),
+        [*[(None, None)] * free, *[(0.0, None)] * count],
+        below=(left, np.concatenate([present, rows @ trial.z]) / scale),
+    )
+    return (found.x[:free], found.value) if found.status == 0 else (np.zeros(free), np.inf)
+
+
+def _within(problem: Scaled, trial: Trial, scale: float, edges: float, along: Ways) -> Floats | None:
     """Return combinations (j) of open forces, over `scale`, with which all inequalities hold; None without any."""
-    present, slopes = _limits(problem, trial, edges)
+    present, slopes = _limits(problem, trial, edges, along)
     free = trial.idle.shape[1]
     if free == 1:
         low, high = _interval(present / scale, slopes[:, 0])
@@ -79,14 +132,14 @@ def _within(problem: Scaled, trial: Trial, scale: float, edges: float) -> Floats
     return t
 
 
-def _in_circles(problem: Scaled, trial: Trial, scale: float, t: Floats) -> Floats:
+def _in_circles(problem: Scaled, trial: Trial, scale: float, t: Floats, along: Ways) -> Floats:
     """Return such combinations with the circles as they are, from those of polygons around them."""
     present, slopes = _limits(problem, trial, None)
     forces = trial.forces @ trial.idle
     values, ways, cones = [present / scale], [slopes], [Cone((), (k,), (1.0,)) for k in range(len(present))]
     count = len(present)
-    for part in _bounded(problem, trial):
-        row, own = _pressing(problem, part, trial), np.eye(problem.count)[part.rows]
+    for part in _bounded(problem, trial, along):
+        row, own = _pressing(problem, part, trial, along), np.eye(problem.count)[part.rows]
         both = np.vstack([own, row])
         values.append(both @ trial.z / scale)
         ways.append(both @ forces)
@@ -191,7 +244,7 @@ def _stacked(slopes: Floats, held: Flags, touched: Flags) -> Floats:
     return np.column_stack([-slopes, margins])[touched]
 
 
-def _limits(problem: Scaled, trial: Trial, edges: float | None) -> tuple[Floats, Floats]:
+def _limits(problem: Scaled, trial: Trial, edges: float | None, along: Ways | None = None) -> tuple[Floats, Floats]:
     """Return what must be >= 0: the values (i) of a trial, and their slopes (i, j) by t.
 
     Circles have edges so far from their middles (of their radius), or are left out.
@@ -201,9 +254,9 @@ def _limits(problem: Scaled, trial: Trial, edges: float | None) -> tuple[Floats,
     closed = mode.sides[problem.unilateral] > 0
     of_z = [unit[problem.unilateral[closed]]]
     of_a = [unit[problem.unilateral[~closed]]]
-    for part in _bounded(problem, trial):
+    for part in _bounded(problem, trial, along or {}):
         if edges is not None or not part.in_space:
-            of_z += _cone(problem, part, trial, edges)
+            of_z += _cone(problem, part, trial, edges, along or {})
     for part in problem.parts:
         slip = mode.slips[part.number]
         if not slip or not trial.mu[part.number]:
@@ -220,23 +273,29 @@ def _limits(problem: Scaled, trial: Trial, edges: float | None) -> tuple[Floats,
     return np.concatenate([forces @ trial.z, gaps @ trial.a]), slopes
 
 
-def _bounded(problem: Scaled, trial: Trial) -> list[Part]:
-    """Return the parts that stick and whose forces are bounded by sums of normal forces."""
+def _stuck(problem: Scaled, trial: Trial) -> list[Part]:
+    """Return the parts that stick and whose forces have bounds."""
     stuck = sticking(problem, trial.mode, trial.mu)
-    return [part for part in problem.parts if stuck[part.rows[0]] and not part.enough and not part.norm]
+    return [part for part in problem.parts if stuck[part.rows[0]] and not part.enough]
 
 
-def _pressing(problem: Scaled, part: Part, trial: Trial) -> Floats:
+def _bounded(problem: Scaled, trial: Trial, along: Ways) -> list[Part]:
+    """Return the parts that stick and whose forces are bounded by sums of normal forces, or `along` reactions."""
+    return [part for part in _stuck(problem, trial) if not part.norm or part.number in along]
+
+
+def _pressing(problem: Scaled, part: Part, trial: Trial, along: Ways) -> Floats:
     """Return (m) by the forces what those of a part that sticks may be at most."""
     row = np.zeros(problem.count)
     negative = problem.two_sided[part.normals] & (trial.mode.sides[part.normals] < 0)
-    row[part.normals] = trial.mu[part.number] * part.base * np.where(negative, -1.0, 1.0)
+    ways = along[part.number] if part.norm else np.where(negative, -1.0, 1.0)
+    row[part.normals] = trial.mu[part.number] * part.base * ways
     return row
 
 
-def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None) -> list[Floats]:
+def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None, along: Ways) -> list[Floats]:
     """Return what must be >= 0 of a part that sticks."""
-    row = _pressing(problem, part, trial)
+    row = _pressing(problem, part, trial, along)
     if edges is None or not part.in_space:
         ways, factor = np.array([[1.0], [-1.0]]), 1.0
     elif len(part.rows) == 2:

@@ -158,7 +158,7 @@ class SwitchingValues:
         if one.ends == "slips":
             (static,) = coefficients(self.motion, one.part.rows, [one.part.static])
             limit = static * self.pressing(element, one.part)
-            return length([self.by_name[row.name] for row in one.part.rows]) - limit
+            return length([self.by_name.get(row.name, ZERO) for row in one.part.rows]) - limit
         return self._of_slip(one.ends, one.part, mechanism.mode.slips[one.part.name])
 
     def _of_slip(self, ends: Ends, part: FrictionPart, sense: int) -> S:

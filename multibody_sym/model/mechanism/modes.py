@@ -119,7 +119,7 @@ def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> It
     for part in element.frictions if element.unilateral or side != INACTIVE else ():
         sticks = not _slides(part, mode) and part.name not in mode.carried
         if sticks and (part.enough or part.static is not ZERO):
-            yield from part.rows
+            yield from (row for row in part.rows if row.name not in mode.carried)
 
 
 def with_coefficients(mechanism: Mechanism, coefficient: Callable[[Sliding], Node]) -> Mechanism:

@@ -116,8 +116,8 @@ class Mode:
 
     Where forces are not unique, as of a box that rests on two corners, a mode may say which of them a basic solution
     has: `idle` elements touch and carry nothing; of parts that rest, `carried` is 0 where they exert nothing, 1 or -1
-    where they are at their static limit as if they slid that way. Or all rows act, and `shares` says what of it each
-    carries.
+    where they are at their static limit as if they slid that way; of parts along several rows it is 0 by the name of a
+    row that exerts nothing. Or all rows act, and `shares` says what of it each carries.
     """
 
     sides: Mapping[str, int]

@@ -103,53 +103,54 @@ def _with_joints(acting: _Acting) -> Mode:
     from multibody_sym.dynamics.laws.scaled import Modes, scaled
     from multibody_sym.dynamics.laws.search import modes_of
 
-    law = acting.problem.problem
+    posed, law = acting.problem, acting.problem.problem
     mu = np.array([part.static if part.rests else part.kinetic for part in law.parts])
     problem = scaled(law)
     begun: Modes = modes_of(problem, acting.state.mode)
     for first in range(len(law.parts)):
         loose = _loose(acting, first)
-        for how in product(*loose.values()):
-            carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
-            for number, slip in zip(loose, how, strict=True):
-                modes.slips[number] = slip
-                carrying[list(law.parts[number].rows)] = False
-            if loose and fulfils(problem, solve_mode(problem, modes, mu, carrying)):
-                names = (acting.problem.parts[number].name for number in loose)
-                return replace(acting.mode, carried=dict(zip(names, how, strict=True)))
         if not loose:
             break
+        lines = [number for number in loose if len(law.parts[number].rows) == 1]
+        beside = {posed.names[row]: 0 for number in loose if number not in lines for row in loose[number]}
+        for how in product(*(_exerting(acting, number, k < _MOST) for k, number in enumerate(lines))):
+            carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
+            carrying[[row for rows in loose.values() for row in rows]] = False
+            modes.slips[lines] = how
+            if fulfils(problem, solve_mode(problem, modes, mu, carrying)):
+                names = (posed.parts[number].name for number in lines)
+                return replace(acting.mode, carried=dict(zip(names, how, strict=True)) | beside)
     return acting.mode
 
 
-def _loose(acting: _Acting, first: int) -> dict[int, tuple[int, ...]]:
-    """Return the numbers of parts at rest whose rows depend on others, with what each may exert (`_ways`).
+def _exerting(acting: _Acting, number: int, tried: bool) -> tuple[int, ...]:
+    """Return what a part along one row may exert that was let loose: nothing, or its limit, if these are `tried`."""
+    posed = acting.problem
+    sense = -1 if float(acting.state.z[posed.problem.parts[number].rows[0]]) > 0.0 else 1
+    unilateral = any(x.unilateral for x in posed.elements if posed.parts[number] in x.frictions)
+    return (0,) if not tried else (sense, 0, -sense) if unilateral else (0, sense, -sense)
 
-    The part of number `first` holds before the others that might.
+
+def _loose(acting: _Acting, first: int) -> dict[int, list[int]]:
+    """Return the rows of parts at rest that depend on others, by the numbers of these parts.
+
+    The part of number `first` holds before the others.
     """
-    posed, law, slips = acting.problem, acting.problem.problem, acting.state.mode.slips
-    element = {part.name: x for x in posed.elements for part in x.frictions}
-    free = {part.name for part in posed.parts if len(element[part.name].normals) > 1}
-    free |= {part.name for part in posed.parts if not element[part.name].unilateral}
+    posed, parts = acting.problem, acting.problem.problem.parts
+    resting = {one.part.name for one in acting.parts(resting=True)}
+    always = {part.name for x in posed.elements if not x.unilateral for part in x.frictions}
     kept = acting.bilateral() + [acting.place(x) for x in acting.elements()]
-    kept += [place for one in acting.parts(resting=True) if one.part.name not in free for place in one.rows]
-    acting_too = {x.name for x in acting.elements()}
-    loose: dict[int, tuple[int, ...]] = {}
-    count = len(law.parts)
-    for number in (*range(first, count), *range(first)):
-        part, of_part = posed.parts[number], law.parts[number]
-        own = element[part.name]
-        if part.name not in free or not of_part.rests or slips[number] != STICKS or part.enough:
+    loose: dict[int, list[int]] = {}
+    for number in (*range(first, len(parts)), *range(first)):
+        part, law = posed.parts[number], parts[number]
+        sticks = law.rests and acting.state.mode.slips[number] == STICKS and not part.enough
+        if not sticks or part.name not in resting | always:
             continue
-        trial = [*kept, *of_part.rows]
-        if own.unilateral and own.name not in acting_too:
-            continue
-        if _rank(posed, trial) > _rank(posed, kept):
-            kept = trial
-            continue
-        sense = -1 if float(acting.state.z[of_part.rows[0]]) > 0.0 else 1
-        few = len(part.rows) == 1 and len(loose) < _MOST
-        loose[number] = ((sense, 0, -sense) if own.unilateral else (0, sense, -sense)) if few else (0,)
+        for row in law.rows:
+            if _rank(posed, [*kept, row]) > _rank(posed, kept):
+                kept.append(row)
+            else:
+                loose.setdefault(number, []).append(row)
     return loose
 
 

@@ -16,14 +16,17 @@ from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed, rounded_up
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, low_bounce, struck
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, low_bounce, struck, without_collision
 from multibody_sym.simulation.one_way.settling import at_rest, moved, named, onto_rows
 
 SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
+_WEDGED: Final = 3
+"""Impacts without collision at one instant."""
 _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
@@ -143,6 +146,14 @@ class _After:
     problem: PosedLaws
     found: Found
 
+    @property
+    def wedged(self) -> bool:
+        """Whether it is proved that no forces fulfil the laws of what touches and rests, some of which bounces."""
+        touch = named(self.facts, self.touching)
+        if self.found.states or not self.found.proved or not any(x.restitution is not ZERO for x in touch):
+            return False
+        return all(self.facts.standing(x) == "touching" for x in touch)
+
 
 def _after(
     facts: Facts, touching: list[str], before: Before | None, late: Mapping[str, float], held: Collection[str]
@@ -155,6 +166,25 @@ def _after(
         touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
         facts = moved(facts, q=onto_rows(facts, touching))
     blow = struck(facts, touching, late, held) if settling.closing(facts, touching) else None
+    after = _settled(facts, touching, blow, before, late, held)
+    for _ in range(_WEDGED):
+        if not after.wedged:
+            break
+        again = without_collision(after.facts, after.touching)
+        blow = again if after.blow is None else after.blow.then(again)
+        after = replace(_settled(after.facts, after.touching, again, before, late, held), blow=blow)
+    return after
+
+
+def _settled(
+    facts: Facts,
+    touching: list[str],
+    blow: Blow | None,
+    before: Before | None,
+    late: Mapping[str, float],
+    held: Collection[str],
+) -> _After:
+    """Return what holds once speeds have jumped: what still touches, speeds at rest to the last bit, and the states."""
     if blow is not None:
         facts = moved(facts, u=facts.u + blow.jump)
         leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
@@ -172,12 +202,14 @@ def _back(after: _After, others: Collection[str]) -> set[str]:
     bodies that slide would rock on for ever, unseen.
     """
     facts, states = after.facts, after.found.states
-    if after.blow is None or not states:
+    if after.blow is None:
         return set()
-    udot = facts.udot(states[0].x)
     leaving = [x for x in facts.near if x.name not in others and facts.standing(x) == "leaving"]
-    low = {x.name for x in leaving if low_bounce(facts, x, facts.falling(x, udot), facts.rate(x))}
-    return low | {x.name for x in leaving if x.name in after.touching}
+    back = {x.name for x in leaving if x.name in after.touching}
+    if states:
+        udot = facts.udot(states[0].x)
+        back |= {x.name for x in leaving if low_bounce(facts, x, facts.falling(x, udot), facts.rate(x))}
+    return back
 
 
 def _goes_on(mode: Mode, before: Mode) -> bool:

@@ -15,7 +15,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way.facts import Facts, posed
-from multibody_sym.simulation.one_way.settling import onto_rows
+from multibody_sym.simulation.one_way.settling import named, onto_rows
 
 _REMAINING: Final = 1e-9
 """The part of the time since the first bounce that what bounces may still have left, to count as at rest."""
@@ -29,6 +29,8 @@ _CYCLES: Final = 4
 """Ends of cycles, the ratios of which have to agree."""
 _ALIKE: Final = 1e-2
 """The part by which they may differ: rounding of where what is nearly at rest strikes is in them."""
+_PRESSED: Final = 2.0
+"""By how many times of what counts as touching without closing loads have made closing what wedges."""
 _ROUNDING: Final = 16.0 * np.finfo(float).eps
 """The part of the time by which it has to go on to have done so."""
 MOST: Final = 1e7
@@ -58,6 +60,16 @@ class Blow:
     u: Floats
     rows: Mapping[str, float]
     notes: tuple[str, ...] = ()
+
+    def then(self, other: Blow) -> Blow:
+        """Return both impacts as one, the other one after this."""
+
+        def summed(one: Mapping[str, float], more: Mapping[str, float]) -> dict[str, float]:
+            return {name: one.get(name, 0.0) + more.get(name, 0.0) for name in (*one, *more)}
+
+        parts = ((self.impulses, other.impulses), (self.lost, other.lost), (self.rows, other.rows))
+        impulses, lost, rows = (summed(*each) for each in parts)
+        return Blow(self.jump + other.jump, impulses, lost, self.q, self.u, rows, (*self.notes, *other.notes))
 
 
 @dataclass
@@ -283,10 +295,29 @@ def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
     return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
 
 
-def struck(facts: Facts, touching: Collection[str], resting: Collection[str], held: Collection[str] = ()) -> Blow:
+def without_collision(facts: Facts, touching: Collection[str]) -> Blow:
+    """Return the impact of what touches and rubs so that no forces fulfil the laws, though nothing closes (Painleve).
+
+    It is the limit of what happens to what has been pressed together for a time that becomes zero: such impulses stop
+    slip. Raises NoSolutionError if the laws of the impact have no solution.
+    """
+    normals = [x.normals[0] for x in named(facts, touching)]
+    pace = max(float(facts.known["right"][facts.place(row)]) / facts.allowed_speed(row) for row in normals)
+    return struck(facts, touching, (), pressed=_PRESSED / pace if pace > 0.0 else 0.0)
+
+
+def struck(
+    facts: Facts,
+    touching: Collection[str],
+    resting: Collection[str],
+    held: Collection[str] = (),
+    *,
+    pressed: float = 0.0,
+) -> Blow:
     """Return the impact of what touches, without a rebound of what is `resting`.
 
-    What is `held` stays together, whichever way its impulse acts. Raises NoSolutionError if its laws have no solution.
+    What is `held` stays together, whichever way its impulse acts. Loads have `pressed` it together for so long (s), and
+    all of it strikes at once then. Raises NoSolutionError if its laws have no solution.
     """
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
@@ -304,14 +335,15 @@ def struck(facts: Facts, touching: Collection[str], resting: Collection[str], he
         bounces[place] = 0.0 if element.name in resting else restitution(facts, element)
         allowed[place] = facts.allowed_speed(element.normals[0])
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
-    rows = replace(problem.problem, right=-speeds, laws=_laws(problem, held))
+    right = pressed * problem.problem.right - speeds
+    rows = replace(problem.problem, right=right, laws=_laws(problem, held))
     law: ImpactLaw = "poisson" if problem.parts else "newton"
-    sequence: Sequence = "one_by_one" if bounces.any() else "simultaneous"
+    sequence: Sequence = "one_by_one" if bounces.any() and not pressed else "simultaneous"
     returned = _returned(facts, problem)
     found = strike(ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names))
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
     return Blow(
-        facts.speeds(found.x),
+        facts.speeds(found.x) + pressed * facts.known["free"],
         {element.name: float(found.impulses[problem.places[element.normals[0].name]]) for element in own},
         {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
         facts.q,

@@ -138,3 +138,21 @@ def test_a_racket_that_is_moved_suddenly_strikes_the_ball_that_lies_on_it() -> N
     assert struck.x / np.sqrt([2.0, 1.0]) == pytest.approx([3.0, 4.5])
     assert [phase.stage for phase in struck.phases] == ["joined", "compression", "restitution"]
     assert struck.impulses == pytest.approx([6.0 + 4.5, 4.5])
+
+
+def test_impacts_in_turn_that_shrink_end_in_their_limit_without_any_slip() -> None:
+    """A disc falls on one that lies on a rough floor: they strike by turns until all stands, p = K^-1 (-v).
+
+    Slip shrinks with the speeds of closing: where these no longer count, it would be left, and nothing could hold it.
+    """
+    m, r = (1.0, 1.5), (0.3, 0.25)
+    n = np.array([0.889, -np.sqrt(1.0 - 0.889**2)])
+    discs = Impact(np.diag([m[0], m[0], m[0] * r[0] ** 2 / 2, m[1], m[1], m[1] * r[1] ** 2 / 2]), np.zeros(6))
+    discs.contact([0, 1, 0, 0, 0, 0], 0.3, [[1, 0, r[0], 0, 0, 0]], 2.0)
+    discs.contact([*n, 0, *-n, 0], 0.3, [[n[1], -n[0], r[0], -n[1], n[0], r[1]]], 2.0)
+    discs.u[:] = np.linalg.lstsq(discs.H, np.array([0.0, 0.0, -3.459, 0.602]), rcond=None)[0]
+    struck = strike(discs.problem("poisson", "one_by_one"))
+    assert struck.impacts > 10
+    assert struck.after == pytest.approx(np.zeros(4), abs=1e-13)
+    K = discs.H @ np.linalg.solve(discs.M, discs.H.T)
+    assert struck.impulses == pytest.approx(np.linalg.solve(K, -discs.H @ discs.u), rel=1e-12)
