@@ -272,26 +272,57 @@ class _Unit:
 # --- dimensions of expressions ----------------------------------------------------------------------------------
 
 
-def dimension_of(node: Node, known: Callable[[Node], Dimension | None]) -> Dimension | None:
-    """Return the dimension of `node`, given those of its symbols and quantities (None: not known).
+class Measured(NamedTuple):
+    """What is known of an expression: its dimension, and whether something in it may carry a unit that nobody wrote.
 
-    Returns None where it is not known and where the expression is a pure number, which fits every dimension; a pure
-    number in a sum fits the other side, and one known part tells the dimension of a sum. A factor that is no quotient
-    of small integers (9.81) may carry a unit.
+    `firm`: the dimension stands in a unit that the model gives, beside which small numbers are pure. `numbered`: a
+    number multiplies it, which beside motion alone may be a stiffness: the 5 of `5*x`.
+    """
+
+    dimension: Dimension
+    firm: bool = False
+    numbered: bool = False
+
+    @property
+    def certain(self) -> bool:
+        """Whether nothing in it can carry a unit that nobody wrote."""
+        return self.firm or not self.numbered
+
+    def times(self, other: Measured, exponent: Exponent = 1) -> Measured:
+        """Return what is known of a * b^exponent; a ratio of two lengths is no firmer than a number."""
+        dimension = self.dimension.times(other.dimension, exponent)
+        firm = (self.firm or other.firm) and dimension != DIMENSIONLESS
+        return Measured(dimension, firm, self.numbered or other.numbered)
+
+
+NUMBER: Final = Measured(DIMENSIONLESS, numbered=True)
+"""A pure number, which fits every dimension."""
+
+
+def given_in(dimension: Dimension | None) -> Measured | None:
+    """Return what is known of a number that the model gives in a unit; None where it has none."""
+    return None if dimension is None else Measured(dimension, firm=dimension != DIMENSIONLESS)
+
+
+def measured(node: Node, known: Callable[[Node], Measured | None]) -> Measured | None:
+    """Return what is known of the dimension of `node`, given what is known of its symbols and quantities.
+
+    A pure number fits every dimension: in a sum it fits the other side, and one known part tells the dimension of a
+    sum. A factor that is no quotient of small integers (9.81) may carry a unit, and so may any beside motion alone.
     Raises ExpressionError where two dimensions contradict each other.
     """
-    found: dict[Node, Dimension | None] = {}
+    found: dict[Node, Measured | None] = {}
     for n in postorder([node]):
         if n.shadow is not None:
-            found[n] = DIMENSIONLESS if is_pure(n) else None
+            found[n] = NUMBER if is_pure(n) else None
         elif not n.args:
             found[n] = known(n)
         else:
-            found[n] = _dimension(n, [found[a] for a in n.args])
-    return found[node] if found[node] != DIMENSIONLESS else None
+            found[n] = _measured(n, [found[a] for a in n.args])
+    return found[node]
 
 
-Dimensions = list[Dimension | None]
+Operands = list[Measured | None]
 
 
 def is_pure(n: Node) -> bool:
@@ -301,66 +332,67 @@ def is_pure(n: Node) -> bool:
     return True
 
 
-def _dimension(n: Node, operands: Dimensions) -> Dimension | None:
+def _measured(n: Node, operands: Operands) -> Measured | None:
     if n.op in ("neg", "abs"):
         return operands[0]
     if n.op in ("add", "min", "max", "where"):
         return _common(n, operands)
     if n.op in ("mul", "div"):
-        return _product(n, operands)
-    if n.op == "pow":
+        a, b = operands
+        return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
+    if n.op in ("pow", "sqrt"):
         return _power(n, operands)
-    if n.op == "sqrt":
-        return None if operands[0] is None else DIMENSIONLESS.times(operands[0], Fraction(1, 2))
     if n.op in ("less", "less_equal", "atan2"):
         _common(n, operands)
     elif n.op != "sign":
-        _require_pure_operands(n, operands)
-    return DIMENSIONLESS
+        for argument, its in zip(n.args, operands, strict=True):
+            _require_pure(argument, its, f"{n.op}()")
+    return NUMBER
 
 
-def _product(n: Node, dimensions: Dimensions) -> Dimension | None:
-    a, b = dimensions
-    return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
+def _power(n: Node, operands: Operands) -> Measured | None:
+    base, exponent = operands[0], n.args[-1]
+    if n.op == "pow" and exponent.op != "number":
+        _require_pure(exponent, operands[1], "an exponent")
+        return NUMBER if base is not None and base.dimension == DIMENSIONLESS else None
+    power = Fraction(1, 2) if n.op == "sqrt" else Fraction(exponent.data)
+    return None if base is None else base._replace(dimension=DIMENSIONLESS.times(base.dimension, power))
 
 
-def _power(n: Node, dimensions: Dimensions) -> Dimension | None:
-    exponent = n.args[1]
-    if dimensions[1]:
-        _require_pure(exponent, dimensions[1], "an exponent")
-    if exponent.op == "number" and dimensions[0] is not None:
-        return DIMENSIONLESS.times(dimensions[0], Fraction(exponent.data))
-    return DIMENSIONLESS if dimensions[0] == DIMENSIONLESS else None
-
-
-def _common(n: Node, dimensions: Dimensions) -> Dimension | None:
-    """Return the common dimension of operands that are added, compared or chosen from."""
-    first = len(n.args) - 2
-    (a, da), (b, db) = list(zip(n.args, dimensions, strict=True))[first:]
-    if da and db and DIMENSIONLESS not in (da, db) and da != db:
+def _common(n: Node, operands: Operands) -> Measured | None:
+    """Return what is known of operands that are added, compared or chosen from, as far as one of them is certain."""
+    told = [(a, x) for a, x in list(zip(n.args, operands, strict=True))[-2:] if x is not None]
+    certain = [(a, x) for a, x in told if x.certain]
+    if len(certain) == 2 and certain[0][1].dimension != certain[1][1].dimension:
+        (a, x), (b, y) = certain
         b = b.args[0] if b.op == "neg" else b
         verb = _VERBS.get(n.op, f"{n.op}() combines")
-        raise ExpressionError(f"{verb} {da} and {db}: {_brief(a)} is in {da}, {_brief(b)} is in {db}", number="E106")
-    told = [d for d in (da, db) if d is not None and d != DIMENSIONLESS]
-    if told:
-        return told[0]
-    return DIMENSIONLESS if da == db == DIMENSIONLESS else None
+        raise ExpressionError(
+            f"{verb} {_shown(x)} and {_shown(y)}: {_brief(a)} {_is_in(x)}, {_brief(b)} {_is_in(y)}", number="E106"
+        )
+    if certain:
+        return max((x for _, x in certain), key=lambda x: x.firm)
+    alike = len(told) == 2 and told[0][1].dimension == told[1][1].dimension
+    return told[0][1] if alike else None
 
 
 _VERBS: Final = {"add": "a sum of", "less": "a comparison of", "less_equal": "a comparison of", "where": "a choice of"}
 
 
-def _require_pure_operands(n: Node, dimensions: Dimensions) -> None:
-    for a, dimension in zip(n.args, dimensions, strict=True):
-        if dimension:
-            _require_pure(a, dimension, f"{n.op}()")
-
-
-def _require_pure(a: Node, dimension: Dimension, what: str) -> None:
-    if dimension != DIMENSIONLESS:
+def _require_pure(a: Node, found: Measured | None, what: str) -> None:
+    in_time = found is not None and found.dimension == TIME and not found.firm  # sin(t) turns with 1 rad/s
+    if found is not None and found.certain and found.dimension != DIMENSIONLESS and not in_time:
         raise ExpressionError(
-            f"{what} wants a pure number or an angle, and {_brief(a)} is in {dimension}", number="E106"
+            f"{what} wants a pure number or an angle, and {_brief(a)} {_is_in(found)}", number="E106"
         )
+
+
+def _shown(found: Measured) -> str:
+    return "a pure number" if found.dimension == DIMENSIONLESS else str(found.dimension)
+
+
+def _is_in(found: Measured) -> str:
+    return "has no unit" if found.dimension == DIMENSIONLESS else f"is in {found.dimension}"
 
 
 def _brief(n: Node) -> str:

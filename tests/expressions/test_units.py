@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.parser import FUNCTIONS, parse
-from multibody_sym.expressions.units import DIMENSIONLESS, UNITS, Dimension, dimension_of, parse_unit
+from multibody_sym.expressions.units import DIMENSIONLESS, UNITS, Dimension, Measured, given_in, measured, parse_unit
 from multibody_sym.scalars.node import ONE, Node
 
 EXPONENTS = st.fractions(min_value=-4, max_value=4, max_denominator=3)
@@ -20,12 +20,13 @@ KNOWN = {
 }
 
 
-def known(leaf: Node) -> Dimension | None:
-    return KNOWN.get(leaf.data)
+def known(leaf: Node) -> Measured | None:
+    return given_in(KNOWN.get(leaf.data))
 
 
 def dimension(text: str) -> Dimension | None:
-    return dimension_of(parse(text), known)
+    found = measured(parse(text), known)
+    return found.dimension if found is not None and found.dimension != DIMENSIONLESS else None
 
 
 @pytest.mark.parametrize(

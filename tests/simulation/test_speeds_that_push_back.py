@@ -9,7 +9,7 @@ import multibody_sym as mbs
 CYLINDER = """
 multibody_sym: 1
 name: cylinder
-parameters: {m: 100 kg, A: 5 cm^2, V: 100 cm^3, E: 1.4 GPa, ref: 0.1 m, kv: 0.002}
+parameters: {m: 100, A: 5e-4, V: 1e-4, E: 1.4e9, ref: 0.1, kv: 0.002}
 bodies: {rod: {mass: m}, memory: {mass: 1 kg}}
 joints:
   P: {type: prismatic, parent: ground, child: rod, axis: x, q: s}

@@ -20,8 +20,7 @@ from multibody_sym.answers.questions.naming import in_order, named_by, put_in, w
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
 from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at, suggestion
-from multibody_sym.expressions.quantities import QUANTITIES
-from multibody_sym.expressions.units import Dimension, dimension_of
+from multibody_sym.expressions.units import DIMENSIONLESS, Measured, given_in, measured
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.parameters import Parameter
@@ -29,6 +28,7 @@ from multibody_sym.model.declaration.settings import Ask, Equation
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import dimension_of_unit
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.model.resolution.dimensions import Dimensions
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
@@ -188,20 +188,22 @@ class Search:
 
     def _verify_units(self) -> None:
         """Raise ModelError where the sides of the equation are certain to be in different units."""
-        given, declared = self.equation, self.solved.system.parameters
-        of_answers = {symbol(name): dimension_of_unit(x.unit) for name, x in self.known.items() if x.unit}
+        given, declared = self.equation, Dimensions(self.solved.system)
+        of_answers = {symbol(name): given_in(dimension_of_unit(x.unit)) for name, x in self.known.items() if x.unit}
 
-        def of_leaf(leaf: Node) -> Dimension | None:
-            if leaf.op == "quantity":
-                asked = QUANTITIES.get(leaf.data[0])
-                return None if asked is None else asked.dimension
-            parameter = declared.get(str(leaf.data))
-            return of_answers.get(leaf, None if parameter is None else parameter.dimension)
+        def of_leaf(leaf: Node) -> Measured | None:
+            return of_answers[leaf] if leaf in of_answers else declared.of_leaf(leaf)
 
         sides = (given.left, given.left_unit), (given.right, given.right_unit)
-        left, right = (dimension_of(x, of_leaf) if unit is None else dimension_of_unit(unit) for x, unit in sides)
-        if left is not None and right is not None and left != right:
-            raise ModelError(f"{given}: the left side is a quantity in {left}, the right one in {right}")
+        left, right = (
+            measured(x, of_leaf) if unit is None else given_in(dimension_of_unit(unit)) for x, unit in sides
+        )
+        if left is None or right is None or not left.certain or not right.certain:
+            return
+        if left.dimension != right.dimension and DIMENSIONLESS not in (left.dimension, right.dimension):
+            raise ModelError(
+                f"{given}: the left side is a quantity in {left.dimension}, the right one in {right.dimension}"
+            )
 
     # --- in numbers -----------------------------------------------------------------------------------------------
 

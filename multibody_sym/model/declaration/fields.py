@@ -169,7 +169,7 @@ class OneOf:
 
 
 _UNITLESS: Final = (Scalar, Scalars, OptionalScalars, ScalarOrVector)
-_TEXTS: Final = "_texts"
+TEXTS: Final = "_texts"
 """Where an element keeps what those of its fields were given that any unit fits; no field, so that it never counts."""
 
 
@@ -206,9 +206,9 @@ class Element:
                 if value is not None:
                     field = f.metadata["field"]
                     object.__setattr__(self, f.name, field.accept(value))
-                    if isinstance(field, _UNITLESS) and field.unit is None:
+                    if _fits_any_unit(field):
                         texts[f.name] = value
-        object.__setattr__(self, _TEXTS, texts)
+        object.__setattr__(self, TEXTS, texts)
         self.verify()
 
     @classmethod
@@ -231,7 +231,7 @@ class Element:
 
         For fields whose unit depends on others; what was read no longer tells its unit, and only texts state one.
         """
-        given = getattr(self, _TEXTS).get(name)
+        given = getattr(self, TEXTS).get(name)
         with at(name):
             if isinstance(given, str) and not is_gap(given):
                 scalar(given, units if isinstance(units, str) else units[0])
@@ -240,11 +240,14 @@ class Element:
                 for i, (x, unit) in enumerate(zip(given, each, strict=True)):
                     if isinstance(x, str) and not is_gap(x):
                         content_of(i, x, Scalar(unit))
+            elif isinstance(given, Mapping):
+                for key, x in given.items():
+                    content_of(key, x, Scalar(units if isinstance(units, str) else units[0]))
 
     def with_fields(self, changed: Mapping[str, Any]) -> Self:
         """Return the element with other contents of fields, of which constants are as they were given."""
         new = dataclasses.replace(self, **changed)
-        object.__setattr__(new, _TEXTS, getattr(self, _TEXTS))
+        object.__setattr__(new, TEXTS, getattr(self, TEXTS))
         return new
 
     def verify(self) -> None:
@@ -298,6 +301,12 @@ def unit_of(field: Field) -> str | None:
     unit: str | None = getattr(field, "unit", None)
     item = getattr(field, "item", None)
     return unit if item is None else unit_of(item)
+
+
+def _fits_any_unit(field: Field) -> bool:
+    """Return whether a field holds numbers whose unit depends on other fields."""
+    numbers = isinstance(field, _UNITLESS) or isinstance(getattr(field, "item", None), Scalar)
+    return (numbers or getattr(field, "of_any_unit", False)) and unit_of(field) is None
 
 
 def verify_keys(tree: Mapping[str, Any], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.expressions.printer import text
@@ -139,6 +139,8 @@ Moment = Mapping[str, Node] | Node | StateCondition
 class MomentField:
     """A moment: `{x: 2 m}`, a condition such as `x > 2 and u < 0`, or a state such as `c sticks`."""
 
+    of_any_unit: ClassVar[bool] = True
+
     def accept(self, value: Any) -> Moment:
         if not isinstance(value, Mapping):
             accepted: Moment = StopCondition().accept(value)
@@ -154,6 +156,8 @@ class MomentField:
 @dataclass(frozen=True)
 class TimeOrMoment:
     """A time, such as `2 s`, or a moment."""
+
+    of_any_unit: ClassVar[bool] = True
 
     def accept(self, value: Any) -> Node | Moment:
         if isinstance(value, Mapping) or state_condition(value) is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import Dimension
-from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
+from multibody_sym.model.declaration.fields import TEXTS, Element, fields_tree, from_fields, holds
 from multibody_sym.model.declaration.parameters import DimensionField, with_unit
 from multibody_sym.model.declaration.values import Choice, Scalar, content_of, described, scalar
 from multibody_sym.records import dataclass
@@ -23,6 +23,8 @@ Row = tuple[Node, Node]
 @dataclass(frozen=True)
 class TableRows:
     """Pairs of numbers (argument, value) whose arguments increase strictly; from a list or an array (m x 2)."""
+
+    of_any_unit: ClassVar[bool] = True
 
     def accept(self, value: Any) -> tuple[Row, ...]:
         rows = value.tolist() if hasattr(value, "tolist") else value
@@ -81,12 +83,18 @@ class Table(Element):
         given = self.table
         super().__post_init__()
         if self.of is symbol("t"):
-            with at("table"):
-                for index, row in enumerate(given):
-                    content_of(index, row[0], Scalar("s"))
+            self.verify_arguments("s")
         if self.dimension is None:
             with at("table"):
                 object.__setattr__(self, "dimension", _dimension_of_values(given))
+
+    def verify_arguments(self, unit: str) -> None:
+        """Raise ModelError where an argument was given in another unit than `unit`."""
+        given = getattr(self, TEXTS)["table"]
+        with at("table"):
+            for index, (argument, _) in enumerate(given):
+                if isinstance(argument, str):
+                    content_of(index, argument, Scalar(unit))
 
 
 def _dimension_of_values(rows: Sequence[Sequence[Any]]) -> Dimension | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, Protocol
 
 from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
@@ -49,6 +50,7 @@ def scalar(value: Any, unit: str | None) -> Node:
     return node
 
 
+@cache
 def dimension_of_unit(unit: str) -> Dimension:
     """Return the dimension of a unit's text, the empty text standing for a pure number."""
     return parse_unit(unit)[1] if unit else DIMENSIONLESS

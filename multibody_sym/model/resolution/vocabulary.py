@@ -8,24 +8,21 @@ from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
-from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.curves.follow import guides
 from multibody_sym.model.declaration.curves.foot import Foot
-from multibody_sym.model.declaration.fields import Element
-from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
-from multibody_sym.model.declaration.joint import MovingJoint
 from multibody_sym.model.declaration.system import RESERVED, System, Written, expressions, verify_symbol
-from multibody_sym.model.declaration.values import AXES, dimension_of_unit
+from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Coordinate, Speed
 from multibody_sym.model.resolution.contacts.elements import contact_names
+from multibody_sym.model.resolution.dimensions import Dimensions
 from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.ropes.runs import run_names, tension_names
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
-from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.scalars.traversal import flatten, leaves
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
 
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
@@ -86,15 +83,12 @@ _KINDS: Final[Mapping[str, str]] = {
 
 
 def verify_expressions(system: System, names: Mapping[str, str]) -> None:
-    dimensions = _dimensions(system)
+    dimensions = Dimensions(system)
     vocabulary, adds_up = _vocabulary(system), _adding_outputs(system).difference(names)
-    force_units = {name: _units_of_force(system, element) for name, element in system.forces.items()}
-    for name, units in force_units.items():
-        with at("forces", name):
-            for key, unit in units.items():
-                system.forces[name].verify_unit(key, unit)
+    dimensions.verify_elements()
     known_in: dict[str, dict[str, str]] = {}
-    for path, node, field_unit in _declared(system):
+    for written in _declared(system):
+        path, node, _ = written
         if node.shadow is not None:  # a number names nothing and fits everywhere
             continue
         try:
@@ -109,9 +103,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             for leaf in _asked(node):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_adding(system, path, node, adds_up)
-            wanted = field_unit if field_unit is not None else _unit_by_joint(system, path, force_units)
-            _verify_dimension(node, wanted, dimensions)
-            _verify_curve(node, wanted, dimensions)
+            dimensions.verify(written)
         except (ModelError, ExpressionError) as error:
             raise ModelError(
                 error.message, where=replace(error.where, path=path, column=None), number=error.number
@@ -143,33 +135,6 @@ def verify_curves(system: System, names: Mapping[str, str]) -> None:
                     f"{name!r} is {what} of the model and the parameter of this curve; rename one", number="M108"
                 )
                 raise ModelError(error.message, where=replace(error.where, path=path, column=None), number=error.number)
-
-
-def _unit_by_joint(
-    system: System, path: Sequence[str], force_units: Mapping[str, Mapping[str, str]]
-) -> str | None:
-    """Return the unit that the joint at a path, or the joint of a force there, wants; None where there is none."""
-    if path[0] == "forces":
-        return force_units[path[1]].get(path[2])
-    joint = system.joints[path[1]] if path[0] == "joints" else None
-    return joint.unit_at(path[2:]) if isinstance(joint, MovingJoint) else None
-
-
-def _units_of_force(system: System, element: Element) -> Mapping[str, str]:
-    """Return the units of those fields of a force that depend on the freedom it acts along."""
-    if not isinstance(element, (Torque, SpringDamper, Damper)):
-        return {}
-    if element.joint is None:
-        return element.units()
-    joint = system.joints.get(element.joint)
-    if joint is None:
-        return {}
-    coordinates, speeds = coordinate_names(element.joint, joint), speed_names(element.joint, joint)
-    known = dict(zip(speeds, joint.speed_units, strict=True))
-    by_coordinate = {q: f"{unit}/s" for q, unit in zip(coordinates, joint.coordinate_units, strict=True) if unit}
-    only = speeds[0] if len(speeds) == 1 else None
-    speed = {**by_coordinate, **known}.get(element.freedom or only or "")
-    return {} if speed is None else element.units(speed)
 
 
 def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
@@ -375,33 +340,3 @@ def _verify_component(leaf: Node, element: str, component: str, vocabulary: Mapp
 def _listed(words: tuple[str, ...]) -> str:
     plain = [w.removeprefix("a ").removeprefix("an ") for w in words]
     return ", ".join("the time" if w == "the time" else w + "s" for w in plain)
-
-
-def _dimensions(system: System) -> dict[Node, Dimension | None]:
-    """Return the dimensions that were given with units. Time and motion have none: `5*sin(3*t)` may be a force."""
-    parameters = {symbol(name): parameter.dimension for name, parameter in system.parameters.items()}
-    inputs = {symbol(name): given.dimension for name, given in system.inputs.items() if not isinstance(given, Node)}
-    return {**parameters, **inputs}
-
-
-def _verify_curve(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
-    """Raise ModelError where a term of a curve, with the unit of the curve's parameter, is no length.
-
-    Terms count that name parameters with units: `x^2/2` may have one that nobody wrote.
-    """
-    own = {x: dimension_of_unit(x.data[1][1]) for x in leaves([node], "quantity") if x.data[0] == PARAMETER}
-    for term in flatten("add", node) if own else ():
-        if any(known.get(leaf) for leaf in leaves([term], "symbol")):
-            _verify_dimension(term, unit, {**known, **own})
-
-
-def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
-    def of_leaf(leaf: Node) -> Dimension | None:
-        asked = QUANTITIES.get(leaf.data[0]) if leaf.op == "quantity" else None
-        return asked.dimension if asked else known.get(leaf)
-
-    found = dimension_of(node, of_leaf)
-    if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
-        raise ModelError(
-            f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted", number="M105"
-        )

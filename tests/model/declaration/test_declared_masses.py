@@ -10,7 +10,7 @@ from multibody_sym.errors import ModelError
 FILE = """
 multibody_sym: 1
 name: rocket
-parameters: {{m0: 100 kg, k: 2 kg/s, c: 2000 m/s, r: 0.5 m}}
+parameters: {{m0: 100 kg, k: 2 kg/s, kappa: 2 kg/m, w: 2 1/s, c: 2000 m/s, b: 2000 m/s^2, r: 0.5 m}}
 bodies:
   rocket: {{{body}}}
 joints:
@@ -27,8 +27,8 @@ def loaded(body: str) -> mbs.System:
     "body",
     [
         MASS,
-        "mass: {value: m0 - k*y, absolute_velocity: [0, 0, 0]}, com: [0, y/2, 0]",
-        "mass: {value: m0 - k*t, relative_velocity: [0, -c*t, k*y], frame: ground, at: n}, points: {n: [0, -r, 0]}",
+        "mass: {value: m0 - kappa*y, absolute_velocity: [0, 0, 0]}, com: [0, y/2, 0]",
+        "mass: {value: m0 - k*t, relative_velocity: [0, -b*t, w*y], frame: ground, at: n}, points: {n: [0, -r, 0]}",
         "shape: {sphere: r, mass: {value: m0 - k*t, relative_velocity: [0, -c, 0]}}",
     ],
 )
@@ -53,8 +53,8 @@ def test_the_class_has_the_fields_of_the_file() -> None:
     [
         ("mass: m0 - k*t", "bodies.rocket.mass: 't' is the time"),
         ("mass: m0 - k*t", "mass: {value: m0 - k*t, relative_velocity: [-c, 0, 0]}"),
-        ("mass: m0 - k*y", "a mass that varies says how what leaves or joins moves"),
-        ("mass: m0, com: [0, r*t, 0]", "com and inertia vary with it only"),
+        ("mass: m0 - kappa*y", "a mass that varies says how what leaves or joins moves"),
+        ("mass: m0, com: [0, r*w*t, 0]", "com and inertia vary with it only"),
         ("mass: m0, inertia: {Izz: m0*r^2*t}", "com and inertia vary with it only"),
         ("mass: {value: m0 - k*t}", "either relative_velocity"),
         ("mass: {value: m0, relative_velocity: [0, 0, 0], absolute_velocity: [0, 0, 0]}", "either relative_velocity"),
@@ -66,7 +66,7 @@ def test_the_class_has_the_fields_of_the_file() -> None:
         ("mass: {value: m0 - k*t, relative_velocity: [0, -c, 0], at: nozzle}", "no point or frame 'nozzle'"),
         ("mass: {value: m0 - k*t, relative_velocity: [0, -c, 0], frame: moon}", "no body is called 'moon'"),
         (
-            "mass: {value: m0 - k*y, relative_velocity: [0, -c, 0], at: n}, points: {n: [0, r, 0]}",
+            "mass: {value: m0 - kappa*y, relative_velocity: [0, -c, 0], at: n}, points: {n: [0, r, 0]}",
             "leave out at, where a coordinate tells",
         ),
         ("mass: {value: k*t - m0, relative_velocity: [0, -c, 0]}", "the mass of rocket is -100 kg"),
@@ -80,7 +80,7 @@ def test_wrong_words(body: str, told: str) -> None:
 
 
 def test_nothing_is_fixed_at_a_centre_of_mass_that_moves_in_its_body() -> None:
-    text = FILE.format(body=f"{MASS}, com: [0, r*t, 0]") + "  next: {type: fixed, parent: rocket.com, child: flag}\n"
+    text = FILE.format(body=f"{MASS}, com: [0, r*w*t, 0]") + "  next: {type: fixed, parent: rocket.com, child: flag}\n"
     with pytest.raises(ModelError, match="the centre of mass of rocket moves in it"):
         mbs.mechanism(mbs.loads(text.replace("bodies:", "bodies:\n  flag: {mass: 1}")))
 
@@ -114,7 +114,7 @@ def without_units(body: str) -> mbs.System:
             "mass.value",
         ),
         (
-            "mass: {value: 'where(y < 3000, m0, m0 - k*y/1000)', absolute_velocity: [0, 0, 0]}",
+            "mass: {value: 'where(y < 3000, m0, m0 - kappa*y/1000)', absolute_velocity: [0, 0, 0]}",
             "jumps at y = 3000, from 100 to 94 kg",
             "mass.value",
         ),
@@ -143,7 +143,7 @@ def test_a_mass_that_jumps_is_refused_with_what_to_declare(body: str, told: str,
         "where(t < 1.5, m0 - k*t, m0 - 1.5*k)",
         "m0 - k*min(t, 1.5)",
         "m0 - k*abs(y - 2)",
-        "where(y < 3, m0 + k*y, m0 + 3*k)",
+        "where(y < 3, m0 + kappa*y, m0 + 3*k)",
         "where(t < 9, m0, m0/2)",
     ],
 )
