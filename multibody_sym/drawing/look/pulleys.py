@@ -103,7 +103,7 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     if len(pieces) > 1 and not placed.turns and sheet.flat:
         _shift_along(pieces, shifts)
     elif not placed.turns:
-        if len(pieces) == 1:
+        if len(pieces) == 1 and placed.strand.kind != "rod":  # a rod ends at its pins
             _shift_beside(pieces[0], shifts)
         pieces[0][0] += shifts[0]
         pieces[-1][1] += shifts[-1]

@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.drawing.room import distances
 from multibody_sym.drawing.style import ROD
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
@@ -111,7 +112,8 @@ def _stand(made: _Settling, item: Item) -> None:
     elif item.role == "joint" and item.on_ground and isinstance(item.form, Symbol) and item.form.kind == "weld":
         up = made.way(-1, made.scene.view.up)
         if len(item.bodies) == 2 and made.mass(item.bodies[1]) is not None and float(np.linalg.norm(up)) > 0.9:
-            _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2)
+            drawn = _is_on_ground(made, made.page(item.body, item.form.at))
+            _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2 if drawn else 0.0)
     elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
         parent, child = item.bodies
         mass, below = made.mass(child), made.mass(parent)
@@ -162,9 +164,21 @@ def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:
                 yield (-way if item.form.hollow else way) / apart
 
 
+def _is_on_ground(made: _Settling, at: Floats) -> bool:
+    """Return whether a place of the page lies on a segment or face of ground that is drawn."""
+    lines = [
+        np.array([made.page(item.body, point) for point in item.form.points])
+        for item in made.scene.items
+        if item.body < 0 and item.role == "surface" and isinstance(item.form, Polyline)
+    ]
+    on_segment = any(distances(at[None, :], np.hstack((x[:-1], x[1:]))).min() < _SAME for x in lines)
+    return on_segment or next(_normals(made, -1, at), None) is not None
+
+
 def _lift(made: _Settling, body: int, carrier: int, normal: Floats, height: float) -> None:
     base = made.bodies.get(carrier, np.zeros(2))
-    made.bodies[body] = base + height * normal
+    if height or np.any(base):
+        made.bodies[body] = base + height * normal
     made.leans[body] = np.array([normal[1], -normal[0]])
 
 
@@ -181,7 +195,7 @@ def _fold(made: _Settling, rope: PlacedStrand) -> None:
         return
     along = pieces[0][1] - pieces[0][0]
     across = np.array([1.0, 0.0]) if abs(along[1]) > abs(along[0]) else np.array([0.0, 1.0])
-    steps = np.cumsum([0.0, *(2.0 * WHEEL * fold for fold in folds)])
+    steps = np.cumsum([0.0, *(2.0 * WHEEL / _sine(x, across) * fold for x, fold in zip(pieces, folds, strict=False))])
     ways = (steps - (steps[0] + steps[-1]) / 2)[:, None] * across
     made.folds[rope.strand.name] = ways
     first, last = rope.strand.anchors[0], rope.strand.anchors[-1]
@@ -203,6 +217,13 @@ def _fold_pulley(made: _Settling, at: Floats, way: Floats) -> None:
             if item.body >= 0:
                 made.bodies[item.body] = way
             return
+
+
+def _sine(piece: Floats, across: Floats) -> float:
+    """Return the sine of the angle between a piece and a direction in which it is displaced, never a small one."""
+    along = piece[1] - piece[0]
+    turned = float(along[0] * across[1] - along[1] * across[0])
+    return max(abs(turned) / max(float(np.linalg.norm(along)), _SAME), STEEPEST)
 
 
 def _is_fold(before: Floats, after: Floats) -> bool:

@@ -176,12 +176,25 @@ def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, A
 
 
 def _back(first: Floats, second: Floats) -> Floats:
-    """Return the points of half a turn from the end of one piece to the beginning of the next, which runs back."""
-    centre, radius = (first[1] + second[0]) / 2, (first[1] - second[0]) / 2
-    along = unit2(first[1] - first[0]) * float(np.linalg.norm(radius))
-    angles = np.linspace(0.0, np.pi, 24)[:, None]
-    found: Floats = centre + np.cos(angles) * radius + np.sin(angles) * along
+    """Return the points of half a turn around a small wheel between two pieces, of which the second runs back."""
+    centre = (first[1] + second[0]) / 2
+    feet = _feet(first, second, centre)
+    onward = unit2(first[1] - first[0])
+    start = float(np.arctan2(feet[0][1], feet[0][0]))
+    turn = float(np.arctan2(feet[1][1], feet[1][0])) - start
+    forward = float(left(feet[0]) @ onward) > 0.0  # the rope goes on over the wheel before it comes back
+    turn = turn % (2 * np.pi) if forward else -(-turn % (2 * np.pi))
+    angles = start + np.linspace(0.0, turn, 24)
+    before, after = (float(np.linalg.norm(foot)) for foot in feet)
+    radii = np.linspace(before, after, 24)
+    found: Floats = centre + radii[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
     return found
+
+
+def _feet(first: Floats, second: Floats, centre: Floats) -> list[Floats]:
+    """Return where two pieces touch a wheel, from its centre."""
+    ways = [(a, unit2(b - a)) for a, b in (first, second)]
+    return [a + float((centre - a) @ along) * along - centre for a, along in ways]
 
 
 def _joins(bow: Floats, a: Floats, b: Floats) -> bool:
@@ -190,11 +203,7 @@ def _joins(bow: Floats, a: Floats, b: Floats) -> bool:
 
 def _around(first: Floats, second: Floats, centre: Floats) -> Floats:
     """Return the points of the short way around a small wheel from one piece to the next."""
-    feet = []
-    for a, b in (first, second):
-        along = unit2(b - a)
-        feet.append(a + float((centre - a) @ along) * along - centre)
-    start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in feet)
+    start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in _feet(first, second, centre))
     turn = (stop - start + np.pi) % (2 * np.pi) - np.pi
     angles = start + np.linspace(0.0, turn, 16)
     return centre + WHEEL * np.column_stack((np.cos(angles), np.sin(angles)))

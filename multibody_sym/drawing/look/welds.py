@@ -7,14 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.drawing.look.shapes import face_ends
-from multibody_sym.drawing.look.sheet import Sheet
+from multibody_sym.drawing.look.settle import MASS
+from multibody_sym.drawing.look.sheet import Sheet, left
 from multibody_sym.drawing.look.supports import stand, support_side
 from multibody_sym.drawing.picture import Hatch, Mark, Stroke
-from multibody_sym.drawing.room import distances
 from multibody_sym.drawing.style import BLACK, BOLD, LAYER_GROUND, LAYER_JOINT
-from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face, Polyline, Symbol
+from multibody_sym.scene.forms import Symbol
 from multibody_sym.scene.items import Item
 
 _UNDER: Final = 19.0
@@ -28,10 +26,11 @@ def weld_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """
     at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT, symbol.at)
     if item.on_ground and sheet.flat and item.bodies[-1] in sheet.settled.leans:
-        across = sheet.settled.leans[item.bodies[-1]]
-        if any(_lies_on(sheet, other, at) for other in sheet.touched.get(item.body, ())):
+        if item.bodies[-1] in sheet.settled.bodies:  # it stands on ground that is drawn
             return
-        ends = np.array([at - _UNDER * across, at + _UNDER * across])
+        across = sheet.settled.leans[item.bodies[-1]]
+        below = at - MASS[1] / 2 * left(across)
+        ends = np.array([below - _UNDER * across, below + _UNDER * across])
         yield Hatch(ends, sheet.pen(item, BOLD), side=-1, **{**named, "layer": LAYER_GROUND})
         return
     if item.on_ground:
@@ -39,10 +38,3 @@ def weld_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     square = np.array([(-2.6, -2.6), (2.6, -2.6), (2.6, 2.6), (-2.6, 2.6)])
     yield Stroke(at + square, sheet.pen(item), closed=True, fill=BLACK, **named)
 
-
-def _lies_on(sheet: Sheet, item: Item, at: Floats) -> bool:
-    """Return whether a place of the page is on a segment or a face that is drawn of ground."""
-    if item.role != "surface" or not isinstance(item.form, (Polyline, Face)):
-        return False
-    ends = face_ends(sheet, item, item.form) if isinstance(item.form, Face) else sheet.page(item.body, item.form.points)
-    return bool(distances(at[None, :], np.hstack((ends[:-1], ends[1:]))).min() < 1.0)
