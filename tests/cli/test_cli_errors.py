@@ -54,7 +54,7 @@ def outcome(capsys: pytest.CaptureFixture[str], *words: str):
         (("simulate", PENDULUM, "--set", "l=1+"), 2, "expression", "missing"),
         (("simulate", PENDULUM, "--set", "l=-1"), 2, "model", "positive"),
         (("simulate", PENDULUM, "--set", "l=0*g"), 2, "model", "positive"),
-        (("simulate", PENDULUM, "--set", "g=1/(l-1)"), 2, "model", "no finite value"),
+        (("simulate", PENDULUM, "--set", "g=9.81/(l-1)"), 2, "model", "no finite value"),
         (("check", PENDULUM, "--set", "m=abc"), 2, "model", "'abc' is not declared; known: l, g"),
         (("simulate", PENDULUM, "--t-end", "nan"), 2, "model", "'nan' is not declared; known: m, l, g"),
         (("simulate", PENDULUM, "--rtol", "a"), 2, "model", "'a' is not declared; known: m, l, g"),
