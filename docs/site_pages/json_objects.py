@@ -35,6 +35,8 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "doubles": "constraints that say the same twice",
         "units": UNITS,
         "states": "state of each contact, rope, stop and friction at the start",
+        "verdict": "`one`, or `several` where the laws leave more than one motion at the start",
+        "others": "states in the other motions",
     },
     "derive": {
         "method": "the method of derivation",

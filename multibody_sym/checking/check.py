@@ -22,13 +22,14 @@ from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.laws.problem import Verdict
 from multibody_sym.dynamics.routes import FORMALISMS, MANY_SPEEDS, ROUTES
 from multibody_sym.dynamics.start.body_masses import holes
 from multibody_sym.dynamics.start.examined import blame_numbers, end_of_run, examined, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.sampling import sampled_states
 from multibody_sym.dynamics.start.start import Start, verify_regular_start
-from multibody_sym.dynamics.start.state import state_at
+from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
@@ -74,7 +75,8 @@ class CheckReport:
     there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
     joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
     `missing`: formalisms and theorems whose residuals are more than rounding, so that `agrees` is false.
-    `units`: the unit of each coordinate and speed. `states`: how what holds one way only acts at the start.
+    `units`: the unit of each coordinate and speed. `states`: how what holds one way only acts at the start. `verdict`:
+    "several" where the laws leave more than one motion, of which all this is one; `others`: the states of the others.
     """
 
     degrees_of_freedom: int
@@ -100,6 +102,8 @@ class CheckReport:
     units: Mapping[str, str] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
+    verdict: Verdict = "one"
+    others: tuple[Mapping[str, str], ...] = ()
 
     def __repr__(self) -> str:
         if self.failure is not None:
@@ -152,9 +156,9 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
     except NoSolutionError as error:
         count = len(resolved.speeds)
         return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
-    declared += filter(None, [state.strikes])
+    declared += [*filter(None, [state.strikes]), *_gap_hints(state)]
     report = _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
-    return replace(report, states=state.words)
+    return replace(report, states=state.words, verdict=state.verdict, others=state.others)
 
 
 def _with_dynamics(
@@ -303,6 +307,17 @@ def _named(system: System) -> set[str]:
         for leaf in leaves([node], "symbol")
         if path[:2] != ("parameters", leaf.data)
     }
+
+
+def _gap_hints(state: StartState) -> list[str]:
+    """Return the contacts, ropes and stops that no motion opens or closes."""
+    held = [] if state.posed is None else state.posed.without_freedom
+    return [
+        f"joints and constraints alone determine the gap of {element.kind} {element.name}: no motion opens or closes "
+        "it, and how much it carries follows from no law. Let them leave the motion along its normal free, or leave "
+        f"the {element.kind} out" + ("; a joint rubs by a force of type friction" if element.frictions else "")
+        for element in held
+    ]
 
 
 def _massless_hint(system: System, error: NoSolutionError) -> list[str]:

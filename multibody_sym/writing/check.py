@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from multibody_sym.checking.check import CheckReport
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
+from multibody_sym.writing.solution import SEVERAL
 from multibody_sym.writing.withheld import withheld_text
 
 
@@ -15,7 +16,7 @@ def check_text(found: CheckReport, units: Units = SI) -> str:
     """Return the report for a person to read, in chosen units."""
     if found.failure is not None:
         return "\n".join([f"no motion: {found.failure}", *_hints(found.hints)])
-    begun = [*_freedom(found), *_start(found, units)]
+    begun = [*_freedom(found), *_start(found, units), *_several(found)]
     return "\n".join([*begun, *_agreement(found), *_theorems(found), *_hints(found.hints)])
 
 
@@ -38,6 +39,17 @@ def _start(found: CheckReport, units: Units) -> list[str]:
     lines = [f"held at the start: {_listed(found.held)}"] if found.held else []
     assembled = [f"assembled: {_listed(found.assembled)}"] if found.assembled else []
     return [*lines, *assembled, *shifts_text(found.shifts, found.units, units)]
+
+
+def _several(found: CheckReport) -> list[str]:
+    if found.verdict != "several":
+        return []
+    taken = f"{SEVERAL}; all this is of {_states(found.states)}"
+    return [taken, *(f"  another: {_states(other)}" for other in found.others)]
+
+
+def _states(states: Mapping[str, str]) -> str:
+    return _listed([f"{name} {word}" for name, word in states.items()])
 
 
 def _agreement(found: CheckReport) -> list[str]:

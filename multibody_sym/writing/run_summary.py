@@ -12,6 +12,7 @@ import numpy as np
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.simulation.oddities import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
+from multibody_sym.simulation.one_way.stretches import SEVERAL
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
@@ -171,9 +172,15 @@ def _events(run: Trajectory, units: Units) -> list[str]:
 def _changes(changes: Sequence[Mapping[str, Any]], units: Units, no_time: float) -> list[str]:
     """Return what began to stick, slide, open or close, and when; `no_time` (s) is too short to be told from none."""
     times = [units.said(event["t"] if abs(event["t"]) > no_time else 0.0, "s", ".10g") for event in changes]
-    told = [f"  t = {t}: {event['element']} {event['kind']}" for t, event in zip(times, changes, strict=True)]
+    told = [f"  t = {t}: {event['element']} {_change_word(event)}" for t, event in zip(times, changes, strict=True)]
     more = [f"  ... {len(told) - _MOST} more"] if len(told) > _MOST else []
     return ["changes of what holds one way only:", *told[:_MOST], *more] if told else []
+
+
+def _change_word(event: Mapping[str, Any]) -> str:
+    if event["kind"] != SEVERAL:
+        return str(event["kind"])
+    return f"{event['taken']}, one of {SEVERAL}: the laws leave several motions, and nothing says which one happens"
 
 
 def _singular(run: Trajectory, units: Units) -> list[str]:

@@ -14,7 +14,7 @@ from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
 
 _ROUNDING: Final = 1e-12
-_SEVERAL: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
+SEVERAL: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
 _IDLE: Final = ("open", "free")
 _STATES: Final = "the state, found by the laws of contact and friction: nobody gave directions"
 _WHERE: Final = "where, as formulas name it"
@@ -26,7 +26,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     sections: dict[str, Iterable[str]] = {
         _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
-        _SEVERAL: _several(solution),
+        SEVERAL: _several(solution),
         "start values that follow from the constraints": [
             f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
         ],

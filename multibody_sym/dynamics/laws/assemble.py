@@ -230,6 +230,20 @@ class Posed(PosedLaws):
         """The dynamics of the mechanism in no mode, in floats."""
         return self.rows.dynamics
 
+    @property
+    def without_freedom(self) -> list[OneWay]:
+        """The unilateral elements that no motion opens or closes, since joints and constraints determine their gaps."""
+        speeds = self.mechanism.speeds
+        sizes = np.array([1.0 if speed.unit == "m/s" else 1.0 / self.rows.scale.length for speed in speeds])
+        held = sizes[:, None] * _jacobian(self.rows.of(self.mechanism.rows), len(speeds)).T
+        found = []
+        for element in self.elements if len(speeds) else ():
+            normal = sizes * _jacobian(self.rows.of(element.normals[:1]), len(speeds))[0]
+            left = normal - held @ np.linalg.lstsq(held, normal)[0]
+            if element.unilateral and np.abs(left).max() <= TOUCHING:
+                found.append(element)
+        return found
+
     def drift(self, state: LawState) -> Floats:
         """Return the rates (m) at which what is left of the rows changes along the motion while multipliers do not.
 
@@ -326,6 +340,10 @@ def weighted_rows(
         if row.exerts is not None:
             exerted[k] = weighted(row.exerts)
     coupling = np.array([[row.coupling.get(k, 0.0) for k in places] for row in rows], dtype=float).reshape(count, count)
-    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(count, size)
+    jacobian = _jacobian(rows, size)
     right = np.array([row.gamma for row in rows], dtype=float) - jacobian @ free
     return matrix, exerted, coupling, right
+
+
+def _jacobian(rows: Sequence[RowMotion], size: int) -> Floats:
+    return np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)

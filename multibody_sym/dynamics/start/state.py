@@ -16,7 +16,7 @@ from typing import Final
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
-from multibody_sym.dynamics.laws.problem import Found, LawProblem
+from multibody_sym.dynamics.laws.problem import Found, LawProblem, Verdict
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
@@ -123,6 +123,16 @@ class StartState:
     def words(self) -> dict[str, str]:
         """What the mode is called: a word for each one-way element and what rubs in it."""
         return mode_words(self.declared.one_way, self.mode)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the laws leave one motion or several."""
+        return "one" if self.found is None else self.found.verdict
+
+    @property
+    def others(self) -> tuple[dict[str, str], ...]:
+        """The words of the other modes that fulfil all laws."""
+        return tuple(mode_words(self.declared.one_way, mode) for mode in self.modes[1:])
 
 
 def state_at(

@@ -34,7 +34,7 @@ from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Stan
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
-from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, parts_of, tell
+from multibody_sym.simulation.one_way.stretches import SEVERAL, Change, Stretch, between_jumps, parts_of, tell
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
@@ -42,7 +42,6 @@ from multibody_sym.simulation.runs.modes import Answer, EnergyAccount, noted
 
 IMPACT: Final = "impact"
 COLLAPSE: Final = "collapse"
-SEVERAL: Final = "several states"
 _AT_ONCE: Final = 1e-3
 """The part of a mean step within which a return to a mode is no motion."""
 _RETURNS: Final = 2
@@ -364,7 +363,7 @@ class OneWayRun:
         return self.stretches[-1].problem
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
-        several = [Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, "")] if found.several else []
+        several = [Change(time, name, SEVERAL, "", taken=word) for name, word in found.undecided.items()]
         blow, changes = found.blow, self._begin(stretch)
         changed, hits = {name: word for name, word, _ in changes}, list[Change]()
         if blow is not None:

@@ -13,6 +13,7 @@ from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import coordinate_rates
+from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -55,6 +56,17 @@ class Decided:
     def several(self) -> bool:
         """Whether the laws have several states."""
         return self.found is not None and self.found.verdict == "several"
+
+    @property
+    def undecided(self) -> dict[str, str]:
+        """The elements in which the states differ that the laws leave, with the words of the state that is taken."""
+        if not self.several or self.found is None or self.posed is None or self.mode is None:
+            return {}
+        posed, free = self.posed, self.found.free
+        taken = mode_words(posed.elements, self.mode)
+        states = [mode_words(posed.elements, posed.mode(state)) for state in self.found.states]
+        open_forces = {x.name for x in posed.elements if any(posed.places.get(row.name) in free for row in x.rows)}
+        return {x: y for x, y in taken.items() if x in open_forces or any(z.get(x) != y for z in states)} or taken
 
     @property
     def why_none(self) -> str:

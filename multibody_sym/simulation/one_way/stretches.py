@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -22,12 +22,15 @@ from multibody_sym.simulation.one_way.modes import Key, ModeProgram, key_of
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runs.told import Alone, Told
 
+SEVERAL: Final = "several states"
+
 
 @dataclass(frozen=True)
 class Change:
     """What a switch changed: at a time, the state of an element, or of a part of it.
 
-    Of what was struck also its `impulse` (N s, or N m s), and the energy that was `lost` there (J).
+    Of what was struck also its `impulse` (N s, or N m s), and the energy that was `lost` there (J). Where the laws
+    leave several states of an element, `taken` is the one in which the run goes on.
     """
 
     time: float
@@ -36,11 +39,13 @@ class Change:
     before: str
     impulse: float | None = None
     lost: float = 0.0
+    taken: str = ""
 
     @property
     def told(self) -> dict[str, Any]:
         """The change as `Trajectory.events` tells it."""
         known = {"t": self.time, "kind": self.word, "element": self.element}
+        known |= {"taken": self.taken} if self.taken else {}
         return known if self.impulse is None else known | {"impulse": self.impulse, "lost": self.lost}
 
 

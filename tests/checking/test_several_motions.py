@@ -1,0 +1,71 @@
+"""A contact where a joint or a constraint already guides the body: the laws leave several motions, as reported."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.checking.check import check
+from multibody_sym.writing.check import check_text
+from multibody_sym.writing.run_summary import run_summary
+
+SAID = "the laws leave several motions"
+WEDGE = """
+multibody_sym: 1
+name: wedge
+gravity: [0, -9.81, 0]
+parameters: {alpha: 35 deg, mu: 0.15}
+bodies:
+  wedge:
+    mass: 4
+    frames: {slope: {rotate: [{axis: z, angle: alpha}]}}
+    surfaces: {face: {plane: [0, 0, 0], normal: [-sin(alpha), cos(alpha), 0]}}
+  block: {mass: 1.5}
+joints:
+  floor: {type: prismatic, parent: ground, child: wedge, axis: x, q: X}
+  slide: %s
+contacts: {c: {between: [block, wedge.face], static: mu, kinetic: mu}}
+"""
+GUIDED = "{type: prismatic, parent: wedge.slope, child: block, axis: x, q: s, initial: {q: 1}}"
+FREE = "{type: point, parent: wedge.slope, child: block, q: [s, n], initial: {q: [1, 0]}}"
+HELD = """
+constraints:
+  line: {type: expression, zero: n}
+"""
+
+
+def hints(found: mbs.CheckReport) -> list[str]:
+    return [hint for hint in found.hints if "gap of contact c" in hint]
+
+
+def test_check_and_run_say_that_a_guided_block_has_several_motions_and_which_is_taken() -> None:
+    system = mbs.loads(WEDGE % GUIDED)
+    found = check(system)
+    assert (found.verdict, found.states, found.others) == ("several", {"c": "open"}, ({"c": "stick"},))
+    text = check_text(found)
+    assert SAID in text
+    assert "c open" in text
+    assert "another: c stick" in text
+    assert len(hints(found)) == 1
+    run = mbs.simulate(system, t_end=0.2, samples=3, backend="python")
+    (event,) = (x for x in run.events if x["kind"] == "several states")
+    assert event["element"] == "c"
+    assert event["taken"] in {"open", "slide+", "slide-"}
+    assert f"c {event['taken']}" in run_summary(run)
+    assert SAID in run_summary(run)
+    sine, cosine = math.sin(math.radians(35)), math.cos(math.radians(35))
+    smooth = 1.5 * 9.81 * cosine * sine / (4 + 1.5 * sine**2)
+    assert run.final["coordinates"]["X"] == pytest.approx(smooth * 0.2**2 / 2, rel=1e-9)
+
+
+def test_a_constraint_that_holds_a_block_on_its_face_is_named_as_a_joint_is() -> None:
+    found = check(mbs.loads(WEDGE % FREE + HELD))
+    assert len(hints(found)) == 1
+
+
+def test_a_block_that_its_face_alone_carries_has_one_motion_and_no_hint() -> None:
+    found = check(mbs.loads(WEDGE % FREE))
+    assert (found.verdict, found.others, hints(found)) == ("one", (), [])
+    assert SAID not in check_text(found)
