@@ -12,7 +12,7 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import MultibodyError
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
@@ -57,21 +57,21 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State
     return motion.state
 
 
-def _jacobian(motion: Motion, rows: list[RowMotion]) -> Floats:
-    return np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), len(motion.state.u))
+def _restricting(motion: Motion) -> tuple[Floats, Floats]:
+    """Return H (s x n) and phidot (s) of the rows that restrict the motion: others define forces."""
+    rows = [row for row in row_motions(motion) if row.kinematic]
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), len(motion.state.u))
+    return jacobian, np.array([row.phidot for row in rows], dtype=float)
 
 
 def _verify_regular(motion: Motion) -> None:
     """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
-    jacobian = _jacobian(motion, row_motions(motion))
-    sizes = worth(jacobian)
+    sizes = worth(_restricting(motion)[0])
     if ((sizes > ROUNDED) & (sizes < GROWING)).any():
         raise ValueError("a nearly singular position")
 
 
 def _correction(motion: Motion) -> Floats:
     """Return the smallest change of the speeds that satisfies H u = -phi_t."""
-    rows = row_motions(motion)
-    jacobian = _jacobian(motion, rows)
-    phidot = np.array([row.phidot for row in rows], dtype=float)
+    jacobian, phidot = _restricting(motion)
     return least_squares(jacobian, -phidot, GROWING)
