@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any, Final, TypeVar
 
@@ -235,51 +235,25 @@ def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[fl
     roots = list(nodes)
     values: dict[Node, float] = {}
     stack = roots[::-1]
-    try:
-        while stack:  # as `postorder`, but what is below a constant is not visited
-            n = stack[-1]
-            if n in values:
-                stack.pop()
-            elif n.shadow is not None:
-                values[n] = n.shadow
-            elif not n.args:
-                values[n] = float(leaf[n])
-            elif wanted := [a for a in n.args if a not in values]:
-                stack.extend(wanted[::-1])
+    while stack:  # as `postorder`, but neither what is below a constant is visited nor what is not chosen
+        n = stack[-1]
+        if n in values:
+            stack.pop()
+        elif n.shadow is not None:
+            values[n] = n.shadow
+        elif not n.args:
+            values[n] = float(leaf[n])
+        elif n.op == "where" and n.args[0] in values:
+            chosen = n.args[1 if values[n.args[0]] else 2]
+            if chosen in values:
+                values[n] = values[chosen]
             else:
-                values[n] = FLOAT_OPERATIONS[n.op](*[values[a] for a in n.args])
-    except (ArithmeticError, ValueError):
-        return _chosen_floats(roots, leaf)
+                stack.append(chosen)
+        elif wanted := [a for a in (n.args[:1] if n.op == "where" else n.args) if a not in values]:
+            stack.extend(wanted[::-1])
+        else:
+            values[n] = FLOAT_OPERATIONS[n.op](*[values[a] for a in n.args])
     return [values[n] for n in roots]
 
-
-def _chosen_floats(roots: Sequence[Node], leaf: Mapping[Node, float]) -> list[float]:
-    """Return float values where some operation has none, which may be in a branch that is not taken."""
-    values: dict[Node, float | Exception] = {}
-    for n in postorder(roots):
-        if n.shadow is not None:
-            values[n] = n.shadow
-        elif n.args:
-            values[n] = _float_or_failure(n.op, [values[a] for a in n.args])
-        else:
-            values[n] = float(leaf[n])
-    found = [values[n] for n in roots]
-    for x in found:
-        if isinstance(x, Exception):
-            raise x
-    return [x for x in found if not isinstance(x, Exception)]
-
-
-def _float_or_failure(op: str, operands: Sequence[float | Exception]) -> float | Exception:
-    """Return an operation, or why it has no value: the failure of an operand that it needs, or its own."""
-    if op == "where" and not isinstance(operands[0], Exception):
-        return operands[1 if operands[0] else 2]
-    failed = next((x for x in operands if isinstance(x, Exception)), None)
-    if failed is not None:
-        return failed
-    try:
-        return FLOAT_OPERATIONS[op](*operands)
-    except (ArithmeticError, ValueError) as failure:
-        return failure
 
 pi = _node.PI

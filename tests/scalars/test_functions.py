@@ -54,6 +54,20 @@ def test_constants_of_nodes_stay_exact_in_sympy() -> None:
     assert found == SYMBOLS[x] / 3 + sympy.sqrt(2) * sympy.pi
 
 
+def test_of_a_choice_only_the_chosen_branch_is_looked_at() -> None:
+    """In a table of 1,000 rows that are each an unknown of their own, one of them and the argument are read."""
+    rows = [symbol(f"row{k}") for k in range(1000)]
+
+    def chosen(first: int, last: int) -> Node:
+        middle = (first + last) // 2
+        return rows[first] if last - first == 1 else f.where(x < middle, chosen(first, middle), chosen(middle, last))
+
+    assert f.evaluate_float([chosen(0, 1000)], {x: 617.5, rows[617]: 4.0}) == [4.0]
+    with pytest.raises(ZeroDivisionError):
+        f.evaluate_float([f.where(1 / x < 2, y, y + 1)], {x: 0.0, y: 1.0})
+    assert f.evaluate_float([f.where(y < 2, y, 1 / x)], {x: 0.0, y: 1.0}) == [1.0]
+
+
 def test_unknown_leaf_is_a_key_error() -> None:
     with pytest.raises(KeyError):
         f.evaluate([x + y], {x: 1.0}, float)

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
+import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 import multibody_sym as mbs
 
@@ -165,3 +170,52 @@ def test_b_has_no_column_for_such_an_input() -> None:
 
 def test_an_input_in_a_motion_is_used() -> None:
     assert not [hint for hint in mbs.check(lift()).hints if "not used" in hint]
+
+
+def road(rows: int, interpolation: str, height: Callable[[Any], Any]) -> mbs.System:
+    """Return a wheel on a spring above a road that is a table of its height over time."""
+    way, t = mbs.variable("way"), np.linspace(0, 3, rows)
+    return mbs.System(
+        "quarter_car",
+        bodies={"patch": mbs.Body(mass=1), "wheel": mbs.Body(mass=1)},
+        joints={
+            "R": mbs.Prismatic("ground", "patch", axis="z", motion=way),
+            "W": mbs.Prismatic("ground", "wheel", axis="z", q="wheel"),
+        },
+        forces={"tyre": mbs.Force(on="wheel", value=[0, 0, 100 * (way - mbs.variable("wheel"))])},
+        inputs={"way": mbs.Table(table=np.c_[t, height(t)].tolist(), interpolation=interpolation)},
+    )
+
+
+def test_a_motion_by_a_table_costs_no_start_what_it_cost_the_first() -> None:
+    """Against scipy's natural spline and integrator; another start costs little more than the integration alone."""
+    system = road(120, "cubic", lambda t: 0.05 * np.sin(3 * t) ** 2)
+    prepared = mbs.prepare(system, t_end=3, samples=7, rtol=1e-10, atol=1e-12)
+    prepared.run(initial={"wheel": 0.3})
+    spent: dict[bool, list[float]] = {False: [], True: []}
+    for another in 4 * (False, True):
+        begun = time.process_time()
+        found = prepared.run(**({"initial": {"wheel": 0.1}} if another else {}))
+        spent[another].append(time.process_time() - begun)
+    assert min(spent[True]) < 2 * min(spent[False])
+    rows = np.array([[x.shadow for x in row] for row in system.inputs["way"].table])
+    spline = CubicSpline(*rows.T, bc_type="natural")
+    wanted = solve_ivp(
+        lambda t, y: [y[1], 100 * (spline(t) - y[0])], (0, 3), [0.1, 0], "DOP853", found.t, rtol=1e-11, atol=1e-13,
+        max_step=0.02,
+    )
+    assert found["wheel"] == pytest.approx(wanted.y[0], abs=1e-8)
+    alone = mbs.simulate(system, t_end=3, samples=7, rtol=1e-10, atol=1e-12, initial={"wheel": 0.1})
+    assert alone.q.tobytes() == found.q.tobytes()
+
+
+def test_the_first_knot_at_which_a_table_bends_is_found_however_late_it_comes() -> None:
+    """Straight up to the 281st of 400 rows, where the slope goes from 0 to 1/2: known at once, by numpy.diff."""
+    t = np.linspace(0, 3, 400)
+    system = road(400, "linear", lambda t: 0.5 * np.maximum(t - t[280], 0))
+    begun = time.process_time()
+    with pytest.raises(mbs.ModelError, match="the rate of this motion jumps") as told:
+        mbs.simulate(system, t_end=3)
+    assert time.process_time() - begun < 2
+    (found,) = re.findall(r"t = ([-\d.e]+) s, from ([-\d.e]+) to ([-\d.e]+)", str(told.value))
+    assert [float(x) for x in found] == pytest.approx([t[280], 0, 0.5], rel=1e-5, abs=1e-9)

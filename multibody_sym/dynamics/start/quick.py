@@ -53,15 +53,22 @@ def is_plain_but_for_loops(system: System, mechanism: Mechanism) -> bool:
     """Return whether a mechanism is plain but for rows that Programs close, and that time has no part in."""
     if not closes_by_programs(mechanism) or not _is_plain_but_for_rows(mechanism) or mechanism.inputs:
         return False
+    if is_driven(mechanism):
+        return False
     measured = any(entry.measure is not None for entry in mechanism.parameters)
     wheels = any(list(row.radii) for row in mechanism.rows)
     written = [each.node for each in expressions(system) if each.path[0] == "constraints"]
     return not measured and not wheels and symbol("t") not in leaves(written, "symbol")
 
 
+def is_driven(mechanism: Mechanism) -> bool:
+    """Return whether a motion is prescribed."""
+    return any(any(body.given) for body in mechanism.bodies)
+
+
 def _is_plain_but_for_rows(mechanism: Mechanism) -> bool:
     special = (mechanism.one_way, mechanism.relative, mechanism.impact, mechanism.mode)
-    odd = (body.is_foot or body.is_double or varies(body) or any(body.given) for body in mechanism.bodies)
+    odd = (body.is_foot or body.is_double or varies(body) for body in mechanism.bodies)
     return not any(special) and not any(odd) and not massless_speeds(mechanism)
 
 

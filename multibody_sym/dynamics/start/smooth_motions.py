@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Set
+from functools import lru_cache
 from itertools import islice
 from typing import Final
 
@@ -64,9 +65,16 @@ class _Motion:
     """An expression of time, the values of other symbols, and those that keep theirs, with time."""
 
     node: Node
-    values: Mapping[Node, float]
+    known: tuple[tuple[Node, float], ...]
     t_end: float
-    fixed: Set[Node]
+    fixed: frozenset[Node]
+
+
+def _motion(node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node]) -> _Motion:
+    """Return an expression of time with what it names alone: it is the same wherever nothing of that changes."""
+    named = leaves([node], "symbol")
+    known = tuple((leaf, values[leaf]) for leaf in named if leaf in values)
+    return _Motion(node, known, t_end, frozenset(fixed & set(named)))
 
 
 def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -> None:
@@ -80,7 +88,7 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
         of_constraint = path[0] == "constraints"
         if (of_constraint or path[2:3] == ("motion",)) and _T in leaves([node], "symbol"):
             of_speeds = of_constraint and isinstance(system.constraints[path[1]], VelocityConstraint)
-            jump = _first_jump(_Motion(node, values, t_end, fixed), with_rate=not of_speeds)
+            jump = _first_jump(_motion(node, values, t_end, fixed), with_rate=not of_speeds)
             if jump is not None:
                 with at(*path):
                     raise ModelError(
@@ -93,7 +101,12 @@ def first_jump(node: Node, values: Mapping[Node, float], t_end: float, fixed: Se
 
     `values` by symbols; those that are `fixed` keep theirs, with the time.
     """
-    return _first_jump(_Motion(node, values, t_end, fixed), with_rate=False)
+    return _first_jump(_motion(node, values, t_end, fixed), with_rate=False)
+
+
+def motions(system: System) -> list[Node]:
+    """Return the expressions of prescribed motions of joints and of ground, inputs that drive them in their place."""
+    return [node for path, node, _ in expressions(with_driving_inputs(system)) if path[2:3] == ("motion",)]
 
 
 def _message(jump: Jump, what: str, of_speeds: bool) -> str:
@@ -112,9 +125,10 @@ def _message(jump: Jump, what: str, of_speeds: bool) -> str:
     )
 
 
+@lru_cache(maxsize=64)
 def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
     """Return the first jump or pole of an expression of time, or of its rate; None where it has no value."""
-    node, values, t_end = motion.node, motion.values, motion.t_end
+    node, values, t_end = motion.node, dict(motion.known), motion.t_end
     nodes = {"value": node, "rate": derivative(node, _T)} if with_rate else {"value": node}
     jumping, poled = list(_jumping(motion)), list(_poled(motion, nodes.values()))
     found = []
@@ -133,23 +147,28 @@ def _jumping(motion: _Motion) -> Iterator[_Place]:
     """Yield where an expression may jump."""
     for g in switching_functions([motion.node]):
         if _T in leaves([g], "symbol"):
-            yield from _switching(_of_time(g, motion.values), motion.t_end)
+            yield from _switching(g, dict(motion.known), motion.t_end)
     for branch in branches([motion.node], _T):
         if _T in leaves([branch.switch], "symbol"):
-            yield from _branching(branch, motion.values, motion.t_end)
+            yield from _branching(branch, dict(motion.known), motion.t_end)
 
 
 def _poled(motion: _Motion, nodes: Iterable[Node]) -> Iterator[_Place]:
     """Yield where an expression or its rate may have a pole, whatever else moves."""
     for branch in poles(nodes, _T):
         if _T in (named := set(leaves([branch.switch], "symbol"))) and named <= motion.fixed:
-            yield from _branching(branch, motion.values, motion.t_end)
+            yield from _branching(branch, dict(motion.known), motion.t_end)
 
 
-def _switching(g: Function, t_end: float) -> Iterator[_Place]:
-    """Yield where a switching function changes its sign."""
-    for time in islice(zeros(g, t_end), _MOST_ZEROS):
-        yield _Place(time, (_BESIDE * t_end,))
+def _switching(g: Node, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
+    """Yield where a switching function changes its sign; that of one that is linear in time, as at a knot, is known."""
+    rate = derivative(g, _T)
+    if rate.shadow is None or switching_functions([g]):
+        times: Iterator[float] = islice(zeros(_of_time(g, values), t_end), _MOST_ZEROS)
+    else:
+        zero = -_of_time(g, values)(0.0) / rate.shadow if rate.shadow else 0.0
+        times = iter([zero] if 0.0 < zero < t_end else [])
+    yield from (_Place(time, (_BESIDE * t_end,)) for time in times)
 
 
 def _branching(branch: Branch, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError, at
@@ -133,6 +134,7 @@ class InputField:
         return with_unit(fields_tree(value)) if isinstance(value, Constant) else fields_tree(value)
 
 
+@lru_cache(maxsize=64)
 def interpolated(given: Table) -> Node:
     """Return the value of a table as an expression: the piece is found in as few comparisons as halving needs."""
     rows = given.table

@@ -15,7 +15,9 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
-from multibody_sym.dynamics.start.quick import is_plain, is_plain_but_for_loops, quick_look
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.quick import is_driven, is_plain, is_plain_but_for_loops, quick_look
+from multibody_sym.dynamics.start.smooth_motions import motions
 from multibody_sym.dynamics.start.start import Start, start_from
 from multibody_sym.dynamics.start.state import StartState
 from multibody_sym.errors import MultibodyError
@@ -30,6 +32,8 @@ from multibody_sym.runtime import loading
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.native_runs import integrate_each
 from multibody_sym.runtime.problem import Problem
+from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.families.layout import Layout, Values
 from multibody_sym.simulation.families.members import Batch, Member, numbers_of
 from multibody_sym.simulation.problem import problem_of, settings_of
@@ -144,9 +148,19 @@ class Family:
         if self.system.impact is not None:
             return False
         try:
-            return is_plain(self._mechanism)
+            return is_plain(self._mechanism) and (not is_driven(self._mechanism) or self._is_driven_alike)
         except MultibodyError:  # which is told of each run by itself
             return False
+
+    @cached_property
+    def _is_driven_alike(self) -> bool:
+        """Whether prescribed motions are possible, and the same in all runs. Raises ModelError where they are not."""
+        kept = {name: x for name, x in self.system.parameters.items() if x.value.shadow is not None}
+        alike = {symbol(name) for name in ("t", *kept) if name not in self.parameters}
+        if not alike.issuperset(leaves(motions(self.system), "symbol")):
+            return False
+        examined(self.system)
+        return True
 
     @cached_property
     def _closes(self) -> bool:
