@@ -101,6 +101,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "one_sided": "whether a force has no real value on one side of each",
         "closed": "contacts, ropes and stops that press or pull in each, with their states",
         "friction_left_out": "what rubs, which might hold other positions",
+        "sets": "how many sets of contacts, ropes and stops were tried closed, and how many there are",
         "units": UNITS,
     },
     "linearize": {

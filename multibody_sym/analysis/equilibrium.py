@@ -46,6 +46,7 @@ class Equilibrium:
     `speeds_left_out`: speeds of the start, which is taken at rest. `units`: the unit of each coordinate. `closed`: for
     each position the contacts, ropes and stops that press or pull there, with their states, and what touches without
     force, which may leave open whether it is stable. `friction_left_out`: what rubs and might hold other positions.
+    `sets`: how many sets of contacts, ropes and stops were tried closed, and how many there are.
     """
 
     positions: tuple[Mapping[str, float], ...]
@@ -60,6 +61,7 @@ class Equilibrium:
     units: Mapping[str, str] = field(default_factory=dict)
     closed: tuple[Mapping[str, str], ...] = ()
     friction_left_out: tuple[str, ...] = ()
+    sets: tuple[int, int] = (1, 1)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
@@ -76,6 +78,7 @@ class Equilibrium:
             "units": dict(self.units),
             "closed": [dict(words) for words in self.closed],
             "friction_left_out": list(self.friction_left_out),
+            "sets": list(self.sets),
         }
 
 
@@ -110,14 +113,14 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     found, first = rested.found, rested.first
     if not found:
         around = guesses(first.places, first.places.start)
-        raise none_found(first.flow, first.rows, around, in_time=rested.cut_short, one_way=tried(resolved))
+        raise none_found(first.flow, first.rows, around, in_time=rested.cut_short, one_way=tried(resolved, rested.sets))
     names = [c.name for c in resolved.coordinates]
     one_sided = tuple(x.search.one_sided(x.q) for x in found)
     return Equilibrium(
         tuple(dict(zip(names, x.search.told(x.q), strict=True)) for x in found),
         tuple(None if edge else x.stable for x, edge in zip(found, one_sided, strict=True)),
         tuple(tuple(names[k] for k in np.flatnonzero(x.free)) for x in found),
-        rested.sets == 1 and are_all(first.places, [x.q for x in found], [x.free for x in found]),
+        rested.sets[1] == 1 and are_all(first.places, [x.q for x in found], [x.free for x in found]),
         tuple(passed(x.search.places, x.q) for x in found),
         rested.cut_short,
         rested.guesses,
@@ -126,6 +129,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         {c.name: c.unit for c in resolved.coordinates},
         tuple(_closed(resolved, x) for x in found),
         left_out(resolved),
+        rested.sets,
     )
 
 

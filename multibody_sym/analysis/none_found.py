@@ -30,7 +30,7 @@ def none_found(
     found = list(islice(_accelerations(flow, rows, [start, *tried]), _POSITIONS))
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
     if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
-        alike = f"wherever it was tried, the system at rest accelerates alike ({_named(flow, found[0], size)})"
+        alike = f"in {len(found)} positions the system at rest accelerates alike ({_named(flow, found[0], size)})"
         return NoSolutionError(f"no position of equilibrium was found: {alike}{one_way}", number="N109")
     where = f"near the start{' in the time of a search' if in_time else ''}{_inputs(flow, start)}"
     return NoSolutionError(
@@ -38,11 +38,12 @@ def none_found(
     )
 
 
-def tried(mechanism: Mechanism) -> str:
-    """Return that what may close was tried so and open, without friction, and where friction is asked about."""
-    closing = [x.name for x in mechanism.one_way if x.unilateral]
-    names = ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
-    either = f", and none with {names} closed either" if closing else ""
+def tried(mechanism: Mechanism, sets: tuple[int, int]) -> str:
+    """Return how many `sets` of what may close were tried closed, of how many, and where friction is asked about."""
+    names, (count, every) = _closing(mechanism), sets
+    either = f", and none with {names} closed either" if names else ""
+    if count < every:
+        either = f"; of {every} sets of {names} that may be closed {count} {'were' if count > 1 else 'was'} tried"
     rubbing = left_out(mechanism)
     rub = f"; friction ({', '.join(rubbing[:_MOST_NAMED])}) is left out: equilibrium --vary NAME tells what it holds"
     return either + (rub if rubbing else "")
@@ -56,9 +57,14 @@ def left_out(mechanism: Mechanism) -> tuple[str, ...]:
 
 def stood(mechanism: Mechanism) -> str:
     """Return that what holds one way only was taken as it is at the start."""
+    names = _closing(mechanism)
+    return f", with {names} closed or open as at the start (equilibrium tells where else it rests)" if names else ""
+
+
+def _closing(mechanism: Mechanism) -> str:
+    """Return the names of what may close."""
     closing = [x.name for x in mechanism.one_way if x.unilateral]
-    names = ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
-    return f", with {names} closed or open as at the start (equilibrium tells where else it rests)" if closing else ""
+    return ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
 
 
 def _accelerations(flow: Flow, rows: Rows, tried: Iterable[Floats]) -> Iterator[Floats]:

@@ -33,6 +33,9 @@ def _notes(found: Equilibrium) -> list[str]:
         notes.append(f"note: cut short after {found.guesses} guesses, as its time was up: there may be others")
     elif not found.complete:
         notes.append(f"note: found from {found.guesses} guesses; it is not proved that there are no others")
+    count, every = found.sets
+    if count < every:
+        notes.append(f"note: {count} of {every} sets of contacts, ropes and stops that may be closed were tried")
     if found.friction_left_out:
         names = ", ".join(found.friction_left_out)
         notes.append(f"note: without friction ({names}), which may hold positions beside these")

@@ -112,6 +112,7 @@ contacts: {{c: {{between: [b, ground.floor]}}}}
     position, closed = only(found)
     assert position["s_z"] == pytest.approx(0.05, abs=1e-12)
     assert list(closed) == [f"c.corner{k}" for k in (1, 2, 3, 4)]
+    assert "10 of 247 sets of contacts, ropes and stops" in equilibrium_text(found)
     assert found.stable == (None,)
     assert {"s_x", "s_y", "s_qz"} <= set(found.free[0])
 
@@ -123,6 +124,42 @@ bodies: {ground: {surfaces: {wall: {plane: [0, 0, 0], normal: x}}}, b: {mass: 1}
 joints: {s: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [1, 0]}}}
 contacts: {c: {between: [b, ground.wall], open: true}}
 """)
+
+
+def notch(more: int) -> str:
+    """Return a particle above a notch, below which there are more planes."""
+    walls = {"left": "0, normal: [1, 1, 0]", "right": "0, normal: [-1, 1, 0]"}
+    walls |= {f"deep{k}": f"{-1 - k}, normal: y" for k in range(more)}
+    skins = ", ".join(f"{name}: {{plane: [0, {rest.replace(',', ', 0],', 1)}}}" for name, rest in walls.items())
+    contacts = ", ".join(f"{name}: {{between: [b, ground.{name}], open: true}}" for name in walls)
+    return f"""
+bodies: {{ground: {{surfaces: {{{skins}}}}}, b: {{mass: 1}}}}
+joints: {{s: {{type: point, parent: ground, child: b, q: [x, y], initial: {{q: [0.3, 5]}}}}}}
+contacts: {{{contacts}}}
+"""
+
+
+def test_sets_that_were_not_tried_are_not_called_without_rest() -> None:
+    """By hand: the particle rests in the notch, on both of its sides; no other plane is reached."""
+    found = rest(notch(0))
+    assert dict(only(found)[0]) == pytest.approx({"x": 0.0, "y": 0.0}, abs=1e-9)
+    assert found.sets == (4, 4)
+    with pytest.raises(NoSolutionError) as caught:
+        rest(notch(5))
+    assert "none with" not in str(caught.value)
+    assert "of 29 sets of left, right, deep0, deep1, .. that may be closed 8 were tried" in str(caught.value)
+
+
+def test_a_hollow_that_was_not_tried_closed_is_not_called_without_rest() -> None:
+    """By hand: the particle rests at the bottom of the hollow."""
+    with pytest.raises(NoSolutionError) as caught:
+        rest("""
+bodies: {ground: {surfaces: {hollow: {curve: {y: x^2}}}}, b: {mass: 1}}
+joints: {s: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [0.3, 5]}}}
+contacts: {c: {between: [b, ground.hollow], open: true}}
+""")
+    assert "none with" not in str(caught.value)
+    assert "of 2 sets of c that may be closed 1 was tried" in str(caught.value)
 
 
 def test_modes_are_of_no_place_where_a_contact_would_pull_or_a_stop_is_passed() -> None:

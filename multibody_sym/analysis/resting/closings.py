@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
+from math import comb
 from typing import Final
 
 import numpy as np
@@ -62,23 +63,27 @@ class Rest:
 class Rests:
     """All positions that were found, after so many `guesses`, and whether the search was `cut_short`.
 
-    `first` is the search with the same closed as at the start; `sets`: how many sets were to be tried.
+    `first` is the search with the same closed as at the start; `sets`: how many sets were tried closed, and how many
+    there are of no more elements than there are speeds, since more of them depend on each other.
     """
 
     found: tuple[Rest, ...]
     first: Search
     guesses: int
     cut_short: bool
-    sets: int
+    sets: tuple[int, int]
 
 
 def rests(resolved: Mechanism, begin: Start, formalism: str | None, *, project: bool) -> Rests:
-    """Return the positions of rest of a mechanism from its start. Raises NoSolutionError where there is no start."""
+    """Return the positions of rest of a mechanism from its start. Raises NoSolutionError where there is no start.
+
+    Where curves touch, whose points of contact are coordinates, nothing is tried closed.
+    """
     if not any(x.unilateral for x in resolved.one_way) or any(body.is_foot for body in resolved.bodies):
         search = search_from(resolved, begin, formalism)
         found = found_from(search, np.array(begin.q, dtype=float))
         kept = tuple(Rest(q, (), (), free, search) for q, free in zip(found.positions, found.free, strict=True))
-        return Rests(kept, search, found.guesses, found.cut_short, 1)
+        return Rests(kept, search, found.guesses, found.cut_short, (1, _all_sets(resolved)))
     own = begin if resolved.relative is None else start(resolved.relative, project=project)
     return _Closings(resolved, begin, own, formalism).rests()
 
@@ -94,7 +99,7 @@ class _Closings:
 
     def rests(self) -> Rests:
         """Return the positions of rest, those with the same closed as at the start first."""
-        until, kept, guesses = time.process_time() + SECONDS, list[Rest](), 0
+        until, kept, guesses, tried = time.process_time() + SECONDS, list[Rest](), 0, 1
         closed, *others = self._sets()
         closed = self._independent(closed, np.array(self.begin.q, dtype=float))
         first = self.search(closed)
@@ -107,12 +112,13 @@ class _Closings:
                     cut_short = True
                     break
                 found = found_from(self.search(names), np.array(self.search(names).places.start), left, _FRUITLESS)
+                tried += 1
             guesses, cut_short = guesses + found.guesses, cut_short or found.cut_short
             for q in found.positions:
                 rest = self._rest(q, names)
                 if rest is not None and not any(_one(rest, x) for x in kept):
                     kept.append(rest)
-        return Rests(tuple(kept), first, guesses, cut_short, 1 + len(others))
+        return Rests(tuple(kept), first, guesses, cut_short, (tried, max(tried, _all_sets(self.resolved))))
 
     @cached_property
     def elements(self) -> dict[str, OneWay]:
@@ -182,6 +188,12 @@ class _Closings:
             return False
         size = float(np.abs(forces).max(initial=0.0))
         return bool((forces[places] > _PRESSES * size).all()) or _least(jacobian, forces, places) > _PRESSES * size
+
+
+def _all_sets(mechanism: Mechanism) -> int:
+    """Return how many sets there are of what may close, of no more elements than there are speeds."""
+    count = sum(x.unilateral for x in mechanism.one_way)
+    return sum(comb(count, size) for size in range(min(count, len(mechanism.speeds)) + 1))
 
 
 def _least(jacobian: Floats, forces: Floats, places: Sequence[int]) -> float:
