@@ -52,8 +52,8 @@ class Contact(Element):
     as far as friction can (a superball). The normal leads from the second to the first, and friction, positive along
     the tangent, is that on the first; `tangent`, in the axes of the body with the plane, turns it around. An `open`
     contact does not touch at the start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2,
-    ... and `#+1` the next; the forces of those of one body with another, such as a table's legs, have a sum, as those
-    of corners do.
+    ... and `#+1`, `#+2` the next ones; the forces of those of one body with another, such as a table's legs, have a
+    sum, as those of corners do.
     """
 
     between: tuple[str, ...] = holds(
@@ -85,7 +85,7 @@ class Contact(Element):
     open: bool = holds(Flag(), False, keyword=True, says="whether it does not touch at the start", such="true")
     repeat: int | None = holds(
         Count(), None, keyword=True, such="49",
-        says="so many contacts, with 1, 2, .. for # and the next for #+1 in the names",
+        says="so many contacts, with 1, 2, .. for # and the next ones for #+1, #+2 in the names",
     )
 
     def verify(self) -> None:

@@ -148,12 +148,13 @@ repeat:
 contacts:
   on: {between: [b#, ground.floor], static: 0.1, repeat: 3}
   beside: {between: [b#+1, b#.right], repeat: 2}
+  last: {between: [b#+2, b#.right], repeat: 1}
 """
     system = mbs.loads(text)
     made = mechanism(system).one_way
-    assert [c.name for c in made] == ["on1", "on2", "on3", "beside1", "beside2"]
+    assert [c.name for c in made] == ["on1", "on2", "on3", "beside1", "beside2", "last1"]
     ends = [tuple(skin.place.name for skin in c.normals[0].skins) for c in made[3:]]
-    assert ends == [("b2", "b1.right"), ("b3", "b2.right")]
+    assert ends == [("b2", "b1.right"), ("b3", "b2.right"), ("b3", "b1.right")]
     assert mbs.loads(mbs.dumps(system)) == system
 
 

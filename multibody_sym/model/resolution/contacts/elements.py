@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
@@ -47,6 +48,7 @@ _TANGENTS: Final[tuple[ContactDirection, ...]] = ("t1", "t2")
 _ROLLING: Final[tuple[ContactDirection, ...]] = ("normal", "t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
+_NUMBER: Final = re.compile(r"#(\+\d{1,3})?")
 _ALONE: Final = "face"
 """What the face of a plane is called that ends and touches with its ends too, none of which has the whole name."""
 _HOLLOW: Final = "name points, discs or spheres of the other one"
@@ -138,12 +140,16 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
 
 
 def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the contacts that repeat, `#` in their ends being their number, `#+1` the next."""
+    """Yield the contacts that repeat, `#` in their ends being their number, `#+2` the number after the next."""
     if contact.repeat is None:
         yield name, contact.between
         return
     for k in range(1, contact.repeat + 1):
-        yield f"{name}{k}", tuple(end.replace("#+1", str(k + 1)).replace("#", str(k)) for end in contact.between)
+        yield f"{name}{k}", tuple(_numbered(end, k) for end in contact.between)
+
+
+def _numbered(end: str, k: int) -> str:
+    return _NUMBER.sub(lambda found: str(k + int(found[1] or 0)), end)
 
 
 def _bodies(element: OneWay) -> tuple[int, ...]:
