@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 
 import multibody_sym as mbs
@@ -47,3 +50,32 @@ def test_it_rests_to_the_last_bit_between_the_ends(part: float, ends: tuple[floa
 def test_it_moves_beyond_the_upper_end(ends: tuple[float, float]) -> None:
     run = mbs.simulate(mbs.loads(WEDGE), parameters={"P": 1.01 * ends[1]})
     assert run["x"][-1] < 0.0
+
+
+LADDER = """
+multibody_sym: 1
+name: ladder
+gravity: [0, -9.81, 0]
+bodies:
+  ladder: {shape: {rod: 1.2, mass: 0.2}, points: {top: [1.2, 0, 0], foot: [0, 0, 0]}}
+  slider: {mass: 0.6, inertia: {Izz: 0.01}}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+joints:
+  plane: {type: planar, parent: ground, child: ladder, q: [x, y, a], initial: {q: [1.2*cos(1.25), 0, pi - 1.25]}}
+  guide: {type: prismatic, parent: ladder, child: slider, axis: x, q: s, initial: {q: 0.6}}
+contacts:
+  foot: {between: [ladder.foot, ground.floor], static: enough, restitution: 0}
+  top: {between: [ladder.top, ground.wall], static: 0.3, restitution: 0}
+forces:
+  rubs: {type: friction, joint: guide, static: 1.5}
+simulation: {t_end: 0.3, samples: 4}
+"""
+
+
+def test_a_ladder_whose_foot_never_slips_rests_while_a_slider_runs_down_its_rough_guide() -> None:
+    """A smooth wall would do for its rest: it pushes, the floor does the rest. The slider has g (sin - mu cos)."""
+    run = mbs.simulate(mbs.loads(LADDER))
+    assert run.t[-1] == 0.3
+    pace = 9.81 * (math.sin(1.25) - 1.5 * math.cos(1.25))
+    assert not run.u[:, :3].any()
+    np.testing.assert_allclose(run.q[:, 3], 0.6 - pace * run.t**2 / 2.0, rtol=1e-9)

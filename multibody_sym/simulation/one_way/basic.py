@@ -134,20 +134,21 @@ def _exerting(acting: _Acting, number: int, tried: bool) -> tuple[int, ...]:
 def _loose(acting: _Acting, first: int) -> dict[int, list[int]]:
     """Return the rows of parts at rest that depend on others, by the numbers of these parts.
 
-    The part of number `first` holds before the others.
+    Friction that is always enough holds first, then the part of number `first` before the others.
     """
     posed, parts = acting.problem, acting.problem.problem.parts
     resting = {one.part.name for one in acting.parts(resting=True)}
     always = {part.name for x in posed.elements if not x.unilateral for part in x.frictions}
     kept = acting.bilateral() + [acting.place(x) for x in acting.elements()]
     loose: dict[int, list[int]] = {}
-    for number in (*range(first, len(parts)), *range(first)):
+    order = (*range(first, len(parts)), *range(first))
+    for number in sorted(order, key=lambda k: not parts[k].enough):
         part, law = posed.parts[number], parts[number]
-        sticks = law.rests and acting.state.mode.slips[number] == STICKS and not part.enough
+        sticks = law.rests and acting.state.mode.slips[number] == STICKS
         if not sticks or part.name not in resting | always:
             continue
         for row in law.rows:
-            if _rank(posed, [*kept, row]) > _rank(posed, kept):
+            if law.enough or _rank(posed, [*kept, row]) > _rank(posed, kept):
                 kept.append(row)
             else:
                 loose.setdefault(number, []).append(row)
