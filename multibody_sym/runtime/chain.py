@@ -65,7 +65,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Stopped:
-    """A stop that a run meets as it goes on in another `problem`, which tells the state there."""
+    """A stop that a run meets as it goes on in another `problem`, which tells the state there: it has hardly begun."""
 
     event: Event
     problem: Problem
@@ -139,12 +139,31 @@ def _told(latest: Progress, problem: Problem, samples: Floats) -> Progress:
 
 def _stopped_behind(latest: Progress, stop: Stopped, samples: Floats, legs: list[Leg]) -> Progress:
     """Return the progress that ends behind a switch, the last sample telling the state there."""
-    x = stop.problem.x0
-    told = _told(replace(latest, x=x), stop.problem, samples)
+    until, first, problem = stop.event.time, latest.written, stop.problem
+    passed = [each for each in problem.times()[first:].tolist() if each <= until]
+    for k, time in enumerate(passed, first):
+        samples[k] = shortly(problem, time)
+    x = shortly(problem, until)
+    told = _told(replace(latest, x=x, time=until, written=first + len(passed)), problem, samples)
+    first = min(first, told.written - 1)
     samples[told.written - 1] = x
-    legs[-1] = replace(legs[-1], end=told.written - 1)
-    legs.append(Leg(stop.problem, told.written - 1, told.written, latest.time))
+    legs[-1] = replace(legs[-1], end=first)
+    legs.append(Leg(problem, first, told.written, until))
     return replace(told, events=(*told.events, stop.event))
+
+
+def shortly(problem: Problem, time: float) -> Floats:
+    """Return the state (nq + nu,) of a run shortly after its start, or before it, by one step of order 4."""
+    step = time - problem.start
+    if step == 0.0:
+        return problem.x0
+    half, whole = problem.start + 0.5 * step, problem.start + step
+    k1 = problem.rates(problem.start, problem.x0)
+    k2 = problem.rates(half, problem.x0 + 0.5 * step * k1)
+    k3 = problem.rates(half, problem.x0 + 0.5 * step * k2)
+    k4 = problem.rates(whole, problem.x0 + step * k3)
+    state: Floats = problem.x0 + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    return state
 
 
 def _switched(progress: Progress, problem: Problem) -> int | None:

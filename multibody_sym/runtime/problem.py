@@ -147,6 +147,12 @@ class Problem:
         """Return whether no step leads on from a time: a switch so near the end is the end."""
         return time >= self.t_end - _LEAST_LEFT * abs(time)
 
+    def rates(self, t: float, x: Floats) -> Floats:
+        """Return x' (nq + nu,) at a time and a state x."""
+        q, u = x[: len(self.q0)], x[len(self.q0) :]
+        inputs = self.compiled["inputs"](t, q, u, self.parameters)[0] if self.inputs else np.zeros(0)
+        return np.concatenate(self.compiled["state_derivative"](t, q, u, self.parameters, inputs, self.modes)[:2])
+
     @property
     def switches(self) -> int:
         """The number of the first switching function of the mode."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import multibody_sym as mbs
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.one_way import impact
-from multibody_sym.simulation.one_way.impact import Bounces, Standstill
+from multibody_sym.simulation.one_way.impact import Bounces, Hit, Standstill
 
 POINT = """\
 multibody_sym: 1
@@ -57,7 +58,7 @@ def test_impacts_at_one_time_collapse() -> None:
     bounces, time = Bounces(), 11.5
     for _ in range(141):
         assert not bounces.collapsing(time, 2)
-        bounces.hit(time, "c")
+        bounces.hit(Hit(time, frozenset({"c"}), np.zeros(2)))
         time += 2e-15
     assert bounces.collapsing(time, 2) == {"c"}
     assert bounces.collapsing(time + 1e-6, 2) == frozenset()

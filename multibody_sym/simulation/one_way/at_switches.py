@@ -57,16 +57,25 @@ def stops_at_turns(declared: Mechanism) -> bool:
 
 
 def stop_met(
-    declared: Mechanism, parts: Sequence[Stretch], switch: Switch, went: tuple[Problem, Blow | None], speed: float
+    declared: Mechanism,
+    parts: Sequence[Stretch],
+    switch: Switch,
+    went: tuple[Problem, Blow | None, float],
+    speed: float,
 ) -> Event | Stopped | None:
     """Return the stop that a run meets at a switch between two parts, where it `went` on, struck perhaps; None if none.
 
     It is a state that begins or what strikes, whose number follows those of other stops, or what `stop_jumped` tells.
+    It begins so much later (s) than it struck if it is the limit of infinitely many impacts: the last of `went`.
     """
-    (before, now), time, (entered, blow) = parts, switch.begun.time, went
+    (before, now), time, (entered, blow, late) = parts, switch.begun.time, went
+    begins = time if blow is None or not late else blow.t + late
     for k, condition in enumerate(declared.state_stops.values()):
-        if struck(condition, blow) or (condition.holds(now.words) and not condition.holds(before.words)):
-            return Event(time, len(declared.stops) + k, True)
+        met = Event(begins, len(declared.stops) + k, True)
+        if struck(condition, blow):
+            return replace(met, time=time)
+        if condition.holds(now.words) and not condition.holds(before.words) and begins <= entered.t_end:
+            return met if begins == time else Stopped(met, entered)
     jumped = stop_jumped((before, now), time, (switch.x, entered.x0), speed)
     return None if jumped is None else Stopped(Event(time, jumped, True), entered)
 

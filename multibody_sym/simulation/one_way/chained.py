@@ -15,13 +15,13 @@ from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain
+from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain, shortly
 from multibody_sym.runtime.course import Passage
 from multibody_sym.runtime.loading import Compiled
-from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
+from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.along.jumps import Jump, Passed, passed
@@ -30,7 +30,7 @@ from multibody_sym.simulation.one_way.account import energy_account
 from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, stops_at_turns, struck
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, Returns, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
@@ -46,6 +46,10 @@ _AT_ONCE: Final = 1e-3
 """The part of a mean step within which a return to a mode is no motion."""
 _RETURNS: Final = 2
 _GIVEN_UP: Final = 20
+_PROMPT: Final = 1e-14
+"""The part of the time up to which an impact is not too late."""
+_WITHIN: Final = 0.01
+"""The part of the time since the last impact by which an impact may be too late: by more it is not by rounding."""
 _KEPT: Final = 1e4
 """How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
 _UNSEEN: Final = 100.0
@@ -207,7 +211,7 @@ class OneWayRun:
         if isinstance(entered, RunFailure):
             return entered
         self._learn(now.mode, switch.index)
-        went = entered, found.blow
+        went = entered, found.blow, max(found.late.values(), default=0.0)
         met = stop_met(self.laws.mechanism, self.stretches[-2:], switch, went, self._scale.speed)
         if isinstance(met, Event):  # the run ends before what has struck
             self.lost, self.blows[blows:] = lost, []
@@ -231,6 +235,7 @@ class OneWayRun:
             after = np.concatenate([leaving, facts.u])
             self.jumps += [] if leaving is facts.q else [(len(self.stretches) - 1, t, after)]
             return after.copy()
+        facts = self._touched(facts, element)
         blow = bounced(facts, element, (*aside, *self._hidden))
         udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
         before = Before(now.mode, udot, None, self._bounces)
@@ -242,11 +247,13 @@ class OneWayRun:
         else:
             u = facts.u + blow.jump
         after = np.concatenate([facts.q, u])
+        if facts.t != t:
+            after = after + (t - facts.t) * now.problem.rates(facts.t, after)
         if any(struck(each, blow) for each in self.laws.mechanism.state_stops.values()):
             return None
         if stop_jumped((now, now), t, (x, after), self._scale.speed) is not None:
             return None
-        tell(self.changes, t, self._hit(t, blow))
+        tell(self.changes, blow.t, self._hit(blow))
         self._tips.struck(facts)
         self.jumps.append((len(self.stretches) - 1, t, after))
         return after.copy()
@@ -321,15 +328,25 @@ class OneWayRun:
         touches = cause.ends == "closes" and not is_tip(cause.element)
         touches = touches and not thin_bars.is_behind(facts, cause.element)
         closed += [cause.element.name] if touches else []
-        return facts, closed
+        return self._touched(facts, cause.element) if touches else facts, closed
+
+    def _touched(self, facts: Facts, element: OneWay) -> Facts:
+        """Return what held when an element touched that strikes: a step ends where rounding has let it in slightly."""
+        gap, rate = facts.gap(element), facts.rate(element)
+        ago = gap / rate if gap < 0.0 and rate < 0.0 else 0.0
+        since = max(self._bounces.rhythm.last, self.stretches[-1].problem.start)
+        if not _PROMPT * abs(facts.t) < ago < _WITHIN * (facts.t - since):
+            return facts
+        qdot, udot = self.stretches[-1].rates_at(facts)
+        return facts.laws.at(facts.t - ago, facts.q - ago * qdot, facts.u - ago * udot, facts.scale)
 
     def _entered(self, found: Decided, switch: Switch | None) -> Problem | RunFailure:
         """Return the run in the mode that was found, noting what has changed."""
-        t = found.facts.t
+        t = found.facts.t if switch is None else switch.begun.time
         if found.mode is None:
             self.trouble = found.why_none
             return RunFailure(Status.NO_MODE, t, None)
-        problem, program = self._first_problem if switch is None else self.modes.problem(found, switch.begun)
+        problem, program = self._first_problem if switch is None else self._behind(found, switch.begun)
         returns = 0 if switch is None or found.blow is not None else self._returns.to(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
@@ -345,6 +362,15 @@ class OneWayRun:
         if found.blow is not None:
             self._tips.struck(found.facts)
         return stretch.problem
+
+    def _behind(self, found: Decided, begun: Begun) -> tuple[Problem, ModeProgram]:
+        """Return the run from a switch on; where impacts have a limit, on the motion that leads to it in that mode."""
+        then = replace(begun, time=found.facts.t)
+        problem, program = self.modes.problem(found, then)
+        if found.facts.t == begun.time:
+            return problem, program
+        q, u = np.split(shortly(problem, begun.time), [len(problem.q0)])
+        return replace(problem, begun=begun, q0=q, u0=u), program
 
     def _met(self, program: ModeProgram, problem: Problem, mode: Mode, t: float) -> Stretch:
         """Return the run in a mode from a time on, which the loop in C knows if it can follow it."""
@@ -363,12 +389,13 @@ class OneWayRun:
         return self.stretches[-1].problem
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
+        time = time if found.blow is None else found.blow.t
         several = [Change(time, name, SEVERAL, "", taken=word) for name, word in found.undecided.items()]
         blow, changes = found.blow, self._begin(stretch)
         changed, hits = {name: word for name, word, _ in changes}, list[Change]()
         if blow is not None:
             words = {x: changed.pop(x, COLLAPSE if x in found.collapsed else IMPACT) for x in blow.impulses}
-            hits = self._hit(time, blow, words, found.late)
+            hits = self._hit(blow, words, found.late)
         others = [Change(time, *each) for each in changes if each[0] in changed]
         tell(self.changes, time, [*several, *hits, *others])
 
@@ -376,24 +403,25 @@ class OneWayRun:
         """Begin a stretch, and return which elements are in another state than before: name, state now and before."""
         before, words = self.stretches[-1].words if self.stretches else {}, stretch.words
         self.stretches.append(stretch)
+        self._bounces.rhythm.mode(stretch.problem.start, stretch.key)
         self._bounces.rested([name for name, side in stretch.mode.sides.items() if side])
         return [
             (name, word, before.get(name, "")) for name, word in words.items() if before and before.get(name) != word
         ]
 
     def _hit(
-        self, time: float, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
+        self, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
     ) -> list[Change]:
         """Note what an impact did, and return it; what rests does so when it would have ceased to bounce."""
         lost = sum(blow.lost.values())
-        self.blows.append(Jump(time, blow.q, blow.u, blow.jump, blow.rows, lost, self.laws.parameters))
+        self.blows.append(Jump(blow.t, blow.q, blow.u, blow.jump, blow.rows, lost, self.laws.parameters))
         for name, each in blow.lost.items():
             self.lost[name] = self.lost.get(name, 0.0) + each
+        taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
+        self._bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u])))
         changes = []
         for name, impulse in blow.impulses.items():
-            when, word = time + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
-            if impulse:
-                self._bounces.hit(time, name)
+            when, word = blow.t + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
             if impulse or blow.lost.get(name) or word != IMPACT:
                 changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
         return changes

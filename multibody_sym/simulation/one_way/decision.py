@@ -35,6 +35,8 @@ _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 class Decided:
     """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode; None if there is none.
 
+    Where something comes to rest after infinitely many impacts `facts` are those of their limit, later than the last
+    that the run has resolved; those of this one where it has met too few to know the limit.
     `largest` is the largest force there, as forces are measured; `found` the states that are possible, of a problem as
     `posed`; both None where the mode was known before and verified. `blow`: what an impact did, None without one;
     `late`: how much longer (s) what rests now would still have bounced; of this has `collapsed` what struck in turn.
@@ -129,12 +131,17 @@ def decided(
     facts = moved(facts, q=onto_rows(facts, touching))
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing, touching) if before is not None else {}
+    end = before.bounces.limit(facts, closing, late) if before is not None else None
     held = before.bounces.dying(facts, closing).keys() - {*beyond, *hidden} if before is not None else set[str]()
     try:
         after = _after(facts, touching, before, late, held)
         while late and (back := _back(after, {*beyond, *hidden}) - held):
             late, held = dict.fromkeys(back, 0.0) | late, held | back
             after = _after(facts, touching, before, late, held)
+        if end is not None and _alone(end, after.touching):
+            late = dict.fromkeys(late, end.t - facts.t)
+            end = moved(end, q=onto_rows(end, after.touching))
+            after = _resting(end, after.touching, before, after.blow)
     except NoSolutionError as error:
         return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
@@ -201,10 +208,21 @@ def _settled(
         facts = moved(facts, u=facts.u + blow.jump)
         leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
         touching = [name for name in touching if name in held or name not in leaving]
+    return _resting(facts, touching, before, blow)
+
+
+def _resting(facts: Facts, touching: list[str], before: Before | None, blow: Blow | None) -> _After:
+    """Return the states that are possible once what touches has struck."""
     facts = moved(facts, u=at_rest(facts, touching))
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
     return _After(facts, touching, blow, problem, found)
+
+
+def _alone(end: Facts, touching: Collection[str]) -> bool:
+    """Return whether nothing else touches at the limit of impacts: it would have struck before."""
+    others = (x for x in end.laws.unilateral if x.name not in touching)
+    return all(end.standing(x) == "open" for x in others)
 
 
 def _back(after: _After, others: Collection[str]) -> set[str]:

@@ -113,6 +113,13 @@ class Facts:
         """Return the speed at which an element opens."""
         return float(self.known["phidot"][self.place(element.normals[0])])
 
+    @property
+    def sizes(self) -> Floats:
+        """How large (1 + nq + nu,) time, coordinates and speeds are in this run."""
+        slides, scale = self.laws.slides, self.scale
+        lengths = [scale.length if each.unit == "m" else 1.0 for each in self.laws.mechanism.coordinates]
+        return np.concatenate([[scale.time], lengths, slides * scale.speed + (1.0 - slides) * scale.turning])
+
     @cached_property
     def near(self) -> list[OneWay]:
         """The unilateral elements whose gaps are no larger than what counts as closed."""

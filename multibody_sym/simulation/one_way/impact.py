@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import field, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -13,6 +15,7 @@ from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Equality, Law
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.extrapolation import at_zero
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way.facts import Facts, posed
 from multibody_sym.simulation.one_way.settling import named, onto_rows
@@ -27,6 +30,14 @@ _LONGEST: Final = 12
 """Impacts in a cycle of them."""
 _CYCLES: Final = 4
 """Ends of cycles, the ratios of which have to agree."""
+_KEPT: Final = 4096
+"""Impacts that are kept."""
+_APART: Final = 1.9
+"""How much longer one cycle lasts than the next one from which the limit is taken: near ones amplify rounding."""
+_DEGREES: Final = 10
+"""Cycles from which the limit is taken."""
+_EXPECTED: Final = 0.5
+"""The part by which times that are left may differ, of several elements or from a geometric series."""
 _ALIKE: Final = 1e-2
 """The part by which they may differ: rounding of where what is nearly at rest strikes is in them."""
 _PRESSED: Final = 2.0
@@ -50,12 +61,14 @@ TOO_FAST: Final = f"more often than a run can hold that goes on at this pace; as
 class Blow:
     """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J).
 
-    `q` (nq,) and `u` (nu,) are those before it, `rows` the impulses (N s) of all that struck or held, friction too.
+    `t` (s) is when it was, `q` (nq,) and `u` (nu,) are those before it. `rows`: the impulses (N s) of all that struck
+    or held, friction too.
     """
 
     jump: Floats
     impulses: Mapping[str, float]
     lost: Mapping[str, float]
+    t: float
     q: Floats
     u: Floats
     rows: Mapping[str, float]
@@ -69,7 +82,8 @@ class Blow:
 
         parts = ((self.impulses, other.impulses), (self.lost, other.lost), (self.rows, other.rows))
         impulses, lost, rows = (summed(*each) for each in parts)
-        return Blow(self.jump + other.jump, impulses, lost, self.q, self.u, rows, (*self.notes, *other.notes))
+        jump, notes = self.jump + other.jump, (*self.notes, *other.notes)
+        return replace(self, jump=jump, impulses=impulses, lost=lost, rows=rows, notes=notes)
 
 
 @dataclass
@@ -130,39 +144,100 @@ def _endless(contacts: int) -> int:
     return 100 + 20 * contacts
 
 
+@dataclass(frozen=True, eq=False)
+class Hit:
+    """An impact: its time (s), what took an impulse, and the coordinates and speeds (nq + nu,) before it."""
+
+    time: float
+    names: frozenset[str]
+    x: Floats
+
+
 @dataclass
 class Rhythm:
-    """The last impacts of a run, when each was and what struck: cycles that shrink end as a geometric series does.
+    """The last impacts of a run, and the modes between them: cycles that shrink end as a geometric series does.
 
     A load lands without a rebound, its counterweight flies on until their rope is taut and jerks it up again. Each of
     the two rests as the other strikes, so that no coefficient tells the ratio, but the times of the cycles do.
     """
 
-    _hits: deque[tuple[float, str]] = field(default_factory=lambda: deque(maxlen=_CYCLES * _LONGEST))
+    _hits: deque[Hit] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    _modes: deque[tuple[float, object]] = field(default_factory=lambda: deque(maxlen=_KEPT))
 
-    def hit(self, time: float, name: str) -> None:
-        """Note an impact of an element."""
-        self._hits.append((time, name))
+    def hit(self, now: Hit) -> None:
+        """Note an impact."""
+        self._hits.append(now)
 
-    def since(self, time: float) -> float:
-        """Return the time (s) since the last impact."""
-        return time - self._hits[-1][0] if self._hits else np.inf
+    def mode(self, time: float, key: object) -> None:
+        """Note a mode that begins."""
+        self._modes.append((time, key))
+
+    @property
+    def last(self) -> float:
+        """The time (s) of the last impact."""
+        return self._hits[-1].time if self._hits else -np.inf
 
     def ending(self, time: float, names: Iterable[str]) -> tuple[frozenset[str], float, float]:
         """Return what strikes in cycles that shrink, with an impact of `names` now, and how long (s) the last one was.
 
         Then how long (s) all that follow take together. No names where there is no such cycle of several elements.
         """
-        hits = [*self._hits, *((time, name) for name in names)]
+        recent = list(self._hits)[-_CYCLES * _LONGEST :]
+        hits = [(each.time, name) for each in recent for name in sorted(each.names)]
+        hits += ((time, name) for name in sorted(names))
         for size in range(2, min(_LONGEST, (len(hits) - 1) // (_CYCLES - 1)) + 1):
             ends = [hits[-1 - k * size] for k in range(_CYCLES)]
             a, b, c = (ends[k][0] - ends[k + 1][0] for k in range(_CYCLES - 1))
             if not (0.0 < a < b < c and abs(a * c - b * b) < _ALIKE * b * b):
                 continue
             same = all(hits[-1 - k][1] == hits[-1 - k - size][1] for k in range((_CYCLES - 2) * size))
-            if same:
-                return frozenset(name for _, name in hits[-size:]), a, a * a / (b - a)
+            taking = frozenset(name for _, name in hits[-size:])
+            if same and len(taking) > 1:
+                return taking, a, a * a / (b - a)
         return frozenset(), 0.0, 0.0
+
+    def limit(self, now: Hit, sizes: Floats) -> tuple[float, Floats] | None:
+        """Return when all that follow an impact `now` have struck, and the state (nq + nu,) then; None if unknown.
+
+        The state at the ends of cycles is a smooth function of how long these last. `sizes` (1 + nq + nu,) are those of
+        the time and of the state.
+        """
+        ends = self._ends(now)
+        lasted = -np.diff([each.time for each in ends])
+        places = [0] if len(lasted) > 1 else []
+        for k, each in enumerate(lasted):
+            if each >= _APART * lasted[places[-1]]:
+                places.append(k)
+        if len(places) < 2:
+            return None
+        places = places[:_DEGREES]
+        values = np.array([[ends[k].time - now.time, *ends[k].x] for k in places])
+        (left, *x), _ = at_zero(lasted[places], values, sizes)
+        expected = lasted[0] ** 2 / (lasted[1] - lasted[0])
+        return (now.time + float(left), np.array(x)) if abs(left - expected) < _EXPECTED * expected else None
+
+    def _ends(self, now: Hit) -> list[Hit]:
+        """Return the ends of the cycles of impacts and modes that are alike, the latest first, `now` the first."""
+        hits, last = self._hits, len(self._hits)
+        for size in range(1, min(_LONGEST, last) + 1):
+            if not now.names <= hits[last - size].names:
+                continue
+            first = last - size
+            while first >= size and all(hits[k].names == hits[k - size].names for k in range(first, first + size)):
+                first -= size
+            ends = [now, *(hits[k] for k in range(last - size, first - 1, -size))]
+            between = self._between([each.time for each in ends])
+            alike = next((k for k, modes in enumerate(between) if modes != between[0]), len(between))
+            if alike > 1:
+                return ends[: alike + 1]
+        return [now]
+
+    def _between(self, times: list[float]) -> list[list[object]]:
+        """Return the modes that have begun between times, the latest first, from each on until before the next."""
+        begun = [time for time, _ in self._modes]
+        places = [bisect_left(begun, time) for time in times]
+        keys = [key for _, key in self._modes]
+        return [keys[first:end] for end, first in pairwise(places)]
 
 
 @dataclass
@@ -189,11 +264,25 @@ class Bounces:
         slow = facts.rate(element) <= facts.allowed_speed(element.normals[0])
         return None if slow or facts.standing(element) == "open" else onto_rows(facts, [element.name])
 
-    def hit(self, time: float, name: str) -> None:
-        """Note an impact of an element."""
-        self._first = min(self._first, time)
-        self.rhythm.hit(time, name)
-        self._hits.append((time, name))
+    def hit(self, now: Hit) -> None:
+        """Note an impact."""
+        self._first = min(self._first, now.time)
+        self.rhythm.hit(now)
+        self._hits.extend((now.time, name) for name in now.names)
+
+    def limit(self, facts: Facts, closing: Collection[OneWay], late: Mapping[str, float]) -> Facts | None:
+        """Return what holds once all impacts have struck after which elements rest that are `late` (s).
+
+        It follows from what held at the impacts before; None where these are too few, or not alike.
+        """
+        if not min(late.values(), default=0.0) > (1.0 - _EXPECTED) * max(late.values(), default=0.0) > 0.0:
+            return None
+        now = Hit(facts.t, frozenset(x.name for x in closing), np.concatenate([facts.q, facts.u]))
+        found = self.rhythm.limit(now, facts.sizes)
+        if found is None:
+            return None
+        q, u = np.split(found[1], [len(facts.q)])
+        return facts.laws.at(found[0], q, u, facts.scale)
 
     def collapsing(self, time: float, contacts: int) -> frozenset[str]:
         """Return the elements whose impacts follow each other so fast that they never end, some without weight.
@@ -215,7 +304,8 @@ class Bounces:
         """
         unseen, fastest = self._unseen(facts.t), max((-facts.rate(x) for x in closing), default=0.0)
         least = min((facts.allowed_gap(x) for x in facts.near), default=0.0)
-        if not (self.rhythm.since(facts.t) < unseen or fastest * self.rhythm.since(facts.t) < 4.0 * least):
+        since = facts.t - self.rhythm.last
+        if not (since < unseen or fastest * since < 4.0 * least):
             return {}
         names, cycle, left = self.rhythm.ending(facts.t, [x.name for x in closing])
         taking = [x for x in facts.near if x.name in names]
@@ -283,7 +373,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
         if any(_strikes(facts, x, after) for x in others):
             return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
-    return Blow(jump, {element.name: impulse}, lost, facts.q, facts.u, {element.normals[0].name: impulse})
+    return Blow(jump, {element.name: impulse}, lost, facts.t, facts.q, facts.u, {element.normals[0].name: impulse})
 
 
 def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
@@ -346,6 +436,7 @@ def struck(
         facts.speeds(found.x) + pressed * facts.known["free"],
         {element.name: float(found.impulses[problem.places[element.normals[0].name]]) for element in own},
         {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
+        facts.t,
         facts.q,
         facts.u,
         dict(zip(problem.names, found.impulses.tolist(), strict=True)),

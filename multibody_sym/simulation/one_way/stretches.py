@@ -66,9 +66,8 @@ class Stretch:
 
     def rates_at(self, at: Facts) -> tuple[Floats, Floats]:
         """Return the rates of coordinates (nq,) and speeds (nu,) in the mode."""
-        compiled, known = self.problem.compiled, (at.t, at.q, at.u, self.problem.parameters)
-        inputs = compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
-        qdot, udot, *_ = compiled["state_derivative"](*known, inputs, self.problem.modes)
+        rates = self.problem.rates(at.t, np.concatenate([at.q, at.u]))
+        qdot, udot = np.split(rates, [len(at.q)])
         return qdot, udot
 
     def udot_at(self, at: Facts) -> Floats:

@@ -57,6 +57,7 @@ def way_of(modes: RunInModes, stop: Event | None, taken: Statistics, number: Cal
         "modes": [as_json(each) for _, each in told.values()],
         "answers": [[x.leg, float(x.time), int(x.index), x.after.tolist()] for x in modes.answers],
         "stop": None if stop is None else [float(stop.time), int(stop.index)],
+        "at_once": stop is not None and not modes.legs[-1].steps,
         "taken": asdict(taken),
         "outcome": {name: getattr(modes, name) for name in _OUTCOME},
         "account": asdict(modes.account),
@@ -70,7 +71,8 @@ _OUTCOME: Final = ("events", "lost", "lost_at_start", "stabilised", "project")
 class Way:
     """The way of a run: the problem of each leg, the number of its mode, and when it ends; the stop at its end.
 
-    `modes`: what there is to tell of each; `answers`: where modes did not end; `taken` by the whole run.
+    `modes`: what there is to tell of each; `answers`: where modes did not end; `taken` by the whole run; `at_once`:
+    whether the stop ends the last leg before its first step.
     """
 
     problems: Sequence[Problem]
@@ -80,6 +82,7 @@ class Way:
     answers: Sequence[Answer]
     stop: Event | None
     taken: Statistics
+    at_once: bool
 
     @staticmethod
     def of(values: Any, compiled: Sequence[Compiled]) -> Way:
@@ -94,6 +97,7 @@ class Way:
             [Answer(leg, t, index, np.array(x, dtype=float)) for leg, t, index, x in values["answers"]],
             None if stop is None else Event(stop[0], stop[1], terminal=True),
             Statistics(**values["taken"]),
+            values["at_once"],
         )
 
 
@@ -149,12 +153,11 @@ class RecalledModes:
         following = len(self.legs)
         if switch.begun.time != self.way.ends[following - 1]:
             raise Departed(self.anew)
-        stop, time = self.way.stop, switch.begun.time
+        stop = self.way.stop
         if following < len(self.way.problems):
             entered = self.begun(self.way.problems[following])
             last = following == len(self.way.problems) - 1
-            at_once = last and stop is not None and stop.time == self.way.ends[following] == time
-            return Stopped(stop, entered) if at_once and stop is not None else entered
+            return Stopped(stop, entered) if last and self.way.at_once and stop is not None else entered
         if stop is None:
             raise Departed(self.anew)
         return stop
