@@ -92,10 +92,10 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
     unknown = [k for item in items if not item.given for k in item.speeds]
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
-        found = closed_from(rows, q, free, weighted)
-        if found is None and unknown and len(unknown) < len(free):
+        found = None
+        if unknown and len(unknown) < len(free):  # what is not given gives way first
             found = closed_from(rows, guessed(rows, q, unknown), free, weighted)
-        return found
+        return closed_from(rows, q, free, weighted) if found is None else found
 
     found = _chosen(items, generic_jacobian(rows, q), missed, close, project)
     if found is None and missed is None:

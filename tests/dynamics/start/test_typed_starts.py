@@ -159,3 +159,23 @@ def test_a_list_of_the_wrong_length_is_told_with_what_a_gap_is() -> None:
         assert error.value.where.path[-2:] == ("initial", key)
     with pytest.raises(mbs.ModelError, match="expected true or false"):
         plate({"known": [True, "perhaps", None]})
+
+
+@pytest.mark.parametrize("guess", [60, 80, 120])
+def test_a_typed_angle_that_does_not_close_moves_to_the_nearest_one_that_does(guess: float) -> None:
+    """By hand: at 90 deg of the crank the rocker is parallel to it, or at 233 deg: tan(gamma/2) = 1, -2."""
+    bar, freedom = mbs.Body(mass=1, inertia={"Izz": 1}, points={"end": ["a", 0, 0]}), {"motion": "pi/2 + 10*t"}
+    rod = mbs.Body(mass=1, inertia={"Izz": 1}, points={"end": ["3*a", 0, 0]})
+    system = mbs.System(
+        "four bar",
+        parameters={"a": 0.1},
+        bodies={"ground": mbs.Body(points={"D": ["3*a", 0, 0]}), "AB": bar, "BC": rod, "CD": bar},
+        joints={
+            "A": mbs.Revolute("ground", "AB", **freedom),
+            "B": mbs.Revolute("AB.end", "BC", q="beta"),
+            "D": mbs.Revolute("ground.D", "CD", q="gamma", initial={"q": f"{guess} deg"}),
+            "C": mbs.Revolute("BC.end", "CD.end", cut=True),
+        },
+    )
+    _, values = begun(system)
+    assert values["gamma"] == pytest.approx(math.pi / 2, abs=1e-12)
