@@ -13,7 +13,7 @@ from hostile import verdict
 from scipy.spatial.transform import Rotation
 
 from multibody_sym.answers.solve import solve
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, ModelError
 from multibody_sym.formats.reader import load, loads
 from multibody_sym.formats.urdf import UrdfNotice, load_urdf
 from multibody_sym.formats.writer import dumps
@@ -22,6 +22,8 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import pose_of
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.simulation.right_side import compile
+from multibody_sym.simulation.tree_functions import hybrid_dynamics, inverse_dynamics
 
 ARM = Path(__file__).parent / "data" / "arm.urdf"
 MUTATE = Path(__file__).with_name("mutate_urdf.py")
@@ -190,6 +192,23 @@ def test_joints_that_mimic_move_as_one(tmp_path: Path) -> None:
     found = solve(system).accelerations
     assert found["A"].value == pytest.approx(3 * 9.81 / 9, rel=1e-12)
     assert found["B"].value == pytest.approx(-6 * 9.81 / 9, rel=1e-12)
+
+
+def test_inverse_dynamics_says_how_to_leave_out_what_mimics(tmp_path: Path) -> None:
+    """Without the coupler a slider along z carries what is above it: (m1 + m2) (a1 + g) + m2 a2 at the first."""
+    axis = '<axis xyz="0 0 1"/>'
+    both = HINGE.format(*"Aab", axis), HINGE.format(*"Bbc", axis + '<mimic joint="A"/>')
+    joints = [joint.replace("revolute", "prismatic") for joint in both]
+    path = robot(tmp_path, A, B, LINK.format("c").replace('mass value="1"', 'mass value="2"'), *joints)
+    with pytest.warns(UrdfNotice, match="mimic"):
+        tied = load_urdf(path)
+    for question in (inverse_dynamics(tied), hybrid_dynamics(tied, ["A"])):
+        with pytest.raises(ModelError, match=r"^constraints\.B_mimic: 'B_mimic' restricts .* mimic=False"):
+            compile(question, backend="python")
+    with pytest.warns(UrdfNotice, match="mimic"):
+        free = load_urdf(path, mimic=False)
+    forces = compile(inverse_dynamics(free), backend="python")(0, [0.1, 0.2], [0, 0], [0.5, 0.25])
+    assert forces == pytest.approx([3 * (0.5 + 9.81) + 2 * 0.25, 2 * (0.75 + 9.81)], rel=1e-12)
 
 
 @pytest.mark.parametrize("other", ["A", "nobody"])

@@ -11,7 +11,7 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.dynamics.formalisms.sweep import hybrid_dynamics
-from multibody_sym.errors import ModelError, NoSolutionError
+from multibody_sym.errors import ModelError, NoSolutionError, at
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import arrays, slot_state
@@ -64,8 +64,12 @@ def hybrid_dynamics_program(mechanism: Mechanism, given: Collection[str]) -> Pro
 
 def _verify_tree(mechanism: Mechanism) -> None:
     if mechanism.rows:
-        raise ModelError(
-            f"{mechanism.rows[0].name!r} restricts the joints and shares in their forces: given accelerations "
-            "determine forces only in a tree; leave the constraints out, or put their forces in as forces",
-            number="M110",
-        )
+        section, name = mechanism.row_path(0)
+        what = f"joint {name!r} closes a loop," if section == "joints" else f"{name!r} restricts the joints,"
+        with at(section, name):
+            raise ModelError(
+                f"{what} and its force shares in the work: given accelerations determine the forces of joints only "
+                "where nothing else holds them; leave it out (load_urdf(..., mimic=False) leaves out the couplers of "
+                "joints that mimic others), or put its force in as a force",
+                number="M110",
+            )
