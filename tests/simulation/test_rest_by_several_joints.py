@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import multibody_sym as mbs
 
@@ -79,3 +80,38 @@ def test_a_ladder_whose_foot_never_slips_rests_while_a_slider_runs_down_its_roug
     pace = 9.81 * (math.sin(1.25) - 1.5 * math.cos(1.25))
     assert not run.u[:, :3].any()
     np.testing.assert_allclose(run.q[:, 3], 0.6 - pace * run.t**2 / 2.0, rtol=1e-9)
+
+
+FACES = {(0.452342, 0.891845): 0.3, (0.891845, -0.452342): 0.0, (0.207226, 0.978293): 1.5, (0.978293, -0.207226): 0.3}
+"""Normals of faces that meet in one corner, and their coefficients of friction."""
+CORNER = """
+multibody_sym: 1
+name: corner
+gravity: [0, -9.81, 0]
+bodies:
+  block: {mass: 0.1}
+  sledge: {mass: 2}
+  ground: {surfaces: {FACES}}
+joints:
+  plane: {type: point, parent: ground, child: block, q: [x, y]}
+  track: {type: prismatic, parent: ground, child: sledge, axis: x, q: s, initial: {u: 1}}
+contacts: {CONTACTS}
+forces:
+  pull: {type: force, on: block, value: [-0.166, -0.736, 0]}
+  rubs: {type: friction, joint: track, static: 0.2}
+simulation: {t_end: 0.3, samples: 4}
+"""
+
+
+def test_a_block_in_a_corner_of_more_faces_than_hold_it_rests_while_a_sledge_slows_down_elsewhere() -> None:
+    """A linear program finds forces within all bounds for the block's rest; the sledge has -mu g."""
+    faces = ", ".join(f"f{k}: {{plane: [0, 0, 0], normal: [{x}, {y}, 0]}}" for k, (x, y) in enumerate(FACES))
+    contacts = (f"c{k}: {{between: [block, ground.f{k}], static: {mu}}}" for k, mu in enumerate(FACES.values()))
+    edges = np.array([(x - way * mu * y, y + way * mu * x) for (x, y), mu in FACES.items() for way in (1, -1)])
+    forces = linprog(np.zeros(len(edges)), A_eq=edges.T, b_eq=[0.166, 0.736 + 0.1 * 9.81], bounds=(0, None))
+    assert forces.status == 0
+    text = CORNER.replace("{FACES}", f"{{{faces}}}").replace("{CONTACTS}", f"{{{', '.join(contacts)}}}")
+    run = mbs.simulate(mbs.loads(text))
+    assert run.t[-1] == 0.3
+    assert not run.u[:, :2].any()
+    np.testing.assert_allclose(run.q[:, 2], run.t - 0.2 * 9.81 * run.t**2 / 2.0, rtol=1e-9, atol=1e-15)

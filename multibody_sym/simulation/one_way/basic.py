@@ -107,19 +107,22 @@ def _with_joints(acting: _Acting) -> Mode:
     mu = np.array([part.static if part.rests else part.kinetic for part in law.parts])
     problem = scaled(law)
     begun: Modes = modes_of(problem, acting.state.mode)
+    kept, idle = _pressed(acting)
+    unpressed = [acting.place(x) for x in acting.elements() if x.name in idle]
+    unpressed += [row for one in acting.parts(resting=True) if one.element.name in idle for row in one.rows]
     for first in range(len(law.parts)):
-        loose = _loose(acting, first)
-        if not loose:
+        loose = _loose(acting, kept, idle, first)
+        if not loose and not idle:
             break
         lines = [number for number in loose if len(law.parts[number].rows) == 1]
         beside = {posed.names[row]: 0 for number in loose if number not in lines for row in loose[number]}
         for how in product(*(_exerting(acting, number, k < _MOST) for k, number in enumerate(lines))):
             carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
-            carrying[[row for rows in loose.values() for row in rows]] = False
+            carrying[unpressed + [row for rows in loose.values() for row in rows]] = False
             modes.slips[lines] = how
             if fulfils(problem, solve_mode(problem, modes, mu, carrying)):
                 names = (posed.parts[number].name for number in lines)
-                return replace(acting.mode, carried=dict(zip(names, how, strict=True)) | beside)
+                return replace(acting.mode, idle=idle, carried=dict(zip(names, how, strict=True)) | beside)
     return acting.mode
 
 
@@ -131,15 +134,15 @@ def _exerting(acting: _Acting, number: int, tried: bool) -> tuple[int, ...]:
     return (0,) if not tried else (sense, 0, -sense) if unilateral else (0, sense, -sense)
 
 
-def _loose(acting: _Acting, first: int) -> dict[int, list[int]]:
-    """Return the rows of parts at rest that depend on others, by the numbers of these parts.
+def _loose(acting: _Acting, carrying: Sequence[int], idle: Sequence[str], first: int) -> dict[int, list[int]]:
+    """Return the rows of parts at rest that depend on others, by the numbers of these parts, but no `idle` elements.
 
     Friction that is always enough holds first, then the part of number `first` before the others.
     """
     posed, parts = acting.problem, acting.problem.problem.parts
-    resting = {one.part.name for one in acting.parts(resting=True)}
+    resting = {one.part.name for one in acting.parts(resting=True) if one.element.name not in idle}
     always = {part.name for x in posed.elements if not x.unilateral for part in x.frictions}
-    kept = acting.bilateral() + [acting.place(x) for x in acting.elements()]
+    kept = list(carrying)
     loose: dict[int, list[int]] = {}
     order = (*range(first, len(parts)), *range(first))
     for number in sorted(order, key=lambda k: not parts[k].enough):
@@ -161,21 +164,26 @@ def _rank(problem: PosedLaws, places: Sequence[int]) -> int:
 
 def _kept(acting: _Acting, resting: Sequence[_Resting]) -> tuple[list[int], tuple[str, ...], list[_Resting]]:
     """Return independent rows, those of the largest forces first; elements that carry nothing; parts let loose."""
-    z, kept, idle = acting.state.z, acting.bilateral(), []
-    for element in sorted(acting.elements(), key=lambda x: -z[acting.place(x)]):
-        trial = [*kept, acting.place(element)]
-        if _rank(acting.problem, trial) == len(trial):
-            kept = trial
-        else:
-            idle.append(element.name)
-    loose = []
+    (kept, idle), z, loose = _pressed(acting), acting.state.z, []
     for one in sorted(resting, key=lambda x: -x.static * float(np.abs(z[list(x.normals)]).sum())):
-        trial = [*kept, *one.rows]
-        if _rank(acting.problem, trial) == len(trial) and one.element.name not in idle:
-            kept = trial
+        independent = _rank(acting.problem, [*kept, *one.rows]) == _rank(acting.problem, kept) + len(one.rows)
+        if independent and one.element.name not in idle:
+            kept += one.rows
         else:
             loose.append(one)
-    return kept, tuple(idle), loose
+    return kept, idle, loose
+
+
+def _pressed(acting: _Acting) -> tuple[list[int], tuple[str, ...]]:
+    """Return rows of joints and independent normals, those of the largest forces first; elements that carry nothing."""
+    z, kept, idle = acting.state.z, acting.bilateral(), []
+    for element in sorted(acting.elements(), key=lambda x: -z[acting.place(x)]):
+        place = acting.place(element)
+        if _rank(acting.problem, [*kept, place]) > _rank(acting.problem, kept):
+            kept.append(place)
+        else:
+            idle.append(element.name)
+    return kept, tuple(idle)
 
 
 def _ways(acting: _Acting, loose: Sequence[_Resting]) -> Iterator[tuple[int, ...]]:
