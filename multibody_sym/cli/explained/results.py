@@ -13,7 +13,7 @@ RESULTS: Final[dict[str, Explained]] = {
         "The problem as declared has no solution, or none that is unique, for a reason without a number of its own.",
         "The message tells what contradicts what; `check` tells more about the model.",
         slider()
-        + "constraints:\n  a: {type: expression, zero: x}\n  b: {type: velocity, zero: u_x - t - 1}\n",
+        + "constraints:\n  a: {type: expression, zero: x}\n  b: {type: velocity, zero: u_x - 2*t - 1}\n",
         ("simulate",),
     ),
     "N101": Explained(
@@ -126,7 +126,7 @@ constraints: {string: {type: rope, path: [a, b]}}
         "became too small.",
         "What was computed until then is kept. The message names what and when; `check` and a plot show more.",
         slider(("q: x}", "q: x, initial: {q: 1, u: 1}}"))
-        + "forces: {F: {type: force, on: block, value: [x^3, 0, 0]}}\nsimulation: {t_end: 100}\n",
+        + "forces: {F: {type: force, on: block, value: [k*x, 0, 0]}}\nsimulation: {t_end: 300}\n",
         ("simulate", "--backend", "python"),
     ),
     "O100": Explained(
