@@ -179,7 +179,8 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     import difflib
 
     words = list(known)
-    near = difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
+    near = [known for known in words if known.lower() == str(word).lower()]
+    near = near or difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
     if near:
         return f"; did you mean {near[0]}?"
     return f"; known: {', '.join(words)}" if words else ""

@@ -221,7 +221,8 @@ Keys are added freely and never renamed. Numbers are SI; what is not a number is
 
 {block(_ERROR, "json")}
 `code` is the kind of the error, `number` that of [its page](errors.md), `path` the place in the model. `errors` lists
-all mistakes of a model file in its order; `error` is the first.
+all mistakes of a model file in its order; `error` is the first. Objects of commands that read a model have `hints`
+where something in it was hardly meant.
 """
     parts = [head]
     for command, keys in OBJECTS.items():

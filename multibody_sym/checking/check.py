@@ -16,6 +16,7 @@ from multibody_sym.analysis.struck import from_impact
 from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, theorems
 from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.analysis.theorems.short_run import short_run_misses
+from multibody_sym.checking.hints import declared_hints
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.left_over import Redundancy
@@ -33,8 +34,7 @@ from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.declaration.constraints import Rope
-from multibody_sym.model.declaration.system import System, expressions
+from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody, normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
@@ -265,24 +265,12 @@ def _hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[s
 
 def _declared_hints(system: System, end: str) -> list[str]:
     """Return what the declaration alone suggests was forgotten."""
-    hints = []
-    if all(component.shadow == 0 for component in system.gravity):
-        hints.append("no gravity is declared; write gravity: [0, -9.81, 0] or the like if there is any")
-    named = _named(system)
-    for section, what in (("parameters", "parameter"), ("inputs", "input")):
-        hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
+    hints = declared_hints(system)
     for name, joint in with_driving_inputs(system).joints.items():
         switches = switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None])
         if symbol("t") in leaves(switches, "symbol"):
             hints.append(f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps")
-    ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
-    hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
     hints += list(_edge_hints(system))
-    carriers = [joint.parent for joint in system.joints.values()]
-    for name, body in system.bodies.items():
-        carries = any(parent == name or parent.startswith(f"{name}.") for parent in carriers)
-        if name != "ground" and not carries and body.mass is None and body.shape is None:
-            hints.append(f"body {name} has no mass")
     return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
 
 
@@ -297,16 +285,6 @@ def _edge_hints(system: System) -> Iterator[str]:
                 f"declare a contact of both, such as between: [{first}.bottom_front, {second}.top_right]; a run tells "
                 "where they pass"
             )
-
-
-def _named(system: System) -> set[str]:
-    """Return the names that expressions use, other than in their own declaration."""
-    return {
-        leaf.data
-        for path, node, _ in expressions(system)
-        for leaf in leaves([node], "symbol")
-        if path[:2] != ("parameters", leaf.data)
-    }
 
 
 def _gap_hints(state: StartState) -> list[str]:
@@ -325,7 +303,7 @@ def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
     joint = system.joints.get(error.where.path[1]) if error.where.path[:1] == ("joints",) else None
     name = joint.child.partition(".")[0] if joint is not None else ""
     body = system.bodies.get(name)
-    if body is None or body.inertia is not None or body.shape is not None:
+    if body is None or body.mass is None or body.inertia is not None:
         return []
     return [f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"]
 

@@ -6,7 +6,7 @@ import math
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Final, TextIO, cast
 
 from multibody_sym.cli.answer import Answer
@@ -19,6 +19,7 @@ DEBUG: Final = "MULTIBODY_SYM_DEBUG"
 INTERRUPTED: Final = 130
 INTERNAL: Final = 70
 NO_MEMORY: Final = 4
+_FAILED: Final = 3
 _MOST: Final = 20
 """The most mistakes of a model that are printed."""
 
@@ -84,12 +85,26 @@ def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
 
 
 def _run(words: Sequence[str]) -> Answer:
+    """Return the answer of a command; hints about its model are printed, and stand in its object, if there are any."""
     options = parsed(words)
+    options.hints = tuple
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         warnings.showwarning = cast(Any, _show_notice)
-        answer: Answer = options.run(options)
-        return answer
+        try:
+            answer: Answer = options.run(options)
+        except MultibodyError as error:
+            if error.exit_code == _FAILED:  # what is wrong input has no hints yet
+                _hinted(options.hints())
+            raise
+        hints = list(options.hints())
+    _hinted(hints)
+    return Answer({**answer.json, "hints": hints}, answer.text, answer.exit_code) if hints else answer
+
+
+def _hinted(hints: Iterable[str]) -> None:
+    for hint in hints:
+        _say(f"hint: {hint}")
 
 
 def _failure(code: str, number: str, message: str, exit_code: int) -> Answer:

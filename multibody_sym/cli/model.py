@@ -6,8 +6,10 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
+from functools import partial
 from typing import Any, Final
 
+from multibody_sym.checking.hints import declared_hints
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import examined, numbers_of
@@ -39,7 +41,9 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
         for target in (getattr(options, name, None) for name in ("output", "plot")):
             verify_apart(table, target, "a table of the model")
     try:
-        with numbers_of(changed(system, options)):  # what is written of an answer is computed too
+        asked = changed(system, options)
+        options.hints = partial(declared_hints, asked)
+        with numbers_of(asked):  # what is written of an answer is computed too
             yield system, places.tables
     except MultibodyError as error:
         option = _option(error.where.path, options, system)

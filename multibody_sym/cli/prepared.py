@@ -47,7 +47,7 @@ def asked_run(options: argparse.Namespace, settings: Settings) -> Iterator[Run]:
             prepared = _prepared(options, settings, system)
             done = prepared.run(on_progress=on_progress)
             if asked is not None and not tables:  # whose files are not looked at
-                remember(asked.key, asked.digest, done)
+                remember(asked.key, asked.digest, done, options.hints())
             return done
 
         yield made
@@ -91,6 +91,7 @@ def _recalled(options: argparse.Namespace, settings: Settings, asked: _Asked) ->
     found = recalled(asked.key, asked.digest, anew, native=options.native, backend=options.backend)
     if found is None:
         return None
+    options.hints = lambda: found.hints
     from multibody_sym.simulation.runs.run import run
 
     return partial(run, found)

@@ -69,7 +69,7 @@ def test_text_tells_what_matters() -> None:
 @pytest.mark.parametrize(
     ("changes", "hint"),
     [
-        ({"gravity": [0, 0, 0]}, "no gravity is declared"),
+        ({"gravity": None}, "no gravity is declared"),
         ({"outputs": {}}, "no outputs are declared"),
         ({"parameters": {"spare": 1}}, "parameter spare is not used"),
         ({"inputs": {"tau": "sin(t)"}}, "input tau is not used"),

@@ -27,4 +27,5 @@ def run(options: argparse.Namespace) -> Answer:
     units = asked_units(options)
     with model(options) as system:
         found = check(system, **shared(options))
+    options.hints = tuple  # the report has them
     return Answer(found.as_json(), check_text(found, units), 0 if found.agrees else _DISAGREES)

@@ -70,9 +70,10 @@ def verify_inertia(motion: Motion) -> None:
             why = f"freedoms beyond joint {speed.joint!r} move what it moves in the same way, at least in this position"
         else:
             why = f"body {body} and what joint {speed.joint!r} moves with it have neither mass nor inertia that way"
+        lacking = "a mass" if speed.unit == "m/s" else "an inertia"
         raise NoSolutionError(
-            f"no inertia resists the speed {speed.name}: {why}; give body {body} an inertia, hold the direction by a "
-            "constraint, or start from another position",
+            f"no inertia resists the speed {speed.name}: {why}; give body {body} {lacking}, hold the direction by "
+            "a constraint, or start from another position",
             where=Where(path=("joints", speed.joint)),
             number="N102",
         )

@@ -143,7 +143,9 @@ class Shape(Element):
     def verify(self) -> None:
         wanted = SHAPES[self.kind]
         if len(self.sizes) != len(wanted):
-            raise ModelError(f"a {self.kind} needs {', '.join(wanted)}, got {len(self.sizes)} numbers", number="M110")
+            sizes = f"[{', '.join(wanted)}]" if wanted[1:] else wanted[0]
+            raise ModelError(f"a {self.kind} has {len(wanted)} sizes, got {len(self.sizes)}: {self.kind}: {sizes}",
+                             number="M110")
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         yield (self.kind,), self.sizes[0] if len(self.sizes) == 1 else self.sizes, "m"

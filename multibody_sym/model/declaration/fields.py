@@ -58,7 +58,7 @@ class MapOf:
         if is_empty(value):
             return Names()
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map of names, got {described(value)}", number="M103")
+            raise ModelError(f"expected a map of names, got {described(value)}{_named_list(value)}", number="M103")
         content = {}
         for name, x in value.items():
             with at(name):
@@ -67,6 +67,16 @@ class MapOf:
 
     def tree(self, value: Mapping[str, Any]) -> dict[str, Any]:
         return {name: self.item.tree(x) for name, x in value.items()}
+
+
+def _named_list(value: Any) -> str:
+    """Return how to write a list of elements, each with its name in it or before it, as a map."""
+    first = value[0] if isinstance(value, (list, tuple)) and value else None
+    if not isinstance(first, Mapping) or not first:
+        return ""
+    given = first.get("name")
+    name = given if isinstance(given, str) else next(iter(first)) if len(first) == 1 else "NAME"
+    return f"; write each under its name, without dashes: {{{name}: {{..}}}}"
 
 
 @dataclass(frozen=True)
@@ -127,8 +137,11 @@ class Record:
         if isinstance(value, self.cls):
             return value
         if not isinstance(value, Mapping):
+            such = next((f"{{{f.name}: {f.metadata['such']}}}" for f in fields(self.cls) if f.metadata["such"]), "")
             raise ModelError(
-                f"expected a map with {', '.join(fields_of(self.cls))}, got {described(value)}", number="M103"
+                f"expected a map with {', '.join(fields_of(self.cls))}{such and ', such as ' + such}, "
+                f"got {described(value)}",
+                number="M103",
             )
         return from_fields(self.cls, value)
 
@@ -168,6 +181,8 @@ class OneOf:
         return {"type": kind, **fields_tree(value)}
 
 
+OTHERWISE: Final = "*"
+"""In what `meant` tells: of every key that is like none."""
 _UNITLESS: Final = (Scalar, Scalars, OptionalScalars, ScalarOrVector)
 TEXTS: Final = "_texts"
 """Where an element keeps what those of its fields were given that any unit fits; no field, so that it never counts."""
@@ -244,6 +259,10 @@ class Element:
                 for key, x in given.items():
                     content_of(key, x, Scalar(units if isinstance(units, str) else units[0]))
 
+    def given(self, name: str) -> Any:
+        """Return what a field was given as it was written, if any unit fits the field; None for other fields."""
+        return getattr(self, TEXTS).get(name)
+
     def with_fields(self, changed: Mapping[str, Any]) -> Self:
         """Return the element with other contents of fields, of which constants are as they were given."""
         new = dataclasses.replace(self, **changed)
@@ -304,9 +323,9 @@ def unit_of(field: Field) -> str | None:
 
 
 def _fits_any_unit(field: Field) -> bool:
-    """Return whether a field holds numbers whose unit depends on other fields."""
+    """Return whether a field holds numbers whose unit depends on other fields, or angles."""
     numbers = isinstance(field, _UNITLESS) or isinstance(getattr(field, "item", None), Scalar)
-    return (numbers or getattr(field, "of_any_unit", False)) and unit_of(field) is None
+    return (numbers or getattr(field, "of_any_unit", False)) and not unit_of(field)
 
 
 def verify_keys(tree: Mapping[str, Any], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:
@@ -314,23 +333,30 @@ def verify_keys(tree: Mapping[str, Any], known: Collection[str], meant: Mapping[
     for key in tree:
         if key not in known:
             with at(key):
-                raise ModelError(
-                    f"unknown key {key!r}{(meant or {}).get(key) or suggestion(str(key), known)}", number="M101"
-                )
+                near = suggestion(str(key), known)
+                other = (meant or {}).get(OTHERWISE) if not near.startswith("; did you mean") else None
+                raise ModelError(f"unknown key {key!r}{(meant or {}).get(key) or other or near}", number="M101")
 
 
 def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     """Return the element that a map of fields describes; unknown and missing fields are errors."""
     known = fields_of(cls)
     verify_keys(tree, known, cls.meant)
-    missing = [f.name for f in fields(cls) if f.default is MISSING and is_empty(tree.get(f.name))]
+    missing = [f for f in fields(cls) if f.default is MISSING and is_empty(tree.get(f.name))]
     if missing:
-        raise ModelError(f"{' and '.join(missing)} {'are' if missing[1:] else 'is'} missing", number="M102")
+        told = f"{' and '.join(f.name for f in missing)} {'are' if missing[1:] else 'is'} missing"
+        means = "; ".join(f"{f.metadata['says']}{_example(f)}" for f in missing if f.metadata["says"])
+        raise ModelError(f"{told}{': ' if means else ''}{means}", number="M102")
     for key, value in tree.items():
         if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
             with at(key):
                 raise ModelError(f"{key} is empty: write what it is, or leave it out", number="M102")
     return cls(**tree)
+
+
+def _example(f: dataclasses.Field[Any]) -> str:
+    """Return a field as the reference writes it in an example."""
+    return f", such as {f.name}: {f.metadata['such']}" if f.metadata["such"] else ""
 
 
 def fields_tree(element: Element) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.fields import Element, ListOf, Record, holds
+from multibody_sym.model.declaration.fields import OTHERWISE, Element, ListOf, Record, holds
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Flag, Flags, OptionalScalars, Scalar, Text
 from multibody_sym.records import dataclass
@@ -89,6 +89,10 @@ class Initial(Element):
     all, what is given. What is left out is found, whatever is marked. What is given is held before what is not, and
     never changed for its sake.
     """
+
+    meant: ClassVar[Mapping[str, str]] = {
+        OTHERWISE: "; start values of coordinates stand under q, of speeds under u: {q: 30 deg, u: 2}"
+    }
 
     q: tuple[Node | None, ...] | None = holds(
         OptionalScalars(), None, such="30 deg",

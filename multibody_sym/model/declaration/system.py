@@ -25,7 +25,7 @@ from multibody_sym.model.declaration.tables import Constant, InputField, Table
 from multibody_sym.model.declaration.values import Point, Prose, Scalar, Text, Vector, described, listed
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import Node, symbol, symbol_with
+from multibody_sym.scalars.node import ZERO, Node, symbol, symbol_with
 from multibody_sym.scalars.traversal import leaves
 
 _MAPS: Final = (
@@ -117,7 +117,10 @@ class System(Element):
                 object.__setattr__(self, name, {})
         if self.simulation is None:
             object.__setattr__(self, "simulation", Settings())
+        states = not any(self.gravity is none for none in (None, type(self).gravity, _NO_GRAVITY))
         super().__post_init__()
+        if not states:
+            object.__setattr__(self, "gravity", _NO_GRAVITY)
         self._collect_declarations()
 
     def __repr__(self) -> str:
@@ -156,6 +159,15 @@ class System(Element):
             return
         for f in fields(self):
             object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _plain))
+
+
+_NO_GRAVITY: Final = (ZERO, ZERO, ZERO)
+"""The gravity of a system that states none: this very tuple, so that changed systems keep it."""
+
+
+def states_gravity(system: System) -> bool:
+    """Return whether gravity is declared, if only as none."""
+    return system.gravity is not _NO_GRAVITY
 
 
 _PLAIN: Final = (str, int, float, type(None))

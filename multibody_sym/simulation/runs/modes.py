@@ -108,12 +108,13 @@ class RunInModes(Protocol):
 
 
 class Beginning(NamedTuple):
-    """What a run begins with: what is ready, the problem, how it goes from mode to mode, and what struck before it."""
+    """What a run begins with: what is ready, the problem, how it goes from mode to mode, what struck before."""
 
     ready: Runnable
     problem: Problem
     modes: RunInModes | None = None
     events: tuple[Mapping[str, Any], ...] = ()
+    hints: tuple[str, ...] = ()
 
 
 class Departed(Exception):  # noqa: N818

@@ -7,7 +7,7 @@ anything is odd, it is prepared anew.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, field
 from pathlib import Path
 from typing import Any, Final, Protocol
@@ -36,10 +36,10 @@ class Anew(Protocol):
     def begin(self) -> Beginning: ...
 
 
-def remember(key: str, asked: str, done: Trajectory) -> None:
+def remember(key: str, asked: str, done: Trajectory, hints: Sequence[str] = ()) -> None:
     """Let `recalled(key, asked, ..)` find how a run begins and goes on; `asked` is a hash of all that it follows from.
 
-    It is left out where it is not in C, switches very often, or was interrupted.
+    `hints` about the model are kept with it. Left out are runs not in C, interrupted, or with very many switches.
     """
     ready, integration = done.ready, done.integration
     if integration.failure is not None:
@@ -63,6 +63,7 @@ def remember(key: str, asked: str, done: Trajectory) -> None:
         "events": [dict(event) for event in done.begun],
         "modes": modes,
         "libraries": len(libraries.known),
+        "hints": list(hints),
     }
     if libraries.in_c and (done.modes is None or modes is not None):
         text = json.dumps(kept)  # which keeps the order
@@ -133,8 +134,8 @@ def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> Begi
     library, values = kept["problem"]
     problem, events = problem_of(values, compiled[library]), tuple(kept["events"])
     if kept["modes"] is None:
-        return Beginning(ready, problem, None, events)
+        return Beginning(ready, problem, None, events, tuple(kept["hints"]))
     from multibody_sym.simulation.runs.recalled_modes import RecalledModes  # as above
 
     modes = RecalledModes.of(kept["modes"], compiled, anew.begin)
-    return Beginning(ready, modes.begun(problem), modes, events)
+    return Beginning(ready, modes.begun(problem), modes, events, tuple(kept["hints"]))

@@ -23,7 +23,7 @@ Progressed = Callable[[Samples, float], None] | None
 
 def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
     """Return the motion, from mode to mode where some holds one way only; of `told` samples progress tells no more."""
-    ready, problem, modes, events = begin
+    ready, problem, modes, events, _hints = begin
 
     def report(chunk: Chunk) -> None:
         nonlocal told

@@ -1,0 +1,67 @@
+"""Hints about what is allowed and was hardly meant: by every command, true, and none about the examples."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from multibody_sym.checking.hints import declared_hints
+from multibody_sym.cli.main import main
+from multibody_sym.formats.reader import load, loads
+
+EXAMPLES = sorted(Path(__file__).parents[2].joinpath("examples").rglob("*.yaml"))
+PENDULUM = """\
+multibody_sym: 1
+name: pendulum
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, l: 0.5 m, g: 9.81 m/s^2}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, q: phi, initial: {q: 0.5}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("was", "written", "words"),
+    [
+        ("{q: 0.5}", "{q: 30}", "joint hinge starts at 30, which counts as 30 rad, 4.77 turns"),
+        ("gravity: [0, -g, 0]\n", "", "no gravity is declared; write gravity: [0, -9.81, 0]"),
+        ("gravity: [0, -g, 0]\n", "", "parameter g is not used"),
+        ("m: 1 kg", "m: 500", "counts as 500 kg; if grams are meant: 500 g"),
+        ("com: [0, -l, 0]", "com: [0, -l/2, 0], inertia: {Izz: m*l^2/3}", "Izz of body bob is that about an end"),
+        ("{mass: m, com: [0, -l, 0]}", "{shape: {rod: l, mass: m}, points: {a: [-l/2, 0, 0]}}", "a rod begins at the"),
+        ("{bob:", "{ground: {frames: {s: {rotate: [{axis: z, angle: 30}]}}}, bob:", "frame ground.s turns by 30"),
+        ("0.5}}}", "0.5}}, j: {type: revolute, parent: ground, child: bob}}", "joints hinge and j both join bob to"),
+        ("0.5}}}", "0.5}, limits: {lower: -90}}}", "the lower limit of joint hinge is -90, which counts as 90 rad"),
+    ],
+)
+def test_a_hint_says_what_is_odd_and_what_to_write(was: str, written: str, words: str) -> None:
+    assert any(words in hint for hint in declared_hints(loads(PENDULUM.replace(was, written))))
+
+
+@pytest.mark.parametrize(
+    "written",
+    ["{q: 2000 deg}", "{q: 6.2}", "{q: 8*pi}"],
+)
+def test_whole_turns_that_state_their_unit_are_meant(written: str) -> None:
+    assert declared_hints(loads(PENDULUM.replace("{q: 0.5}", written))) == []
+
+
+def test_a_declared_absence_of_gravity_is_no_oversight() -> None:
+    system = loads(PENDULUM.replace("[0, -g, 0]", "[0, 0, 0]").replace(", g: 9.81 m/s^2", ""))
+    assert declared_hints(system) == []
+
+
+def test_no_example_has_a_hint() -> None:
+    assert {path.stem: hints for path in EXAMPLES if (hints := declared_hints(load(path)))} == {}
+
+
+def test_every_command_has_the_hints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "m.yaml"
+    path.write_text(PENDULUM.replace("{q: 0.5}", "{q: 30}"))
+    for command in ("solve", "modes", "derive"):
+        main([command, str(path), "--json"])
+        printed = capsys.readouterr()
+        assert printed.err.count("hint: joint hinge starts at 30") == 1, command
+        assert "30 deg" in json.loads(printed.out)["hints"][0]
