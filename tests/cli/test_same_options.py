@@ -74,6 +74,7 @@ NOT_TYPED = {
     ("animate", "units"): "how the plots beside it are printed",
     ("sweep", "on_progress"): "a function; the command shows its progress itself",
     ("sweep", "reduce"): "a function",
+    ("sweep", "key"): "what such a function computes, in a word",
     ("sweep", "executor"): "an object; the command makes that of the scheduler it is given",
 }
 FILES_ONLY = {

@@ -25,6 +25,7 @@ from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, RunFailur
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.along.jumps import Jump, Passed, passed
+from multibody_sym.simulation.oddities import SEVERAL
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
 from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, stops_at_turns, struck
@@ -34,7 +35,7 @@ from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns,
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
-from multibody_sym.simulation.one_way.stretches import SEVERAL, Change, Stretch, between_jumps, parts_of, tell
+from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps, parts_of, tell
 from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part

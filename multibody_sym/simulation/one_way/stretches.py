@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -21,8 +21,6 @@ from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, key_of
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runs.told import Alone, Told
-
-SEVERAL: Final = "several states"
 
 
 @dataclass(frozen=True)
