@@ -145,7 +145,7 @@ def _masses(system: System, known: Values) -> Iterator[str]:
     }
     size = max((abs(x) for x in _lengths(system, known)), default=0.0) if heavy else 0.0
     for name, value in heavy.items():
-        if size and value >= _DENSE * size**3:
+        if size and value >= _DENSE * size * size * size:
             yield f"mass {name} = {value:g} has no unit and counts as {value:g} kg; if grams are meant: {value:g} g"
 
 
@@ -173,7 +173,8 @@ def _inertia(name: str, body: Body, known: Values) -> Iterator[str]:
         across = [x for k, x in enumerate(centre) if k != axis]
         if not mass or not moment or None in across:
             continue
-        ratio = moment / mass / (math.hypot(*(x or 0.0 for x in across)) ** 2 or math.inf)
+        arm = math.hypot(*(x or 0.0 for x in across)) or math.inf
+        ratio = moment / mass / arm / arm
         for about_end, written in _ABOUT_AN_END.items():
             if abs(ratio - about_end) < _EXACT and _factor(body.inertia[axis]) in (None, written):
                 yield (

@@ -19,7 +19,7 @@ MODEL = """
 multibody_sym: 1
 name: <system>
 gravity: [0, -<g>, 0]
-parameters: {<g>: 9.81, <m>: {value: 2 kg, positive: true}, <l>: <m>/4, <k>: 30}
+parameters: {<g>: 9.81, <m>: {value: 2, positive: true}, <l>: <m>/4, <k>: 30}
 bodies:
   <arm>: {mass: <m>, com: [<l>/2, 0, 0], inertia: {Ixx: 0.1, Iyy: 0.2, Izz: <m>*<l>^2/12}, points: {<tip>: [<l>, 0, 0]}}
   <ball>: {shape: {sphere: 0.2, mass: <m>}, points: {<eye>: [0, 0.2, 0.1]}}

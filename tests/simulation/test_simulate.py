@@ -221,7 +221,7 @@ def test_no_stiffness_is_told_of_a_slow_pendulum(monkeypatch: pytest.MonkeyPatch
 
 
 def test_constraints_that_contradict_each_other_are_named() -> None:
-    more = "constraints: {lift: {type: expression, zero: y + t}, hold: {type: expression, zero: y},"
+    more = "constraints: {lift: {type: expression, zero: y + k*t}, hold: {type: expression, zero: y},"
     with pytest.raises(mbs.NoSolutionError, match=r"(hold|lift)"):
         mbs.simulate(mbs.loads(PENDULUM_XY.replace("constraints: {", more)))
 
