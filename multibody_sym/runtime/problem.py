@@ -151,7 +151,8 @@ class Problem:
         """Return x' (nq + nu,) at a time and a state x."""
         q, u = x[: len(self.q0)], x[len(self.q0) :]
         inputs = self.compiled["inputs"](t, q, u, self.parameters)[0] if self.inputs else np.zeros(0)
-        return np.concatenate(self.compiled["state_derivative"](t, q, u, self.parameters, inputs, self.modes)[:2])
+        qdot, udot, *_ = self.compiled["state_derivative"](t, q, u, self.parameters, inputs, self.modes)
+        return np.concatenate([qdot, udot])
 
     @property
     def switches(self) -> int:

@@ -139,7 +139,7 @@ def test_files_that_cannot_be_read(tmp_path, name, part):
 
 
 def test_a_file_without_permission(tmp_path, monkeypatch):
-    def refused(*args):
+    def refused(*args, **_):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("builtins.open", refused)
