@@ -150,7 +150,9 @@ class Problem:
     def rates(self, t: float, x: Floats) -> Floats:
         """Return x' (nq + nu,) at a time and a state x."""
         q, u = x[: len(self.q0)], x[len(self.q0) :]
-        inputs = self.compiled["inputs"](t, q, u, self.parameters)[0] if self.inputs else np.zeros(0)
+        inputs = np.zeros(0)
+        if self.inputs:
+            inputs, *_ = self.compiled["inputs"](t, q, u, self.parameters)
         qdot, udot, *_ = self.compiled["state_derivative"](t, q, u, self.parameters, inputs, self.modes)
         return np.concatenate([qdot, udot])
 
