@@ -111,7 +111,7 @@ class PipeNotice(UserWarning):
 
 
 def open_through(name: str) -> BinaryIO:
-    """Open a device or pipe to write to; where nobody reads a pipe yet, that is told and waited for."""
+    """Open a device or pipe to write to; wait, with a note, until somebody reads a pipe."""
     try:
         descriptor = open_at_once(name, os.O_WRONLY)
     except OSError as error:
