@@ -35,6 +35,7 @@ from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.one_way import ACTIVE, FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, slot
 
@@ -239,7 +240,7 @@ class Posed(PosedLaws):
         found = []
         for element in self.elements if len(speeds) else ():
             normal = sizes * _jacobian(self.rows.of(element.normals[:1]), len(speeds))[0]
-            left = normal - held @ np.linalg.lstsq(held, normal)[0]
+            left = normal - held @ least_squares(held, normal)
             if element.unilateral and np.abs(left).max() <= TOUCHING:
                 found.append(element)
         return found
