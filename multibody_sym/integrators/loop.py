@@ -243,6 +243,8 @@ def _accepted_step(course: _Course, before: Step) -> Step:
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
             else:
+                if rejected and (done := _before_kink(course, before, h, t_new)) is not None:
+                    return replace(done, h_next=h, error=LEAST_ERROR, rejected=rejected)
                 shrink = _shrinkage(flow, error)
                 failure, proposed, wished = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink, 0.0
         except StepError as problem:
@@ -255,6 +257,21 @@ def _accepted_step(course: _Course, before: Step) -> Step:
                 wished = max(wished, h) if approach.near else 0.0  # but for a singular position
         rejected += 1
     raise approach.failure(failure, t, rejected)
+
+
+def _before_kink(course: _Course, before: Step, h: float, t_new: float) -> Step | None:
+    """Return a step that ends at the kink beyond which a trial over h looked; None if there is none.
+
+    Behind a jump the error of a trial falls with the step, not with the order of the method: no step over it may be
+    accurate enough.
+    """
+    if course.watch is None or not course.watch.beyond:
+        return None
+    trial = replace(before, t=before.t_new, x=before.x_new, h=h, t_new=t_new)
+    try:
+        return _ended(course, trial, before, StepError(Status.NOT_CONVERGED, trial.t, 0))
+    except StepError:
+        return None
 
 
 def _least_step(flow: Flow, t: float) -> float:

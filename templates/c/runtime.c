@@ -345,6 +345,16 @@ static double length_after(mbs_run *r, double h, double error, double plain, int
     return next;
 }
 
+/* Tell whether a step over h, rejected again, can end at the kink beyond which it looked: behind a jump its error falls
+   with the step, not with the order of the method, so that no step over it may be accurate enough. */
+static int end_before_kink(mbs_run *r, double h)
+{
+    int status = accept(r, MBS_NOT_CONVERGED);
+    r->state->h_next = h;
+    r->state->error = 1e-4;
+    return status == MBS_RUNNING;
+}
+
 /* Try one step; on success record it, else shorten h_next. `wished`: its length but for a singular position. */
 static int adaptive_trial(mbs_run *r, int rejected, double *wished)
 {
@@ -356,6 +366,8 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
     if (status == MBS_RUNNING) {
         double plain = error_beside(r, 0.0, &worst), error = error_allowing(r, plain, &worst);
         if (!(error <= 1.0)) {
+            if (rejected && r->beyond && end_before_kink(r, h))
+                return MBS_RUNNING;
             double power = control_power(r->method), shrink = pow(error, power - 0.75 * (0.2 * power)) / 0.9;
             s->h_next = h / (shrink < 5.0 ? shrink : 5.0);
             *wished = 0.0;

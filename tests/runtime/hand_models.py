@@ -197,3 +197,15 @@ BRAKED = HandModel(
     ng=1,
     others=(("events", "out[0][0] = u[0];"),),
 )
+# a unit mass that a force p[0] pushes between the times p[1] and p[2], and another beyond the place p[3]
+PUSHED = HandModel(
+    1,
+    1,
+    4,
+    "out[0][0] = u[0]; out[1][0] = (t < p[1] || t >= p[2] ? 0.0 : p[0]) + (q[0] < p[3] ? 0.0 : p[0]);",
+    ng=3,
+    others=(
+        ("events", "out[0][0] = t - p[1]; out[0][1] = t - p[2]; out[0][2] = q[0] - p[3];"),
+        ("jacobian", "out[0][0] = out[0][2] = out[0][3] = 0.0; out[0][1] = 1.0;"),
+    ),
+)

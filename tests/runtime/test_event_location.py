@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hand_models import BALL, BRAKED
+from hand_models import BALL, BRAKED, PUSHED
 
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.methods.methods import METHODS
@@ -113,12 +113,29 @@ def test_no_order_is_lost_at_kinks(method):
     assert math.log2(errors[0] / errors[1]) > METHODS[method].order - 0.5
 
 
+@LOOPS
+@pytest.mark.parametrize("method", ["dormand_prince", "dormand_prince_8", "radau_5"])
+def test_jumps_too_high_for_any_step_end_the_step_before_them(loop, method):
+    """A force of 1e9 N begins at t = 5 s, or at x = 3 m, or acts for 1 ms: uniform motion and parabolas (by hand)."""
+    late = 1e99
+
+    def end(first, last, place):
+        run = integrate(problem(PUSHED, 0.0, 1.0, [1e9, first, last, place], (False,) * 3, 6.0, method), loop=loop)
+        assert run.status is Status.DONE
+        return run.q_final[0], run.u_final[0]
+
+    assert end(5.0, late, late) == pytest.approx((6 + 1e9 / 2, 1 + 1e9), rel=1e-12)
+    assert end(late, late, 3.0) == pytest.approx((6 + 1e9 / 2 * 3**2, 1 + 3 * 1e9), rel=1e-12)
+    assert end(2.5, 2.501, late) == pytest.approx((6 + 1e6 * (3.5 - 0.0005), 1 + 1e6), rel=1e-8)
+
+
 @STEPS
-@pytest.mark.parametrize("case", ["thrown", "braked", "both"])
+@pytest.mark.parametrize("case", ["thrown", "braked", "pushed", "both"])
 def test_both_loops_meet_the_same_events(method, step, case):
     cases = {
         "thrown": lambda: thrown((True, False, False), method=method, step=step, samples=11),
         "braked": lambda: problem(BRAKED, 10.0, 0.0, [0.3], (False,), 14.0, method, step=step, samples=21),
+        "pushed": lambda: problem(PUSHED, 0.0, 1.0, [1e9, 2.5, 2.501, 1e99], (False,) * 3, 6.0, method, step=step),
         "both": lambda: thrown((False, False, True), when=10.0 / G, method=method, step=step, samples=11),
     }
     in_c, in_python = integrate(cases[case]()), integrate(cases[case](), loop=python_loop)
