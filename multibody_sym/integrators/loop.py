@@ -243,8 +243,8 @@ def _accepted_step(course: _Course, before: Step) -> Step:
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
             else:
-                if rejected and (done := _before_kink(course, before, h, t_new)) is not None:
-                    return replace(done, h_next=h, error=LEAST_ERROR, rejected=rejected)
+                if rejected and (ended := _before_kink(course, before, h, t_new)) is not None:
+                    return replace(ended, h_next=h, error=LEAST_ERROR, rejected=rejected)
                 shrink = _shrinkage(flow, error)
                 failure, proposed, wished = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink, 0.0
         except StepError as problem:
