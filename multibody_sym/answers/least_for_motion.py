@@ -1,4 +1,4 @@
-"""The least force for motion: where rest ends first over all values of an angle, with its closed form."""
+"""The least forces that hold and that move, over all values of an angle, with their closed forms."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import linear_parts, rate, roots, written
 from multibody_sym.analysis.rest.causes import causes
-from multibody_sym.analysis.rest.least import Least, first_end
-from multibody_sym.analysis.rest.least import least_for_motion as least_end
+from multibody_sym.analysis.rest.least import Least, first_range, least_ends
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.answers.exact_rest import ExactEnd, fits, short_number
 from multibody_sym.answers.range_of_rest import RestBound, rest_position, unit_of, varied
@@ -40,7 +39,7 @@ class LeastForMotion:
     """The least value of a parameter (`least`, of a `unit`) at which rest ends, over all values of another (`vary`).
 
     `value` and what gives way there, `at` the other's value (of `vary_unit`), each with its closed form where there is
-    one. Where the value is 0 and nothing gives way there is no rest even at 0.
+    one. `holds`, `holds_at`: the least value at which rest is possible, and the other's value; None where 0 holds.
     """
 
     least: str
@@ -50,6 +49,8 @@ class LeastForMotion:
     unit: str = ""
     vary_unit: str = ""
     position: Mapping[str, float] = field(default_factory=dict)
+    holds: RestBound | None = None
+    holds_at: RestBound | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --least --json` prints."""
@@ -57,6 +58,8 @@ class LeastForMotion:
             "parameter": self.vary,
             "least": {"parameter": self.least, **self.value.as_json()},
             "at": self.at.as_json(),
+            "holds": None if self.holds is None else self.holds.as_json(),
+            "holds_at": None if self.holds_at is None else self.holds_at.as_json(),
             "unit": self.unit,
             "vary_unit": self.vary_unit,
             "position": dict(self.position),
@@ -77,8 +80,9 @@ def least_for_motion(
 ) -> LeastForMotion:
     """Return the least value >= 0 of the parameter `least` at which rest ends, over all values of `vary`.
 
-    Both are parameters, such as a force and its angle. Otherwise as `range_of_rest`. Raises InputError, and
-    NoSolutionError where rest never ends, or ends ever sooner as far as was looked.
+    Where 0 does not hold, also the least value that does. Both are parameters, such as a force and its angle. Otherwise
+    as `range_of_rest`. Raises InputError, and NoSolutionError where nothing holds, where rest never ends, or where an
+    end falls as far as was looked.
     """
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
@@ -89,31 +93,44 @@ def least_for_motion(
 def _least_for_motion(system: System, least: str, vary: str, formalism: str | None) -> LeastForMotion:
     position = rest_position(system, formalism)
     entry, other = varied(position.mechanism, least, "least"), varied(position.mechanism, vary)
-    found = least_end(position, entry.name, other.name)
-    if found is None:
+    holding, moving = least_ends(position, entry.name, other.name)
+    if moving is None:
         raise NoSolutionError(f"rest is possible at every {least}, whatever {vary} is: nothing moves it", number="N110")
-    if found.falls:
-        raise NoSolutionError(_falling(found, entry, other), number="N110")
-    found, forms = _Exact(position, found).forms()
-    motion = position.motion({least: found.end.value, vary: found.at}, moves=True)
-    gives_way = causes(position.statics, found.end.limits, motion) if found.end.equal or found.end.limits else ()
+    for found in (moving, holding):
+        if found is not None and found.falls:
+            raise NoSolutionError(_falling(found, entry, other), number="N110")
+    value, at = _bounds(position, moving)
+    holds, holds_at = (None, None) if holding is None else _bounds(position, holding)
     return LeastForMotion(
         least,
         vary,
-        RestBound(found.end.value + 0.0, *forms[0], gives_way),
-        RestBound(found.at + 0.0, *forms[1]),
+        value,
+        at,
         unit_of(entry),
-        "rad" if found.kind == "angle" else unit_of(other),
+        "rad" if moving.kind == "angle" else unit_of(other),
         {c.name: x for c, x in zip(position.mechanism.coordinates, position.begin.q, strict=True)},
+        holds,
+        holds_at,
     )
+
+
+def _bounds(position: Position, found: Least) -> tuple[RestBound, RestBound]:
+    """Return a least value and its place for people: with closed forms, and what gives way."""
+    found, forms = _Exact(position, found).forms()
+    motion = position.motion({found.least: found.end.value, found.vary: found.at}, moves=True)
+    gives_way = causes(position.statics, found.end.limits, motion) if found.end.equal or found.end.limits else ()
+    return RestBound(found.end.value + 0.0, *forms[0], gives_way), RestBound(found.at + 0.0, *forms[1])
 
 
 def _falling(found: Least, entry: ParameterEntry, other: ParameterEntry) -> str:
     value, at = f"{found.end.value:.10g} {unit_of(entry)}".strip(), f"{found.at:.10g} {unit_of(other)}".strip()
     return (
-        f"the {found.least} at which rest ends has no least value over {found.vary}: it falls as far as was looked, to "
-        f"{value} at {found.vary} = {at}; ask for its end at a {found.vary} of yours (vary {found.least} alone)"
+        f"the {found.least} {_ENDS[found.side]} has no least value over {found.vary}: it falls as far as was looked, "
+        f"to {value} at {found.vary} = {at}; ask for its end at a {found.vary} of yours (vary {found.least} alone)"
     )
+
+
+_ENDS: Final = ("that holds", "at which rest ends")
 
 
 Forms = tuple[Node | None, Node | None]
@@ -165,8 +182,8 @@ class _Exact:
 
             if steepness(low) * steepness(high) < 0.0:
                 at = float(brentq(steepness, low, high, xtol=1e-300, rtol=8.9e-16))
-                end = first_end(self.position, found.least, {found.vary: at})
-                return found if end is None else replace(found, at=at, end=end)
+                there = first_range(self.position, found.least, {found.vary: at})
+                return found if there is None else replace(found, at=at, end=there[found.side])
         return found
 
     def closed(self, *, numbers: bool) -> Forms:

@@ -52,12 +52,14 @@ def told(bound: RestBound, unit: str, units: Units = SI) -> str:
 
 
 def least_text(found: LeastForMotion, units: Units = SI) -> str:
-    """Return the least value for motion and where it is least, for a person to read, in chosen units."""
-    value, at = told(found.value, found.unit, units), told(found.at, found.vary_unit, units)
-    if found.value.value == 0.0 and not found.value.gives_way:
-        note = f"note: --vary {found.least} tells whether a larger one holds"
-        return f"there is no rest even at {found.least} = {value}\n  where {found.vary} = {at}\n{note}"
-    return f"rest ends first at {found.least} = {value}\n  where {found.vary} = {at}"
+    """Return the least values that hold and that move and where they are least, in chosen units."""
+    pairs = [("the least that holds is", found.holds, found.holds_at), ("rest ends first at", found.value, found.at)]
+    lines = []
+    for words, value, at in pairs:
+        if value is not None and at is not None:
+            lines.append(f"{words} {found.least} = {told(value, found.unit, units)}")
+            lines.append(f"  where {found.vary} = {told(at, found.vary_unit, units)}")
+    return "\n".join(lines)
 
 
 def _notes(found: RangeOfRest, units: Units) -> list[str]:

@@ -118,15 +118,45 @@ def test_what_nothing_moves_is_told() -> None:
         mbs.least_for_motion(wall, "G", "beta")
 
 
-def test_where_nothing_holds_each_angle_is_looked_at_once(monkeypatch):
-    """Zero is the least that there is: no place beside it can be better, and the search took half a minute."""
+@pytest.mark.parametrize("mu", [0.1, 0.0])
+def test_where_zero_does_not_hold_the_least_that_holds_is_found_too(monkeypatch, mu: float) -> None:
+    """On a slope steeper than phi = atan(mu): W sin(a - phi) at beta = -phi holds, W sin(a + phi) at phi moves it up.
+
+    Each angle is looked at once: the search took half a minute.
+    """
     looked = []
-    first_end = least.first_end
-    monkeypatch.setattr(least, "first_end", lambda *given: looked.append(given) or first_end(*given))
-    found = mbs.least_for_motion(mbs.loads(PULL.replace("mu: 0.5", "mu: 0")), "F", "beta")
-    assert (found.value.value, found.value.gives_way) == (0.0, ())
-    assert least_text(found).startswith("there is no rest even at F = 0 N")
+    first_range = least.first_range
+    monkeypatch.setattr(least, "first_range", lambda *given: looked.append(given) or first_range(*given))
+    phi = math.atan(mu)
+    found = mbs.least_for_motion(mbs.loads(PULL), "F", "beta", parameters={"mu": mu})
+    assert found.holds is not None
+    assert found.holds_at is not None
+    assert found.holds.value == pytest.approx(300 * math.sin(0.2 - phi), rel=1e-13)
+    assert found.holds_at.value == pytest.approx(-phi, rel=1e-13, abs=1e-15)
+    assert found.value.value == pytest.approx(300 * math.sin(0.2 + phi), rel=1e-13)
+    assert found.at.value == pytest.approx(phi, rel=1e-13, abs=1e-15)
+    assert (found.holds.gives_way, found.value.gives_way) == (("slips at c",), ("slips at c",))
+    if mu:
+        assert text(found.holds.expression) == "g*m*(sin(a) - mu*cos(a))/sqrt(mu^2 + 1)"
+        assert text(found.value.expression) == "g*m*(mu*cos(a) + sin(a))/sqrt(mu^2 + 1)"
+        assert least_text(found).startswith("the least that holds is F = g*m*(sin(a) - mu*cos(a))/sqrt(mu^2 + 1) = ")
+        assert found.as_json()["holds_at"]["expression"] == "-atan(mu)"
     assert len(looked) < 200
+
+
+def test_the_least_over_slopes_is_zero_where_one_slope_rests_by_itself() -> None:
+    """Over the slope itself: rest at F = 0 where |a| <= phi; the force that ends rest falls to 0 as a goes to -phi."""
+    found = mbs.least_for_motion(mbs.loads(PULL), "F", "a", parameters={"mu": 0.1})
+    assert found.holds is not None
+    assert (found.holds.value, found.holds.gives_way) == (0.0, ())
+    assert found.value.value == pytest.approx(0.0, abs=1e-6)
+    assert found.at.value == pytest.approx(-math.atan(0.1), rel=1e-8)
+
+
+def test_what_no_force_holds_is_refused() -> None:
+    pressed = mbs.loads(PULL.replace("F*cos(a + beta), F*sin(a + beta)", "F*sin(a)*cos(beta), -F*cos(a)*cos(beta)"))
+    with pytest.raises(NoSolutionError, match="rest is possible at no F >= 0, whatever beta is"):
+        mbs.least_for_motion(pressed, "F", "beta", parameters={"mu": 0})
 
 
 def test_what_falls_without_end_has_no_least_value() -> None:
