@@ -127,6 +127,59 @@ def test_an_ellipse_rolls_in_a_hollow_with_all_formalisms_agreed() -> None:
     assert bowl == pytest.approx(egg, abs=1e-10)
 
 
+def in_a_drum(a: float, b: float, start: list[Any], radius: float = 0.5, **fields: Any) -> mbs.System:
+    """Return an ellipse with half axes a, b in a drum of ground."""
+    outline = mbs.Curve(x=f"{a}*cos(s)", y=f"{b}*sin(s)", parameter="s")
+    egg = mbs.Body(mass=2, inertia={"Izz": (a**2 + b**2) / 2}, surfaces={"rim": mbs.Surface(outline=outline)})
+    return mbs.System(
+        "in a drum",
+        gravity=[0, -G, 0],
+        bodies={"ground": mbs.Body(surfaces={"drum": mbs.Surface(disc=radius, inside=True)}), "egg": egg},
+        joints={"free": mbs.Planar("ground", "egg", q=["x", "y", "phi"], initial={"q": start})},
+        outputs={"e": "total_energy()"},
+        **fields,
+    )
+
+
+def test_an_ellipse_rolls_the_same_arc_on_itself_and_in_the_drum() -> None:
+    """From rest it is touched where it is farthest from the drum's middle, and keeps its energy."""
+    roll = {"constraints": {"rolls": mbs.Rolling("egg.rim", "ground.drum")}}
+    run = run_of(in_a_drum(0.12, 0.1, [0.1, -0.4, 0.3], **roll), t_end=0.4, samples=5)
+    s, phi = run["rolls_s"], run["phi"]
+    foot_x = run["x"] + 0.12 * np.cos(s) * np.cos(phi) - 0.1 * np.sin(s) * np.sin(phi)
+    foot_y = run["y"] + 0.12 * np.cos(s) * np.sin(phi) + 0.1 * np.sin(s) * np.cos(phi)
+    assert np.hypot(foot_x, foot_y) == pytest.approx(0.5, rel=1e-12)
+    arcs = [quad(lambda v: np.hypot(0.12 * np.sin(v), 0.1 * np.cos(v)), s[0], end, epsabs=1e-13)[0] for end in s]
+    assert np.ptp(arcs) > 0.05
+    along = 0.5 * np.arctan2(foot_y, foot_x)
+    assert along - along[0] == pytest.approx(np.array(arcs), abs=1e-10)
+    assert np.ptp(run["e"]) < 1e-10
+
+
+@pytest.mark.parametrize("law", ["rolling", "contact"])
+def test_a_round_outline_in_a_drum_rolls_as_a_disc_does(law: str) -> None:
+    """At the angle b from the lowest place the centre's acceleration is 2/3 g sin(b), and N = m g cos(b)."""
+    angle, around = 0.4, 0.5 - 0.1
+    fields: dict[str, Any] = {"constraints": {"c": mbs.Rolling("egg.rim", "ground.drum")}}
+    if law == "contact":
+        fields = {"contacts": {"c": mbs.Contact(("egg.rim", "ground.drum"), static="enough")}}
+    start = [around * np.sin(angle), -around * np.cos(angle), 0.0]
+    found = mbs.solve(in_a_drum(0.1, 0.1, start, **fields))
+    along = 2 / 3 * G * np.sin(angle)
+    assert found.accelerations["x"].value == pytest.approx(-along * np.cos(angle), rel=1e-12)
+    assert found.accelerations["y"].value == pytest.approx(-along * np.sin(angle), rel=1e-12)
+    assert found.accelerations["phi"].value == pytest.approx(along / 0.1, rel=1e-12)
+    normal = found.reactions["c.n"]["tension"] if law == "rolling" else found.reactions["c"]["normal"]
+    assert normal.value == pytest.approx(2 * G * np.cos(angle), rel=1e-12)
+
+
+def test_an_outline_comes_where_it_does_not_fit_into_the_drum() -> None:
+    """An ellipse bends with radii up to a^2/b = 0.144 m, and rolls to where it bends as the drum does."""
+    system = in_a_drum(0.12, 0.1, [0.0, -0.03, 0.0], 0.13, constraints={"rolls": mbs.Rolling("egg", "ground.drum")})
+    with pytest.raises(mbs.RunError, match=r"egg\.rim does not fit into ground\.drum .* its .* is 0\.13 m.* larger"):
+        mbs.simulate(system, t_end=0.1, backend="python")
+
+
 def test_the_place_where_a_disc_does_not_fit_is_told() -> None:
     system = from_file("disc_in_a_parabolic_hollow")
     with pytest.raises(mbs.ModelError, match=r"disc \(radius 0.2 m\) does not fit .* at \(0, 0\) m, .* is 0.1 m"):

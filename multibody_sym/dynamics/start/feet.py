@@ -20,7 +20,7 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.curves.follow import Follow
-from multibody_sym.model.mechanism.contact_rows import Bent, ContactRow, Flat, Skin
+from multibody_sym.model.mechanism.contact_rows import Bent, ContactRow, Flat, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import PositionRow
@@ -98,7 +98,7 @@ def verify_fits(motion: Motion) -> None:
         for fit in fits(motion, [row]):
             if fit.ratio >= 1.0 and touch(fit.row.skins, motion, bias).gap <= _CLOSED * fit.radius:
                 with at(*path):
-                    raise ModelError(f"{fit.text}; make the radius smaller, or start elsewhere", number="M114")
+                    raise ModelError(f"{fit.text}; {fit.advice}, or start elsewhere", number="M114")
 
 
 def _found(motion: Motion) -> Iterator[tuple[list[int], list[float]]]:
@@ -120,17 +120,20 @@ def _is_foot(mechanism: Mechanism, marker: Marker) -> bool:
     return marker.body >= 0 and mechanism.bodies[marker.body].is_foot
 
 
-def _nearest(motion: Motion, frames: tuple[Marker, Marker]) -> Iterator[tuple[list[int], list[float]]]:
+def _nearest(
+    motion: Motion, frames: tuple[Marker, Marker], *, farthest: bool = False
+) -> Iterator[tuple[list[int], list[float]]]:
     target = np.array(position(motion, frames[1]), dtype=float)
     along = _along(motion, frames[0], target)
     if along is not None:
-        yield _chosen(along, np.linalg.norm(along.places - target, axis=1))
+        away = np.linalg.norm(along.places - target, axis=1)
+        yield _chosen(along, -away if farthest else away)
 
 
 def _one(motion: Motion, bent: Bent, other: Skin) -> Iterator[tuple[list[int], list[float]]]:
-    """Yield where an outline is lowest over a plane, or a curve nearest to a centre."""
+    """Yield where an outline is lowest over a plane, or a curve nearest to a centre, or farthest from a hollow's."""
     if not isinstance(other, Flat):
-        yield from _nearest(motion, (bent.foot, other.place))
+        yield from _nearest(motion, (bent.foot, other.place), farthest=isinstance(other, Round) and other.inside)
         return
     normal = np.array(direction(motion, other.place, other.normal), dtype=float)
     along = _along(motion, bent.foot, np.array(position(motion, other.place), dtype=float))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import hypot
+from math import hypot, inf
 from typing import Final
 
 import numpy as np
@@ -38,23 +38,35 @@ def to_foot(skin: Bent, motion: Motion) -> tuple[Vec, Vec]:
 
 @dataclass(frozen=True)
 class Fit:
-    """How what is round fits to a curve where it touches: its radius times the curvature towards it; 1 at the limit."""
+    """How a disc fits to a curve where it touches, or an outline into a hollow disc.
+
+    `ratio` is the radius of what is inside by that of what is around it, both radii of curvature: 1 at the limit.
+    """
 
     row: ContactRow
     place: Floats
     radius: float
     ratio: float
+    hollow: bool
 
     @property
     def text(self) -> str:
         """What does not fit there, and where."""
         wheel, curve = sorted(self.row.skins, key=lambda skin: isinstance(skin, Bent))
         x, y, _ = self.place
+        round_one, bend = f"{wheel.place.name} (radius {self.radius:.6g} m)", self.radius / self.ratio
+        inner, outer, whose = round_one, curve.place.name, "the"
+        if self.hollow:
+            inner, outer, whose, bend = outer, inner, "its", self.radius * self.ratio
         return (
-            f"{wheel.place.name} (radius {self.radius:.6g} m) does not fit into {curve.place.name} "
-            f"at ({x:.6g}, {y:.6g}) m, where the radius of curvature is {self.radius / self.ratio:.6g} m: "
-            "it would touch in two places"
+            f"{inner} does not fit into {outer} at ({x:.6g}, {y:.6g}) m, where {whose} radius of curvature is "
+            f"{bend:.6g} m: it would touch in two places"
         )
+
+    @property
+    def advice(self) -> str:
+        """How what is inside fits."""
+        return f"make the radius {'larger' if self.hollow else 'smaller'}"
 
 
 def fits(motion: Motion, rows: Iterable[Row]) -> Iterator[Fit]:
@@ -65,8 +77,10 @@ def fits(motion: Motion, rows: Iterable[Row]) -> Iterator[Fit]:
         wheel, bent = sorted(row.skins, key=lambda skin: isinstance(skin, Bent))
         if isinstance(bent, Bent) and isinstance(wheel, Round):
             place = np.array(position(motion, bent.foot), dtype=float)
-            (radius,) = motion.state.values([wheel.radius])
-            yield Fit(row, place, float(radius), float(radius) * bending(bent, motion))
+            (radius,) = map(float, motion.state.values([wheel.radius]))
+            bends = radius * bending(bent, motion)
+            ratio = bends if not wheel.inside else -1.0 / bends if bends < 0.0 else inf
+            yield Fit(row, place, radius, ratio, wheel.inside)
 
 
 def bending(skin: Bent, motion: Motion) -> float:

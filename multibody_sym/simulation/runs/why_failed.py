@@ -14,7 +14,7 @@ from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
-from multibody_sym.kinematics.guides.touched import fits
+from multibody_sym.kinematics.guides.touched import Fit, fits
 from multibody_sym.kinematics.loads import apart
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.state import state_of
@@ -52,19 +52,19 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
     tight = _tight(run, failure.time)
     if tight:
-        return f"at t = {failure.time:.6g} s {tight}, and what goes on from there is not told; make the radius smaller"
+        return f"at t = {failure.time:.6g} s {tight.text}, and what goes on from there is not told; {tight.advice}"
     return _happened(run, failure)
 
 
-def _tight(run: Trajectory, time: float) -> str:
-    """Return what has come into a hollow that bends as much as it does itself, so that it stays; nothing else."""
+def _tight(run: Trajectory, time: float) -> Fit | None:
+    """Return what has come into a hollow that bends as much as it does itself, so that it stays; None for nothing."""
     mechanism = run.ready.mechanism
     if run.integration.q_final is None or not any(body.is_foot for body in mechanism.bodies):
-        return ""
+        return None
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
     motion = rows.motion(run.integration.q_final, run.integration.u_final)
     normals = [row for element in mechanism.one_way for row in element.normals]
-    return next((fit.text for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), "")
+    return next((fit for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), None)
 
 
 def _met(run: Trajectory, time: float) -> str:

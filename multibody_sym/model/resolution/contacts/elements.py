@@ -348,7 +348,8 @@ def _may_touch(a: Skin, b: Skin) -> bool:
     if isinstance(a, Bent) or isinstance(b, Bent):
         other = a if isinstance(b, Bent) else b
         endless = isinstance(other, Flat) and other.ends is None
-        return endless or (isinstance(other, (Round, Bent)) and not any(hollow))
+        outlines = all(x.closed for x in (a, b) if isinstance(x, Bent))
+        return endless or (isinstance(other, (Round, Bent)) and (outlines or not any(hollow)))
     if any(flats):
         return not all(flats) and not any(hollow)
     if isinstance(a, Rim) or isinstance(b, Rim):
@@ -375,8 +376,8 @@ def _cannot_touch(a: Skin, b: Skin, both: str) -> str:
         )
     if isinstance(a, Bent) or isinstance(b, Bent):
         return (
-            f"{both}: a curve is touched by points, discs and outlines of bodies, and by planes that do not end; name "
-            "one of these"
+            f"{both}: a curve is touched by points, discs and outlines of bodies, and by planes that do not end; the "
+            "inside of a disc is touched by outlines, not by curves that end nowhere; name one of these"
         )
     if isinstance(a, Rim) or isinstance(b, Rim):
         return f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere"
