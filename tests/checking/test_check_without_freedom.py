@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.analysis import places_asked
 from multibody_sym.checking.check import check
 from multibody_sym.cli.main import main
 from multibody_sym.writing.check import check_text
@@ -60,6 +61,7 @@ COMMANDS = ("check", "solve", "draw", "derive", "equilibrium", "linearize", "mod
 def test_no_command_fails_as_a_defect(model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.setattr(places_asked, "SECONDS", 0.5)  # how long `modes` looks for a rest that the drive prevents
     Path("m.yaml").write_text(model)
     more = {"simulate": ["--t-end", "0.01", "--backend", "python"], "report": ["--t-end", "0.01"]}
     codes = {name: main([name, "m.yaml", *more.get(name, [])]) for name in COMMANDS}

@@ -11,6 +11,7 @@ that change nothing are out.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Final, NamedTuple
@@ -91,10 +92,14 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
     items = _position_items(rows.mechanism)
     unknown = [k for item in items if not item.given for k in item.speeds]
 
+    @functools.cache
+    def guess() -> Floats:
+        return guessed(rows, q, unknown)
+
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
         found = None
         if unknown and len(unknown) < len(free):  # what is not given gives way first
-            found = closed_from(rows, guessed(rows, q, unknown), free, weighted)
+            found = closed_from(rows, guess(), free, weighted)
         return closed_from(rows, q, free, weighted) if found is None else found
 
     found = _chosen(items, generic_jacobian(rows, q), missed, close, project)
