@@ -53,7 +53,8 @@ class MultibodyError(Exception):
     """What was wrong, where, and what to do; `code` names the kind, `exit_code` ends the command.
 
     `number` is that of its page among those of errors (`multibody-sym explain M101`): of its class, unless it is given.
-    `others` are further mistakes of the same model file, behind this one.
+    `word`: the word of the model or argument that is wrong; `meant`: the one of the `known` that may stand for it,
+    with which the message ends, or with all of them. `others` are further mistakes of the same model file.
     """
 
     code: ClassVar[str] = "error"
@@ -61,8 +62,21 @@ class MultibodyError(Exception):
     number: str = "I100"
 
     def __init__(
-        self, message: str, *, where: Where | None = None, excerpt: str | None = None, number: str | None = None
+        self,
+        message: str,
+        *,
+        where: Where | None = None,
+        excerpt: str | None = None,
+        number: str | None = None,
+        word: str | None = None,
+        known: Iterable[str] = (),
+        meant: str | None = None,
     ) -> None:
+        words = list(known)
+        self.word = word
+        self.meant = meant or (nearest(word, words) if word is not None and words else None)
+        if words:
+            message += f"; did you mean {self.meant}?" if self.meant else f"; known: {', '.join(words)}"
         super().__init__(message)
         self.message = message
         if number is not None:
@@ -174,13 +188,12 @@ class at:  # noqa: N801  # read as a word: with at("bodies", name); a class, sin
                 error.under(str(step))
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return `; did you mean ...?` where a known word is near, else the list of known words."""
-    import difflib
+def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
+    """Return the one of the known words that somebody who wrote `word` most likely meant."""
+    from difflib import get_close_matches
 
-    words = list(known)
-    near = [known for known in words if known.lower() == str(word).lower()]
-    near = near or difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
-    if near:
-        return f"; did you mean {near[0]}?"
-    return f"; known: {', '.join(words)}" if words else ""
+    folded: dict[str, str] = {}
+    for each in known:
+        folded.setdefault(each.lower(), each)
+    near = get_close_matches(word[:_SHOWN].lower(), folded, n=1, cutoff=cutoff)
+    return folded[near[0]] if near else None

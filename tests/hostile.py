@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from multibody_sym.errors import suggestion
+from multibody_sym.errors import nearest
 
 PAYLOADS = [
     "__import__('os').system('touch pwned')", "eval('1')", "exec('x=1')", "open('/etc/passwd')",
@@ -70,7 +70,7 @@ FRAGMENTS = [
 
 def watched(events: list[str]) -> None:
     """Note from now on whatever this process does that reading text has no need of (it cannot be undone)."""
-    suggestion("wort", ["word"])  # loads what messages need
+    nearest("wort", ["word"])  # loads what messages need
     harmless = {"open", "os.scandir", "os.listdir", "object.__getattr__", "sys._getframe"}
 
     def hook(event: str, args: tuple[object, ...]) -> None:

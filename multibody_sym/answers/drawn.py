@@ -15,7 +15,7 @@ from multibody_sym.drawing.shown import Shown
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.errors import ArgumentError, InputError, Where, suggestion
+from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
 from multibody_sym.errors import shown as shown_value
 from multibody_sym.kinematics.motion import Motion, motion_of
@@ -175,8 +175,8 @@ def _marked(system: System, marked: Mapping[str, str] | Sequence[str] | None) ->
     known = {".".join(path): path for path in _paths(system)}
     for place in words:
         if place not in known:
-            message = f"there is nothing at {shown_value(place)}{suggestion(str(place), known)}"
-            raise InputError(message, where=Where(path=("mark",)))
+            message = f"there is nothing at {shown_value(place)}"
+            raise InputError(message, where=Where(path=("mark",)), word=str(place), known=known)
     return {known[place]: str(word) for place, word in words.items()}
 
 

@@ -15,7 +15,7 @@ from multibody_sym.answers.exact_rest import ExactEnd
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, shown, suggestion
+from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, shown
 from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.masses.rates import verify_kept
 from multibody_sym.model.declaration.system import System
@@ -154,7 +154,7 @@ def varied(mechanism: Mechanism, name: object, option: str = "vary") -> Paramete
         if not isinstance(name, str):
             raise ArgumentError(f"expected the name of a parameter, got {shown(name)}")
         if name not in entries:
-            raise ModelError(f"there is no parameter {name!r}{suggestion(name, entries)}", number="M106")
+            raise ModelError(f"there is no parameter {name!r}", number="M106", word=name, known=entries)
     return entries[name]
 
 

@@ -12,7 +12,7 @@ from typing import Any, Final, NoReturn
 from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
 from multibody_sym.cli.help_texts import Brief, usage, whole_help
 from multibody_sym.cli.usage import Shown, UsageError
-from multibody_sym.errors import Where
+from multibody_sym.errors import Where, nearest
 
 COMMANDS: Final = (
     *("new", "import", "check", "draw", "derive", "solve", "equilibrium", "linearize", "modes", "simulate", "animate"),
@@ -139,10 +139,8 @@ def _place(words: Sequence[str]) -> str | Mapping[str, str]:
 
 
 def _suggestion(word: str, known: Sequence[str]) -> str:
-    from difflib import get_close_matches
-
-    near = get_close_matches(word.partition("=")[0], known, n=1)
-    return f"; did you mean {near[0]}?" if near else ""
+    near = nearest(word.partition("=")[0], known)
+    return f"; did you mean {near}?" if near else ""
 
 
 def command_module(name: str) -> ModuleType:

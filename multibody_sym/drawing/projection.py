@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.errors import InputError, Where, shown, suggestion
+from multibody_sym.errors import InputError, Where, shown
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
@@ -95,9 +95,9 @@ def _angles(asked: str | Sequence[float]) -> tuple[float, float]:
         words = re.split(r"\s*,\s*|\s+", asked.strip()) if isinstance(asked, str) else list(asked)
         azimuth, elevation = (float(word) for word in words)
     except (TypeError, ValueError, OverflowError):
-        near = suggestion(str(asked), [*VIEWS, "iso"])
-        message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {shown(asked)}{near}"
-        raise InputError(message, where=Where(path=("view",))) from None
+        message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {shown(asked)}"
+        named = [*VIEWS, "iso"]
+        raise InputError(message, where=Where(path=("view",)), word=str(asked), known=named) from None
     if not math.isfinite(azimuth) or not abs(elevation) <= _STEEPEST:
         message = "a view has a finite azimuth, and an elevation from -90 to 90 degrees"
         raise InputError(message, where=Where(path=("view",)))

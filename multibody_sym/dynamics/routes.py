@@ -12,7 +12,7 @@ from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.dynamics.formalisms.newton_euler import newton_euler
 from multibody_sym.dynamics.formalisms.sweep import sweep
-from multibody_sym.errors import InputError, at, shown, suggestion
+from multibody_sym.errors import InputError, at, shown
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.records import dataclass
@@ -72,7 +72,7 @@ def verify_formalism(name: object) -> None:
     """Raise InputError unless `name` is a formalism's, or None for the cheapest."""
     if name is not None and (not isinstance(name, str) or name not in FORMALISMS):
         with at("formalism"):
-            raise InputError(f"there is no formalism {shown(name)}{suggestion(str(name), FORMALISMS)}", number="M106")
+            raise InputError(f"there is no formalism {shown(name)}", number="M106", word=str(name), known=FORMALISMS)
 
 
 _DEEPEST_FORMED: Final = {False: 4.5, True: 6.0}

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from functools import reduce
 from typing import Final
 
-from multibody_sym.errors import ExpressionError
+from multibody_sym.errors import ExpressionError, nearest
 from multibody_sym.expressions.quantities import QUANTITIES
-from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
+from multibody_sym.expressions.tokens import Token, exact_number, failure, tokens
 from multibody_sym.expressions.units import Dimension, read_unit
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD, maximum, minimum
@@ -115,7 +115,8 @@ def _unit(text: str, value: Token, following: list[Token]) -> tuple[Node, Dimens
         return read_unit(text, following)
     except ExpressionError as error:
         if error.where.column == following[0].column and following[0].kind == "name":
-            error = failure(text, following[0].column, f"{error.message}; {_product(value, following[0])}", "E103")
+            told = f"{error.message}; {_product(value, following[0])}"
+            error = failure(text, following[0].column, told, "E103", error.word, error.meant)
         raise error from None
 
 
@@ -193,7 +194,7 @@ class _Parser:
         elif token.text == "real":
             self.values.append(self.real(token))
         else:
-            raise self.error(token, _no_function(token.text), "E102")
+            raise self.no_function(token)
         return True
 
     def quantity(self, token: Token) -> Node:
@@ -349,6 +350,14 @@ class _Parser:
         if self.frames:
             raise self.error(self.frames[-1].token, f"the parenthesis that opens here is never closed; {_QUOTE}")
 
+    def no_function(self, token: Token) -> ExpressionError:
+        name = token.text
+        near = nearest(name, [*FUNCTIONS, *QUANTITIES], cutoff=0.7)
+        guess = _MEANT.get(name.lower()) or near
+        advice = f"did you mean {guess}?" if guess else f"a product is written with *: {name[:20]}*(...)"
+        meant = near if guess == near else None
+        return failure(self.text, token.column, f"there is no function '{name}'; {advice}", "E102", name, meant)
+
     def no_operator(self, token: Token) -> str:
         before = self.found[self.place - 2]
         if token.kind == ".":
@@ -391,9 +400,3 @@ def _arity(name: str, wanted: tuple[str, ...], given: int, others: tuple[tuple[s
     plural = "" if count == "1" else "s"
     forms = " or ".join(f"{name}({', '.join(x)})" for x in (wanted, *others))
     return f"{forms} takes {count} argument{plural}, not {given}"
-
-
-def _no_function(name: str) -> str:
-    guess = _MEANT.get(name.lower()) or close_match(name, [*FUNCTIONS, *QUANTITIES])
-    meant = f"did you mean {guess}?" if guess else f"a product is written with *: {name[:20]}*(...)"
-    return f"there is no function '{name}'; {meant}"

@@ -53,9 +53,12 @@ class Token(NamedTuple):
     column: int
 
 
-def failure(text: str, column: int, message: str, number: str | None = None) -> ExpressionError:
+def failure(
+    text: str, column: int, message: str, number: str | None = None, word: str | None = None, meant: str | None = None
+) -> ExpressionError:
     """Return the error `message` about `text`; it shows the surroundings of `column` (from 1) with a caret."""
-    error = ExpressionError(_printable(message), excerpt=surroundings(text, column), number=number)
+    excerpt = surroundings(text, column)
+    error = ExpressionError(_printable(message), excerpt=excerpt, number=number, word=word, meant=meant)
     error.located(column=column)
     return error
 
@@ -141,12 +144,3 @@ def plain_number(text: str) -> Fraction | None:
         return None
     whole, _, decimals = text.partition(".")
     return Fraction(int(whole + decimals), 10 ** len(decimals))
-
-
-def close_match(name: str, known: list[str], cutoff: float = 0.7) -> str | None:
-    """Return the one of `known` that somebody who wrote `name` most likely meant."""
-    from difflib import get_close_matches
-
-    folded = {k.lower(): k for k in known}
-    matches = get_close_matches(name.lower(), list(folded), n=1, cutoff=cutoff)
-    return folded[matches[0]] if matches else None

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Final, NamedTuple
 
-from multibody_sym.errors import ExpressionError
+from multibody_sym.errors import ExpressionError, nearest
 from multibody_sym.expressions.printer import text as printed
-from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
+from multibody_sym.expressions.tokens import Token, exact_number, failure, tokens
 from multibody_sym.scalars.node import ONE, PI, Node, as_node
 from multibody_sym.scalars.traversal import postorder
 
@@ -160,7 +160,7 @@ class _Unit:
         result = self.product(inside=False)
         token = self.rest[self.place]
         if token.kind != "end":
-            raise failure(self.text, token.column, self.not_a_unit(token), "E103")
+            raise self.not_a_unit(token)
         if self.of_angle(result[1]):
             return result[0], Turning(*result[1])
         named = [UNITS[token.text][1] for token in self.rest if token.kind == "name"]
@@ -209,7 +209,7 @@ class _Unit:
         if token.kind == "name" and token.text in UNITS:
             return UNITS[token.text]
         if token.kind != "(" or inside:
-            raise failure(self.text, token.column, self.not_a_unit(token), "E103")
+            raise self.not_a_unit(token)
         result = self.product(inside=True)
         closing = self.rest[self.place]
         if closing.kind != ")":
@@ -250,23 +250,25 @@ class _Unit:
         self.place += 1
         return exact_number(self.text, token)
 
-    def not_a_unit(self, token: Token) -> str:
+    def not_a_unit(self, token: Token) -> ExpressionError:
+        guess = None
         if token.kind == "end":
-            return "the unit is not complete"
-        if token.kind != "name":
-            return (
+            told = "the unit is not complete"
+        elif token.kind != "name":
+            told = (
                 f"'{token.text}' has no place in a unit: a value is one number with a unit, or an expression "
                 "without units (give the number with the unit a name under parameters)"
             )
-        if token.text in _ELSEWHERE:
-            return (
+        elif token.text in _ELSEWHERE:
+            told = (
                 f"'{token.text}' is not a unit here, where units are made of mass, length, time and angles; write the "
                 "number without it, in SI units"
             )
-        is_call = self.rest[self.place].kind == "("
-        guess = _WORDS.get(token.text.lower().removesuffix("s")) or close_match(token.text, list(UNITS), cutoff=0.75)
-        guess = None if is_call else guess
-        return f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
+        else:
+            if self.rest[self.place].kind != "(":  # else it is a call
+                guess = _WORDS.get(token.text.lower().removesuffix("s")) or nearest(token.text, UNITS, cutoff=0.75)
+            told = f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
+        return failure(self.text, token.column, told, "E103", token.text, guess)
 
 
 # --- dimensions of expressions ----------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -161,7 +162,13 @@ def _place(error: MultibodyError, wanted: tuple[str, ...], tree: Tree) -> Place:
         path = path[:-1]
     value = tree.values[path]
     key = tree.keys.get(path, value)
-    if path != wanted or not value.is_text or error.message.startswith("unknown key"):
+    if path != wanted or not value.is_text or error.number == "M101":
         return key
-    column = error.where.column if isinstance(error, ExpressionError) else None
+    column = error.where.column if isinstance(error, ExpressionError) else _column_of(error.word, tree.at(path))
     return value if column is None or value.inner is None else Place(value.line, value.inner + column - 1)
+
+
+def _column_of(word: str | None, text: str) -> int | None:
+    """Return where a word stands in a text, from 1."""
+    found = re.search(rf"(?<![\w.]){re.escape(word)}(?!\w)", text) if word else None
+    return found and found.start() + 1

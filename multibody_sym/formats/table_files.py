@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any, Final, NamedTuple
 
-from multibody_sym.errors import InputError, ModelError, Where, at, shown, suggestion
+from multibody_sym.errors import InputError, ModelError, Where, at, shown
 from multibody_sym.model.declaration.tables import MOST_ROWS
 from multibody_sym.model.declaration.values import Text
 
@@ -53,7 +53,7 @@ def _named(name: str, given: Any) -> str | None:
         for key in table:
             if key != _KEY:
                 with at(key):
-                    raise ModelError(f"unknown key {key!r}{suggestion(str(key), (_KEY,))}", number="M101")
+                    raise ModelError(f"unknown key {key!r}", number="M101", word=str(key), known=(_KEY,))
         with at(_KEY):
             if table.get(_KEY) == "":
                 raise ModelError("file is empty: write the name of a table", number="M102")

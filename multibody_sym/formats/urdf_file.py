@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Final
 
-from multibody_sym.errors import InputError, ModelError, suggestion
+from multibody_sym.errors import InputError, ModelError
 from multibody_sym.formats.xml_tree import XmlElement
 from multibody_sym.model.declaration.values import Text
 from multibody_sym.records import dataclass
@@ -164,7 +164,7 @@ def _joint(name: str, joint: XmlElement) -> UrdfJoint:
     with _inside(joint, "joint", name):
         kind = _attribute(joint, "type")
         if kind not in JOINT_TYPES:
-            raise ModelError(f"{kind!r} is no type of joint{suggestion(kind, JOINT_TYPES)}", number="M106")
+            raise ModelError(f"{kind!r} is no type of joint", number="M106", word=kind, known=JOINT_TYPES)
         dynamics = _child(joint, "dynamics")
         return UrdfJoint(
             kind,
@@ -269,7 +269,7 @@ def _numbers(element: XmlElement, key: str, count: int, default: str | None) -> 
 def _verify_links(joint: UrdfJoint, links: Mapping[str, object]) -> None:
     for what, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
-            raise ModelError(f"its {what}: no link is called {name!r}{suggestion(name, links)}", number="M106")
+            raise ModelError(f"its {what}: no link is called {name!r}", number="M106", word=name, known=links)
 
 
 def _root(

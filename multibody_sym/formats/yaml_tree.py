@@ -68,6 +68,13 @@ class Tree:
         """Return a line of the text, counted from 1."""
         return _LINE_END.split(self.text)[number - 1]
 
+    def at(self, path: Path) -> Any:
+        """Return what stands at a path."""
+        part = self.data
+        for step in path:
+            part = part[int(step)] if isinstance(part, list) else part[step]
+        return part
+
 
 def read_bytes(content: bytes, name: str) -> Tree:
     """Return the tree of a YAML file's bytes; `name` stands in the errors. Raises InputError with line and column."""

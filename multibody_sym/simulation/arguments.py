@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.start.examined import verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import InputError, suggestion
+from multibody_sym.errors import InputError
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import Floats
@@ -89,7 +89,7 @@ class Arguments:
         (values,) = self.compiled["inputs"](*state)
         for name, value in (given or {}).items():
             if name not in names:
-                raise InputError(f"there is no input {name!r}{suggestion(name, names)}", number="M106")
+                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
             values[names.index(name)] = number(f"inputs[{name!r}]", value)
         return values
 

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.programs.switching import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS, verify_formalism
 from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
-from multibody_sym.errors import InputError, at, shown, suggestion
+from multibody_sym.errors import InputError, at, shown
 from multibody_sym.formats.files import path_name
 from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.doors import text as text_of
@@ -60,7 +60,7 @@ def export(
     fold, folder = flag("fold", fold), path_name(directory, "a folder")
     if text_of("to", to) not in LANGUAGES:
         with at("to"):
-            raise InputError(f"there is no language {shown(to)}{suggestion(to, LANGUAGES)}", number="M104")
+            raise InputError(f"there is no language {shown(to)}", number="M104", word=to, known=LANGUAGES)
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
     placed = with_numbers_as_data(examined_state(asked))

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from multibody_sym.drawing.plots.panels import Curve, Mark, Panel, Plot
-from multibody_sym.errors import ArgumentError, InputError, shown, suggestion
+from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.simulation.samples import Samples
@@ -144,7 +144,7 @@ def _column(run: Samples, name: str, units: Units) -> _Column:
     if name in _ENERGIES:
         return _Column(_ENERGIES[name](run) / units.size("J"), units.of("J"))
     known = [*run.units, *run.outputs, *_ENERGIES]
-    raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}", number="M106")
+    raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=known)
 
 
 def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[Mark]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from multibody_sym.errors import InputError, ModelError, suggestion
+from multibody_sym.errors import InputError, ModelError
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.tables import Table
 from multibody_sym.model.declaration.doors import door
@@ -80,7 +80,7 @@ class Samples:
                 return columns[name]
         told = self._told
         known = [*self.coordinates, *self.speeds, *told.outputs, *told.run_outputs, *told.inputs]
-        raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}", number="M106")
+        raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=known)
 
     @property
     def changes(self) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.methods.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.methods.library import IDA, LibraryMethod
 from multibody_sym.integrators.methods.methods import LOOKING_BACK, METHODS, Method
@@ -104,7 +104,7 @@ def _method(settings: Settings) -> Method:
     with at("method"):
         if settings.method not in METHODS:
             raise ModelError(
-                f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}", number="M104"
+                f"there is no method {settings.method!r}", number="M104", word=settings.method, known=METHODS
             )
         method = METHODS[settings.method]
         if settings.step is None and method.error_order == 0:

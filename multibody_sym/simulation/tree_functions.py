@@ -13,7 +13,7 @@ from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.dynamics.programs.tree import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import InputError, suggestion
+from multibody_sym.errors import InputError
 from multibody_sym.model.declaration.doors import names as listed_names
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -89,7 +89,7 @@ def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamic
     names = listed_names("given", given)
     for name in names:
         if name not in system.joints:
-            raise InputError(f"there is no joint {name!r}{suggestion(name, system.joints)}", number="M106")
+            raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=system.joints)
     return HybridDynamics(system, names)
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import ArgumentError, InputError, ModelError, at, shown, suggestion
+from multibody_sym.errors import ArgumentError, InputError, ModelError, at, shown
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import scalar
@@ -102,7 +102,7 @@ def _kind(system: System, name: str) -> str:
         return "initial"
     with at("vary"):
         known = [*system.parameters, *initial]
-        raise ModelError(f"no parameter, coordinate or speed is called {name!r}{suggestion(name, known)}")
+        raise ModelError(f"no parameter, coordinate or speed is called {name!r}", word=name, known=known)
 
 
 def _state_names(joint: str, declared: Any) -> Iterator[str]:

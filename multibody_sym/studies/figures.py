@@ -11,7 +11,7 @@ from multibody_sym.drawing.plots.figure import figure_of as plotted
 from multibody_sym.drawing.plots.figure import literal
 from multibody_sym.drawing.plots.files import plain_style
 from multibody_sym.drawing.plots.panels import Curve, Panel, Plot
-from multibody_sym.errors import InputError, suggestion
+from multibody_sym.errors import InputError
 from multibody_sym.expressions.chosen_units import Units
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -62,7 +62,7 @@ def figure_of(
     known = results(plan, columns)
     for name in show or ():
         if name not in known:
-            raise InputError(f"no column of results is called {name!r}{suggestion(name, known)}")
+            raise InputError(f"no column of results is called {name!r}", word=name, known=known)
     names = tuple(show or _usual(len(plan.names), {name: columns[name] for name in known}))
     if not names:
         failed = all(columns[FAILURE] != "")

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import ArgumentError, InputError, OutputError, shown, suggestion
+from multibody_sym.errors import ArgumentError, InputError, OutputError, shown
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.model.declaration.doors import door, names
 from multibody_sym.records import dataclass
@@ -47,7 +47,7 @@ class Study:
         if not isinstance(name, str):
             raise ArgumentError(f"a study is asked by the name of a column, not by {shown(name)}")
         if name not in self.columns:
-            raise InputError(f"no column of this study is called {name!r}{suggestion(name, self.columns)}")
+            raise InputError(f"no column of this study is called {name!r}", word=name, known=self.columns)
         return self.columns[name]
 
     @property

@@ -95,6 +95,36 @@ def test_a_system_is_told_all_its_mistakes() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("written", "word", "meant", "column"),
+    [
+        ("outputs: {o: 2*cos(0) + boddy}", "boddy", "body", 25),
+        ("outputs: {o: 'position(boddy, x)'}", "boddy", "body", 24),
+        ("outputs: {o: 2*Sin(t)}", "Sin", "sin", 16),
+        ("outputs: {o: 2*did you mean x}", None, None, 20),
+        ("forces: {f: {type: torqe, joint: j, value: 1}}", "torqe", "torque", 20),
+        ("forces: {f: {type: friction, joint: j, mu: 1}}", "mu", "static", 40),
+        ("contacts: {c: {between: [body.tpo, ground]}}", "body.tpo", "body.top", 26),
+        ("parameters: {body: 1 kgs}", "kgs", "kg", 22),
+    ],
+)
+def test_an_error_says_which_word_is_wrong_and_what_is_meant(
+    written: str, word: str | None, meant: str | None, column: int
+) -> None:
+    """As data, so that nothing reads its own messages; the caret stands below the word, within expressions too."""
+    model = (
+        "multibody_sym: 1\nname: one\nbodies: {body: {mass: 1 kg, points: {top: [0, 1, 0]}}}\n"
+        "joints: {j: {type: prismatic, parent: ground, child: body, axis: x}}\n"
+    )
+    named = written if "parameters" in written else f"{written}\nparameters: {{body: 2}}"
+    with pytest.raises(InputError) as raised:
+        system, read = load_with_places("m.yaml", (model + named).encode())
+        with read.shown():
+            mechanism(system)
+    error = raised.value
+    assert (error.word, error.meant, error.where.line, error.where.column) == (word, meant, 5, column)
+
+
 def test_many_are_told_in_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "many.yaml"
     path.write_text(FOUR + "outputs:\n" + "".join(f"  o{k}: 2*unknown{k}\n" for k in range(30)))

@@ -25,7 +25,7 @@ from multibody_sym.answers.questions.shortest_courses import shortest_course
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.answers.small_motions.asked import AskedModes, modes_named
-from multibody_sym.errors import ExpressionError, ModelError, NoSolutionError, at, suggestion
+from multibody_sym.errors import ExpressionError, ModelError, NoSolutionError, at
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import fields_of
 from multibody_sym.model.declaration.settings import Ask
@@ -123,7 +123,7 @@ def _verify(solved: Solved, question: Ask) -> None:
     if question.of is not None and question.of not in (*solved.mechanism.markers, *own):
         with at("of"):
             raise ModelError(
-                f"no body is called {question.of!r}{suggestion(question.of, solved.mechanism.markers)}", number="M106"
+                f"no body is called {question.of!r}", number="M106", word=question.of, known=solved.mechanism.markers
             )
     if question.after is not None and not solved.number(question.after) >= 0.0:
         with at("after"):
@@ -138,15 +138,16 @@ def _verify_moment(solved: Solved, moment: Moment) -> None:
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         for coordinate in moment:
             if coordinate not in names:
-                what = f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}"
-                raise ModelError(f"{what}{_meant(coordinate)}", number="M106")
+                key = _key_meant(coordinate)
+                told = f"no coordinate is called {coordinate!r}{key}"
+                raise ModelError(told, number="M106", word=coordinate, known=() if key else names)
 
 
 _MEANT: Final = {"maximum": "max", "largest": "max", "minimum": "min", "least": "min", "period": "period_of"}
 """Words that are no keys of questions, and the keys for what they say."""
 
 
-def _meant(word: str) -> str:
+def _key_meant(word: str) -> str:
     """Return the key of a question that a word, which is no coordinate, may stand for."""
     keys = list(fields_of(Ask))
     meant = _MEANT.get(word) or next(iter(get_close_matches(word, keys, n=1)), None)
@@ -257,7 +258,7 @@ class _Motion:
         if coordinate not in names:
             with at("formula"):
                 what = f"no coordinate or speed is called {coordinate!r}"
-                raise ModelError(f"{what}{suggestion(coordinate, names)}", number="M106")
+                raise ModelError(what, number="M106", word=coordinate, known=names)
         unit = self._unit_of(symbol(coordinate))
         found = self.courses.of(symbol(coordinate))
         if found is None:

@@ -19,7 +19,7 @@ from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import in_order, named_by, put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
-from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at, suggestion
+from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at
 from multibody_sym.expressions.units import DIMENSIONLESS, Measured, given_in, measured
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
@@ -122,7 +122,7 @@ class Search:
             known = (*self.solved.system.parameters, *starts)
             with at("find"):
                 raise ModelError(
-                    f"{self.name!r} is no parameter, coordinate or speed{suggestion(self.name, known)}", number="M106"
+                    f"{self.name!r} is no parameter, coordinate or speed", number="M106", word=self.name, known=known
                 )
         return self.solved.number(symbol(self.name))
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from multibody_sym.answers.small_motions.quadrature import Energy
 from multibody_sym.answers.small_motions.told_of_model import named_with_time, period_of_drive
-from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
@@ -74,8 +74,10 @@ class Swing:
         found = next((c for c in paired if c.name == coordinate), None)
         if found is None:
             raise ModelError(
-                f"no coordinate is called {coordinate!r}{suggestion(coordinate, [c.name for c in paired])}",
+                f"no coordinate is called {coordinate!r}",
                 number="M106",
+                word=coordinate,
+                known=[c.name for c in paired],
             )
         return cls(system, coordinate, found.unit == "rad")
 

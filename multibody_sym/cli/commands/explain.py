@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.errors import InputError, suggestion
+from multibody_sym.errors import InputError
 
 HELP: Final = "tell the cause and cure of an error by its number, such as M101"
 
@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> Answer:
         return Answer({"errors": titles}, "\n".join(f"{number}  {title}" for number, title in titles.items()))
     number = options.number.strip("[]").upper()
     if number not in EXPLAINED:
-        raise InputError(f"no error has the number {options.number!r}{suggestion(number, EXPLAINED)}", number="M106")
+        raise InputError(f"no error has the number {options.number!r}", number="M106", word=number, known=EXPLAINED)
     told = EXPLAINED[number]
     text = f"{number}: {told.title}\n\ncause: {told.cause}\n\ncure: {told.cure}"
     shown = told.file or told.python

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, nearest
 from multibody_sym.formats.files import write_new
 
 HELP: Final = "write a model file to start from, any of the shipped examples"
@@ -34,9 +34,9 @@ def run(options: argparse.Namespace) -> Answer:
         return Answer({"examples": titles}, "\n".join(f"{name:{width}}  {title}" for name, title in titles.items()))
     name = options.name
     if name not in known:
-        raise InputError(
-            f"there is no example {name!r}{_nearest(name, list(known))}; `new --list` shows all", number="M106"
-        )
+        near = nearest(name, known)
+        advice = f"; did you mean {near}?" if near else ""
+        raise InputError(f"there is no example {name!r}{advice}; `new --list` shows all", number="M106")
     target = options.output or f"{name}.yaml"
     write_new(target, known[name].read_bytes())
     return Answer({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
@@ -59,10 +59,3 @@ def _title(path: Path) -> str:
     found = _DESCRIPTION.search(text)
     said = " ".join(found[1].split()) if found else ""
     return _SENTENCE.match(said)[0]  # type: ignore[index]
-
-
-def _nearest(name: str, known: list[str]) -> str:
-    from difflib import get_close_matches
-
-    near = get_close_matches(name, known, n=1)
-    return f"; did you mean {near[0]}?" if near else ""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.start.undefined import undefined_text
-from multibody_sym.errors import ModelError, Where, suggestion
+from multibody_sym.errors import ModelError, Where
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import UNDEFINED
@@ -64,7 +64,7 @@ def _verify_overrides(mechanism: Mechanism, overrides: Mapping[str, float]) -> N
     declared = [entry.name for entry in mechanism.parameters if entry.source is Source.DECLARED]
     for name in overrides:
         if name not in declared:
-            raise ModelError(f"no parameter is called {name!r}{suggestion(name, declared)}", number="M106")
+            raise ModelError(f"no parameter is called {name!r}", number="M106", word=name, known=declared)
 
 
 def evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Final, cast
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import (
     Element,
@@ -72,8 +72,8 @@ class VariableMass(Element):
     """
 
     meant: ClassVar[Mapping[str, str]] = {
-        "mass": "; did you mean value?",
-        "velocity": "; write relative_velocity (to the body) or absolute_velocity (to inertial space)",
+        "mass": "value",
+        "velocity": "write relative_velocity (to the body) or absolute_velocity (to inertial space)",
     }
 
     value: Node = holds(Scalar("kg"), says="the mass as an expression of t or coordinates", such="m0 - b*t")
@@ -275,7 +275,7 @@ class Body(Element):
                     if isinstance(end, str) and end not in self.points:
                         with at("surfaces", name, kind, k):
                             raise ModelError(
-                                f"the body has no point {end!r}{suggestion(end, self.points)}", number="M106"
+                                f"the body has no point {end!r}", number="M106", word=end, known=self.points
                             )
 
     def ends(self, places: tuple[Point | str, ...]) -> tuple[Point, ...]:

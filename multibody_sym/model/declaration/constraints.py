@@ -50,7 +50,7 @@ class Rope(Element):
     goes taut with a speed, `restitution` (0 to 1) of it is given back, and it is slack again.
     """
 
-    meant: ClassVar[Mapping[str, str]] = {"rough": "; it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
+    meant: ClassVar[Mapping[str, str]] = {"rough": "it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
 
     path: tuple[str, ...] = holds(
         ListOf(Text(), 2), such="[block, P1, load]",

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import wraps
 from typing import Any, Final, ParamSpec, TypeVar
 
-from multibody_sym.errors import ArgumentError, shown, suggestion
+from multibody_sym.errors import ArgumentError, nearest, shown
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -48,6 +48,9 @@ def _verify_call(function: Callable[..., Any], values: Sequence[Any], named: Map
             named,
         )
 
+OTHERWISE: Final = "*"
+"""In what is `meant`: by every name that is like none."""
+
 
 def verify_arguments(
     called: str,
@@ -62,7 +65,7 @@ def verify_arguments(
     """Raise ArgumentError where what is called cannot take these values by their places and these named ones.
 
     `every`: all that it takes, `places` those by place; `needed`: what has no default, each as a message tells it;
-    `meant`: what is told of names that it does not have, in place of the nearest.
+    `meant`: of names that it does not have the right one, or advice, in place of the nearest.
     """
     placed = places[: len(values)]
     by_name = [name for name in every if name not in placed]
@@ -70,8 +73,8 @@ def verify_arguments(
         if name in placed:
             raise ArgumentError(f"{called} is given {name} twice: by its place and by its name")
         if name not in by_name:
-            hint = (meant or {}).get(name) or suggestion(name, by_name)
-            raise ArgumentError(f"{called} has no {what} {name!r}{hint}")
+            advice, right = as_meant(name, by_name, meant)
+            raise ArgumentError(f"{called} has no {what} {name!r}{advice}", **right)
     if len(values) > len(places):
         taken = f"{len(places)} by their places ({', '.join(places)})" if places else "none by its place"
         others = f"; give others by name: {', '.join(f'{name}=..' for name in by_name)}" if by_name else ""
@@ -80,6 +83,14 @@ def verify_arguments(
     missing = [told for name, told in needed.items() if name in by_name and name not in named]
     if missing:
         raise ArgumentError(f"{called} is missing {'; '.join(missing)}")
+
+
+def as_meant(word: str, known: Collection[str], meant: Mapping[str, str] | None) -> tuple[str, dict[str, Any]]:
+    """Return what a message about a name that is not known ends with, and what its error says of the right one."""
+    told = (meant or {}).get(word) or (None if nearest(word, known) else (meant or {}).get(OTHERWISE))
+    if told is None or told in known:
+        return "", {"word": word, "known": known, "meant": told}
+    return f"; {told}", {"word": word}
 
 
 def text(name: str, value: Any) -> str:

@@ -9,8 +9,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Final, Self
 
-from multibody_sym.errors import ModelError, at, suggestion
-from multibody_sym.model.declaration.doors import verify_arguments
+from multibody_sym.errors import ModelError, at
+from multibody_sym.model.declaration.doors import as_meant, verify_arguments
 from multibody_sym.model.declaration.values import (
     Direction,
     Field,
@@ -173,7 +173,7 @@ class OneOf:
         if not isinstance(name, str) or name not in self.table:
             with at("type"):
                 known = [*self.table, *self.aliases]
-                raise ModelError(f"{described(word)} is no known type{suggestion(str(word), known)}", number="M104")
+                raise ModelError(f"{described(word)} is no known type", number="M104", word=str(word), known=known)
         return self.table[name]
 
     def tree(self, value: Element) -> dict[str, Any]:
@@ -181,8 +181,6 @@ class OneOf:
         return {"type": kind, **fields_tree(value)}
 
 
-OTHERWISE: Final = "*"
-"""In what `meant` tells: of every key that is like none."""
 _UNITLESS: Final = (Scalar, Scalars, OptionalScalars, ScalarOrVector)
 TEXTS: Final = "_texts"
 """Where an element keeps what those of its fields were given that any unit fits; no field, so that it never counts."""
@@ -192,7 +190,7 @@ TEXTS: Final = "_texts"
 class Element:
     """A frozen record that reads what its fields are given when it is made.
 
-    `meant` tells of keys that people write in their place, and that no likeness leads to, what to write.
+    `meant`: of keys that people write in their place, and that no likeness leads to, the right one, or advice.
     """
 
     meant: ClassVar[Mapping[str, str]] = {}
@@ -329,13 +327,12 @@ def _fits_any_unit(field: Field) -> bool:
 
 
 def verify_keys(tree: Mapping[str, Any], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:
-    """Raise ModelError at the first key that is not known; `meant` says what to write in place of some."""
+    """Raise ModelError at the first key that is not known; `meant` as `Element.meant`."""
     for key in tree:
         if key not in known:
             with at(key):
-                near = suggestion(str(key), known)
-                other = (meant or {}).get(OTHERWISE) if not near.startswith("; did you mean") else None
-                raise ModelError(f"unknown key {key!r}{(meant or {}).get(key) or other or near}", number="M101")
+                advice, right = as_meant(str(key), known, meant)
+                raise ModelError(f"unknown key {key!r}{advice}", number="M101", **right)
 
 
 def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:

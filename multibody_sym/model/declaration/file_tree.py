@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.fields import Element, Record, fields_of, fields_tree, from_fields, holds
 from multibody_sym.model.declaration.joints import JOINTS
@@ -35,7 +35,7 @@ def system_from_tree(tree: Any) -> System:
     for key in tree:
         if key not in known:
             with at(key):
-                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}", number="M101")
+                raise ModelError(f"unknown key {key!r}", number="M101", word=str(key), known=known)
     content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
     for index, entry in _repeats(tree.get(REPEAT_KEY)):
         with at(REPEAT_KEY, *index):

@@ -27,7 +27,7 @@ class Force(Element):
     Without `at` it acts at the centre of mass. `frame: ground.slope` takes the axes of a frame that ground declares.
     """
 
-    meant: ClassVar[Mapping[str, str]] = {"force": "; did you mean value?", "torque": "; that is {type: torque, ..}"}
+    meant: ClassVar[Mapping[str, str]] = {"force": "value", "torque": "that is {type: torque, ..}"}
 
     on: str = holds(Text(), says="the body on which it acts", such="block")
     value: Point = holds(Vector("N"), says="its components along the axes of frame", such="[F*cos(a), F*sin(a), 0]")
@@ -163,7 +163,7 @@ class Potential(Element):
     point of one, default ground), which bears the opposite force. Parameters, inputs and the time may stand in all.
     """
 
-    meant: ClassVar[Mapping[str, str]] = {"energy": "; did you mean value?", "potential": "; did you mean value?"}
+    meant: ClassVar[Mapping[str, str]] = {"energy": "value", "potential": "value"}
 
     value: Node = holds(
         Scalar("J"), says="the energy, by distance, by the joint's coordinates, or by the place x, y, z", such="m*g*y"
@@ -281,8 +281,8 @@ class Friction(Element):
     """
 
     meant: ClassVar[Mapping[str, str]] = {
-        "on": "; a joint rubs: joint: NAME; where bodies touch, their contact has static and kinetic",
-        "mu": "; did you mean static?",
+        "on": "a joint rubs: joint: NAME; where bodies touch, their contact has static and kinetic",
+        "mu": "static",
     }
 
     joint: str = holds(Text(), says="the joint that rubs", such="guide")

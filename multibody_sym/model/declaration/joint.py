@@ -8,7 +8,8 @@ from typing import ClassVar
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.fields import OTHERWISE, Element, ListOf, Record, holds
+from multibody_sym.model.declaration.doors import OTHERWISE
+from multibody_sym.model.declaration.fields import Element, ListOf, Record, holds
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Flag, Flags, OptionalScalars, Scalar, Text
 from multibody_sym.records import dataclass
@@ -91,7 +92,7 @@ class Initial(Element):
     """
 
     meant: ClassVar[Mapping[str, str]] = {
-        OTHERWISE: "; start values of coordinates stand under q, of speeds under u: {q: 30 deg, u: 2}"
+        OTHERWISE: "start values of coordinates stand under q, of speeds under u: {q: 30 deg, u: 2}"
     }
 
     q: tuple[Node | None, ...] | None = holds(

@@ -17,9 +17,6 @@ MOST: Final = 100
 _PARTS: Final = 30_000
 """The most parts of a model that are read again, over all readings: large models show fewer mistakes at once."""
 _MOST_READINGS: Final = 4 * MOST
-_SUGGESTED: Final = re.compile(r"did you mean ([^?\s,]+)")
-_QUOTED: Final = re.compile(r"'([^']*)'")
-_REFERENCE: Final = re.compile(r"[\w.]+")
 _NAME: Final = re.compile(r"[A-Za-z]\w*")
 _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
 
@@ -76,19 +73,16 @@ class _MendedCopy:
         self._paths: set[Path] = set()
         self._words = {_NUMBER}
         self._unjoined = False
-        self._elements: set[str] = set()
 
     def explains(self, error: MultibodyError) -> bool:
         """Return whether an error is about a part that was mended, or follows from one that is gone."""
         if error.number in _UNJOINED and self._unjoined:
             return True
-        path, quoted = self._path(error), _QUOTED.findall(error.message)
-        if error.number in _UNKNOWN_WORDS and quoted:
-            return not self._words.isdisjoint(_names_in(quoted[0]))
+        path = self._path(error)
+        if error.number in _UNKNOWN_WORDS and error.word:
+            return not self._words.isdisjoint(_names_in(error.word))
         if error.number == _UNKNOWN_KEY:
             return False
-        if any(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", error.message) for name in self._elements):
-            return True
         return any(mended[: len(path)] == path for mended in self._paths)
 
     def mend(self, error: MultibodyError) -> bool:
@@ -114,25 +108,20 @@ class _MendedCopy:
 
     def _better(self, error: MultibodyError, path: Path, part: Any) -> str | None:
         """Return what may stand in the place of a part, None where it is left out."""
-        suggested = _SUGGESTED.search(error.message)
-        word = suggested[1] if suggested else None
         if error.number == _UNKNOWN_KEY:
-            return word
+            return error.meant
         if not isinstance(part, str):
             return None
-        unknown = next(iter(_QUOTED.findall(error.message)), "")
-        if error.number in _UNKNOWN_WORDS and word is None:  # else it is misspelt, which may be in several places
-            self._words.update(_names_in(unknown))
-        if word and "." in word and _REFERENCE.fullmatch(part):
-            return word
-        if unknown and (word is not None or error.number in _UNKNOWN_WORDS):
-            changed = re.sub(rf"(?<!\w){re.escape(unknown)}(?!\w)", word or _NUMBER, part)
+        if error.word and (error.meant or error.number in _UNKNOWN_WORDS):
+            if error.meant is None:  # else it is misspelt, which may be in several places
+                self._words.update(_names_in(error.word))
+            changed = re.sub(rf"(?<!\w){re.escape(error.word)}(?!\w)", error.meant or _NUMBER, part)
             if changed != part:
                 return changed
         if path in self._paths:
             return None if part == _NUMBER else _NUMBER
         self._words.update([part] if _NAME.fullmatch(part) else [])
-        return word or _NUMBER
+        return error.meant or _NUMBER
 
     def _drop(self, path: Path) -> None:
         """Leave out what stands at a path, with the list that it is in: places in lists are paths of others."""
@@ -141,7 +130,6 @@ class _MendedCopy:
         if path:
             gone = _at(self.content, path[:-1]).pop(path[-1])
             self._words.update((path[-1], *_words_in(gone)))
-            self._elements.update(name for name in path[1:2] if len(name) > 1)  # m is a unit too
             self._unjoined |= path[0] in ("joints", "bodies", "repeat")
 
 

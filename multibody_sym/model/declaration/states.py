@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, Final
 
-from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.errors import ModelError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import MapOf
 from multibody_sym.model.declaration.values import Condition, Scalar, described
@@ -81,9 +81,10 @@ class StateCondition:
                     number="M106",
                 )
             raise ModelError(
-                f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states"
-                f"{suggestion(self.element, known)}",
+                f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states",
                 number="M106",
+                word=self.element,
+                known=known,
             )
         words = set(known[self.element])
         if not words.intersection(VERBS[self.verb]):

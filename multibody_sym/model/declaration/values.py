@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Protocol
 
-from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
+from multibody_sym.errors import ArgumentError, ModelError, at, shown
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.tokens import plain_number
@@ -230,7 +230,7 @@ class Choice:
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or value not in self.words:
-            raise ModelError(f"{described(value)} is no choice here{suggestion(str(value), self.words)}", number="M104")
+            raise ModelError(f"{described(value)} is no choice here", number="M104", word=str(value), known=self.words)
         return str(value)
 
     def tree(self, value: str) -> str:

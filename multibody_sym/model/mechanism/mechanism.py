@@ -10,7 +10,7 @@ from dataclasses import field
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Point
@@ -235,7 +235,7 @@ class Mechanism:
                 return index
         if name == GROUND:
             return -1
-        raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}", number="M106")
+        raise ModelError(f"no body is called {name!r}", number="M106", word=name, known=[b.name for b in self.bodies])
 
 
 def normal_forces(mechanism: Mechanism) -> dict[str, ContactRow]:

@@ -13,7 +13,7 @@ from collections.abc import Container, Iterable, Mapping
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.bodies import Body, Frame
 from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.fields import Names
@@ -79,16 +79,16 @@ def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
 
 def unknown_coordinate(name: str, system: System, known: Iterable[str]) -> ModelError:
     """Return the error for a name that no coordinate or speed of a system's joints has; `known` are those they have."""
-    message = f"no coordinate or speed is called {name!r}{suggestion(name, known)}"
     freed = freed_bodies(system, ()).system.joints.items()
     if name in _names({key: joint for key, joint in freed if key not in system.joints}):
         listed = list(known)
         names = ", ".join(listed[:_MOST]) + (" .." if len(listed) > _MOST else "")
-        message = (
+        return ModelError(
             f"{name!r} is of a body in absolute coordinates; a state is given in those of joints: {names}; "
-            "runs and equilibria in relative coordinates tell it in them"
+            "runs and equilibria in relative coordinates tell it in them",
+            number="M117",
         )
-    return ModelError(message, number="M117")
+    return ModelError(f"no coordinate or speed is called {name!r}", number="M117", word=name, known=known)
 
 
 def _with_centre(body: Body, parameters: Container[str]) -> Body:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.model.declaration.doors import flag, state_by_name, values_by_name
 from multibody_sym.model.declaration.fields import Names
@@ -66,7 +66,7 @@ def with_values(system: System, values: Mapping[str, Any] | None) -> System:
     for name, value in given.items():
         with at(name):
             if name not in changed:
-                raise ModelError(f"there is no parameter {name!r}{suggestion(name, changed)}", number="M106")
+                raise ModelError(f"there is no parameter {name!r}", number="M106", word=name, known=changed)
             changed[name] = _with_value(changed[name], value)
     return replace(system, parameters=Names(changed))
 
@@ -86,7 +86,7 @@ def with_inputs(system: System, inputs: Mapping[str, Any] | None) -> System:
     for name, value in values_by_name("inputs", inputs).items():
         with at(name):
             if name not in changed:
-                raise ModelError(f"there is no input {name!r}{suggestion(name, changed)}", number="M106")
+                raise ModelError(f"there is no input {name!r}", number="M106", word=name, known=changed)
             changed[name] = InputField().accept(value)
     return replace(system, inputs=Names(changed)) if inputs else system
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.contacts import ENOUGH
 from multibody_sym.model.declaration.impacts import Impact, Impacts
 from multibody_sym.model.declaration.steps import is_upright
@@ -150,7 +150,7 @@ class _Resolved:
             if name not in known:
                 with at("contacts", k):
                     raise ModelError(
-                        f"{name!r} is no contact, rope that may slacken or stop{suggestion(name, known)}", number="M106"
+                        f"{name!r} is no contact, rope that may slacken or stop", number="M106", word=name, known=known
                     )
             self.contacts.append(name)
             if impact.restitution is not None:
@@ -176,15 +176,16 @@ class _Resolved:
                 self.begins[name] = tuple(rows[name])
             else:
                 with at("begins", k):
-                    raise ModelError(self._not_begun(name, [*cut, *rows]), number="M121")
+                    raise self._not_begun(name, [*cut, *rows])
 
-    def _not_begun(self, name: str, known: Sequence[str]) -> str:
+    def _not_begun(self, name: str, known: Sequence[str]) -> ModelError:
         """Return why something cannot begin."""
         if name in self.references.system.joints:
-            return f"joint {name!r} carries its child, which has no coordinates without it; mark it cut: true"
+            told = f"joint {name!r} carries its child, which has no coordinates without it; mark it cut: true"
+            return ModelError(told, number="M121")
         if any(name in (x.name, x.group) for x in self.one_way):
-            return f"{name!r} holds one way only; write contacts: [{name}]"
-        return f"{name!r} is no joint that is cut and no constraint{suggestion(name, known)}"
+            return ModelError(f"{name!r} holds one way only; write contacts: [{name}]", number="M121")
+        return ModelError(f"{name!r} is no joint that is cut and no constraint", number="M121", word=name, known=known)
 
     def _jump(self, name: str, by: Node) -> SpeedJump:
         with at("motion"):
@@ -195,7 +196,7 @@ class _Resolved:
                 return SpeedJump(name, "", name, by)
             known = [x for x, j in self.references.system.joints.items() if getattr(j, "motion", None) is not None]
             known += [row.name for row in self.rows]
-            raise ModelError(f"{name!r} is no prescribed motion{suggestion(name, known)}", number="M106")
+            raise ModelError(f"{name!r} is no prescribed motion", number="M106", word=name, known=known)
 
     # --- given impulses -------------------------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import Final
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joints import CurveJoint, PointJoint
 from multibody_sym.model.declaration.system import System
@@ -90,7 +90,7 @@ class References:
             return Marker(reference, self.numbers[name], Pose(mass_of(body).com if part == COM else ORIGIN))
         if part and part not in body.points:
             known = [f"{name}.{p}" for p in (*body.points, *body.frames)]
-            raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}", number="M106")
+            raise ModelError(f"{name!r} has no point or frame {part!r}", number="M106", word=reference, known=known)
         return Marker(reference, self.numbers[name], Pose(body.points[part] if part else ORIGIN))
 
     def markers(self) -> dict[str, Marker]:
@@ -148,7 +148,7 @@ class References:
         named = {**known, **by_coordinate}
         if name not in named:
             with at("freedom"):
-                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, named)}", number="M106")
+                raise ModelError(f"joint {joint!r} has no freedom {name!r}", number="M106", word=name, known=named)
         return named[name]
 
     def _one_freedom(self, joint: str) -> dict[str, Freedom]:
@@ -160,7 +160,7 @@ class References:
     def verify_joint(self, joint: str) -> None:
         """Raise ModelError where no joint has this name."""
         if joint not in self.system.joints:
-            raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}", number="M106")
+            raise ModelError(f"no joint is called {joint!r}", number="M106", word=joint, known=self.system.joints)
 
     def verify_turns(self, body: int) -> None:
         """Raise ModelError where a couple would act on a particle, to which a joint on ground gives no attitude."""

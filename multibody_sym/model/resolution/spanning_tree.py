@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions
@@ -64,7 +64,7 @@ def body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
         point = f"{last}.{point}" if point else last
         if not dot:
             first = reference.partition(".")[0]
-            raise ModelError(f"no body is called {first!r}{suggestion(first, {**bodies, GROUND: None})}", number="M106")
+            raise ModelError(f"no body is called {first!r}", number="M106", word=first, known={**bodies, GROUND: None})
     return body, point
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
+from multibody_sym.errors import ExpressionError, ModelError, at
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
@@ -105,8 +105,9 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             _verify_adding(system, path, node, adds_up)
             dimensions.verify(written)
         except (ModelError, ExpressionError) as error:
+            where = replace(error.where, path=path, column=None)
             raise ModelError(
-                error.message, where=replace(error.where, path=path, column=None), number=error.number
+                error.message, where=where, number=error.number, word=error.word, meant=error.meant
             ) from None
 
 
@@ -183,9 +184,10 @@ def _verify_leaves(
         if leaf.data not in names:
             fitting = [name for name, what in names.items() if what in allowed and name != own]
             none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
-            speed = _speed_meant(leaf.data, names)
-            advice = f"; did you mean {speed}, the speed?" if speed else suggestion(leaf.data, fitting) or none
-            raise ModelError(f"{leaf.data!r} is not declared{advice}", number="M107")
+            told, word = f"{leaf.data!r} is not declared", leaf.data
+            if speed := _speed_meant(word, names):
+                raise ModelError(f"{told}; did you mean {speed}, the speed?", number="M107", word=word, meant=speed)
+            raise ModelError(told if fitting else told + none, number="M107", word=word, known=fitting)
         if names[leaf.data] not in allowed:
             may = f"here an expression names {_listed(allowed)} only"
             varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
@@ -283,7 +285,7 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
                     number="M112",
                 )
             what = _KINDS.get(kind, f"no {kind}")
-            raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}", number="M106")
+            raise ModelError(f"{leaf}: {name!r} is {what}", number="M106", word=name, known=vocabulary[kind])
     if function == "reaction":
         _verify_component(leaf, arguments[0], arguments[1], vocabulary)
 

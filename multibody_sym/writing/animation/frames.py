@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.drawing.look.sheet import extent
 from multibody_sym.drawing.projection import Projection, view_of
-from multibody_sym.errors import InputError, suggestion
+from multibody_sym.errors import InputError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import ZERO, Axes, Face, Rail, Symbol, vector
@@ -87,7 +87,7 @@ class Frames:
         known = self._points
         for name in names or ():
             if name not in known:
-                raise InputError(f"there is no point {name!r} to trace{suggestion(name, known)}")
+                raise InputError(f"there is no point {name!r} to trace", word=name, known=known)
         return [known[name] for name in (self._last if names is None else names)]
 
     @property

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from itertools import permutations, product
 from typing import Final
 
-from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.bodies import Body, Shape
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.surfaces import FROM_AXIS, Surface
@@ -77,7 +77,7 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
             return Solid((("", parts[part]),))
         if part not in OWN_POINTS:
             known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *parts)]
-            raise ModelError(f"{reference!r} is no surface and no point{suggestion(reference, known)}", number="M106")
+            raise ModelError(f"{reference!r} is no surface and no point", number="M106", word=reference, known=known)
     if not part and body.shape is not None:
         return _of_shape(place, body.shape)
     return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import field, replace
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import OnCurve, Rolling
 from multibody_sym.model.declaration.curves.curve import Curve
@@ -79,7 +79,7 @@ def _verify_place(reference: str, system: System) -> None:
     body = system.bodies.get(name, BARE)
     if part and part not in (*OWN_POINTS, *body.points, *body.frames):
         known = [f"{name}.{each}" for each in (*body.points, *body.frames)]
-        raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}", number="M106")
+        raise ModelError(f"{name!r} has no point or frame {part!r}", number="M106", word=reference, known=known)
 
 
 def _centred(surface: Surface) -> Curve:

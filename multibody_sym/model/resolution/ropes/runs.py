@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at, nearest
 from multibody_sym.model.declaration.constraints import Pulley, Rope, Roughness
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.rope_path import Bend
@@ -160,7 +160,7 @@ def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
     for k, drum in enumerate(rope.wind):
         with at("wind", k):
             if drum not in pulleys:
-                raise ModelError(f"no pulley is called {drum!r}{suggestion(drum, pulleys)}", number="M106")
+                raise ModelError(f"no pulley is called {drum!r}", number="M106", word=drum, known=pulleys)
             if not pulleys[drum].turns:
                 raise ModelError(
                     f"{drum} stands at a point and turns nothing; a drum is a pulley with body and radius",
@@ -191,7 +191,7 @@ def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
                 over = [step for step in route if step in pulleys]
                 with at(word, name):
                     raise ModelError(
-                        f"the rope does not run over a pulley {name!r}{suggestion(name, over)}", number="M106"
+                        f"the rope does not run over a pulley {name!r}", number="M106", word=name, known=over
                     )
 
 
@@ -202,7 +202,7 @@ def _bend(index: int, step: str, references: References) -> Bend:
         try:
             return Bend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
         except ModelError as error:
-            near = suggestion(step, references.pulleys)
-            if "mean" not in near:
+            if not nearest(step, references.pulleys):
                 raise
-            raise ModelError(f"no body or pulley is called {step!r}{near}", number="M115") from error
+            told = f"no body or pulley is called {step!r}"
+            raise ModelError(told, number="M115", word=step, known=references.pulleys) from error
