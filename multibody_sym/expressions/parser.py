@@ -360,6 +360,8 @@ class _Parser:
 
     def no_operator(self, token: Token) -> str:
         before = self.found[self.place - 2]
+        if before.kind == token.kind == "number":
+            return _two_numbers(before, token)
         if token.kind == ".":
             return "names are joined by a dot only in the arguments of position(...), reaction(...) and the like"
         if before.kind == "number" and token.kind == "name":
@@ -389,6 +391,13 @@ _QUOTED_NAMES: Final = "names with other characters than letters, digits and _ a
 
 def _unchanged(a: Node) -> Node:
     return a
+
+
+def _two_numbers(before: Token, after: Token) -> str:
+    both = f"{before.text[-20:]}{after.text[:20]}"
+    if before.column + len(before.text) == after.column:
+        return f"{both} has two decimal points"
+    return f"an operator is missing before '{after.text[:20]}'; a number is written without blanks, {both}"
 
 
 def _instead(token: Token) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Final, NamedTuple
@@ -123,6 +124,7 @@ _WORDS: Final = {
 }
 
 
+_POWER_WITHOUT_SIGN: Final = re.compile(r"([A-Za-z]+)([2-4])")
 _OTHERS: Final = ("C", "A", "V", "F", "T", "K", "H", "Wb", "mol", "cd", "lm", "Ohm")
 _ELSEWHERE: Final = frozenset(prefix + unit for unit in _OTHERS for prefix in ("", "m", "u", "n"))
 """Units of electricity, heat and light."""
@@ -267,6 +269,9 @@ class _Unit:
         else:
             if self.rest[self.place].kind != "(":  # else it is a call
                 guess = _WORDS.get(token.text.lower().removesuffix("s")) or nearest(token.text, UNITS, cutoff=0.75)
+            power = _POWER_WITHOUT_SIGN.fullmatch(token.text)
+            if power and power[1] in UNITS:
+                guess = f"{power[1]}^{power[2]}"
             told = f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
         return failure(self.text, token.column, told, "E103", token.text, guess)
 

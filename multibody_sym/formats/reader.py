@@ -162,7 +162,7 @@ def _place(error: MultibodyError, wanted: tuple[str, ...], tree: Tree) -> Place:
         path = path[:-1]
     value = tree.values[path]
     key = tree.keys.get(path, value)
-    if path != wanted or not value.is_text or error.number == "M101":
+    if path != wanted or not value.is_text or tree.at(path) == "" or path[-1:] == (error.word,):
         return key
     column = error.where.column if isinstance(error, ExpressionError) else _column_of(error.word, tree.at(path))
     return value if column is None or value.inner is None else Place(value.line, value.inner + column - 1)

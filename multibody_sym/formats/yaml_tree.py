@@ -24,6 +24,7 @@ from yaml.events import (
 )
 
 from multibody_sym.errors import InputError, Where
+from multibody_sym.expressions.tokens import surroundings
 from multibody_sym.formats.yaml_events import events_of
 from multibody_sym.records import dataclass
 
@@ -117,6 +118,7 @@ def _place_at(text: str, index: int) -> Place:
 
 _QUOTED: Final = re.compile(r""" "(?:\\.|[^"\\])*" | '(?:''|[^'])*' """, re.VERBOSE)
 _COMMENT_LIKE_NAME: Final = re.compile(r"(?:^|(?<=[\s\[{,]))#(?=\S)")
+_JOINED: Final = re.compile(r"([A-Za-z_]\w*)\s*[:=]\s*(\S.*)")
 _COMMENT: Final = (
     'a # behind a blank or a bracket begins a comment, which hides the rest of the line: quote the name, "b #"'
 )
@@ -145,7 +147,13 @@ class _TreeBuilder:
         return Tree(data, self.text, self.keys, self.values)
 
     def error(self, mark: Any, message: str) -> InputError:
-        return _error(self.name, Place(mark.line + 1, mark.column + 1) if mark else Place(1, 1), message)
+        return self.error_at(Place(mark.line + 1, mark.column + 1) if mark else Place(1, 1), message)
+
+    def error_at(self, place: Place, message: str) -> InputError:
+        error = _error(self.name, place, message)
+        lines = _LINE_END.split(self.text)
+        error.excerpt = surroundings(lines[min(place.line, len(lines)) - 1], place.column)
+        return error
 
     def hidden_by_comment(self, error: MarkedYAMLError) -> Place | None:
         """Return where a # without a blank behind it hides what closes the [ or { that an error is about."""
@@ -162,13 +170,22 @@ class _TreeBuilder:
                     return Place(k, match.start() + 1)
         return None
 
+    def verify_apart(self, error: MarkedYAMLError) -> None:
+        """Raise InputError where the line that an error is about joins a key to its value, without a blank between."""
+        begin = error.context_mark
+        line = "" if begin is None else self.text.splitlines()[begin.line :][:1]
+        joined = _JOINED.fullmatch(line[0].strip()) if line else None
+        if joined and str(error.problem).startswith("could not find expected ':'"):
+            raise self.error(begin, _joined(joined)) from None
+
     def next(self) -> Any:
         try:
             event = self.events.get_event()
         except MarkedYAMLError as error:
             hidden = self.hidden_by_comment(error)
             if hidden is not None:
-                raise _error(self.name, hidden, _COMMENT) from None
+                raise self.error_at(hidden, _COMMENT) from None
+            self.verify_apart(error)
             raise self.error(error.problem_mark or error.context_mark, _in_plain_words(error)) from None
         except (ValueError, OverflowError):
             raise self.error(self.events.get_mark(), "a number in this escape or directive is out of range") from None
@@ -219,6 +236,8 @@ class _TreeBuilder:
                 raise self.error(event.start_mark, "a key must be a name on one line")
             self.keys[inside] = place
             content[key] = self.value(self.next(), inside, in_flow)
+            if not content[key] and (joined := _JOINED.fullmatch(key)):
+                raise self.error(event.start_mark, _joined(joined))
         return content
 
     def scalar(self, event: Any, in_flow: bool) -> str:
@@ -237,6 +256,11 @@ class _TreeBuilder:
         quote = 1 if event.style in ("'", '"') else 0
         verbatim = self.text[start.index + quote : end.index - quote] == event.value
         return Place(start.line + 1, start.column + 1, start.column + 1 + quote if verbatim else None, True)
+
+
+def _joined(joined: re.Match[str]) -> str:
+    key, value = joined[1], joined[2]
+    return f"a colon and a blank stand between a key and its value: {key}: {_printable(value[:40])}"
 
 
 def _in_plain_words(error: MarkedYAMLError) -> str:

@@ -62,6 +62,17 @@ def mistakes_of(text: str, name: str) -> list[tuple[int | None, int | None]]:
     return []
 
 
+def first_of(text: str) -> InputError:
+    """Return the first mistake of a model file."""
+    try:
+        system, read = load_with_places("m.yaml", text.encode())
+        with read.shown():
+            mechanism(system)
+    except InputError as error:
+        return error
+    raise AssertionError(text)
+
+
 def test_four_mistakes_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "two.yaml"
     path.write_text(FOUR)
@@ -117,11 +128,7 @@ def test_an_error_says_which_word_is_wrong_and_what_is_meant(
         "joints: {j: {type: prismatic, parent: ground, child: body, axis: x}}\n"
     )
     named = written if "parameters" in written else f"{written}\nparameters: {{body: 2}}"
-    with pytest.raises(InputError) as raised:
-        system, read = load_with_places("m.yaml", (model + named).encode())
-        with read.shown():
-            mechanism(system)
-    error = raised.value
+    error = first_of(model + named)
     assert (error.word, error.meant, error.where.line, error.where.column) == (word, meant, 5, column)
 
 

@@ -13,8 +13,9 @@ def refusal(text: str | bytes) -> InputError:
         read_bytes(text, "file.yaml") if isinstance(text, bytes) else read_text(text, "file.yaml")
     error = caught.value
     assert error.where.file == "file.yaml"
-    assert "\n" not in str(error)
-    assert str(error).isprintable()
+    assert "\n" not in error.message
+    assert error.excerpt is None or error.excerpt.count("\n") == 1
+    assert str(error).replace("\n", "").isprintable()
     return error
 
 

@@ -150,6 +150,8 @@ _MEANT: Final = {"maximum": "max", "largest": "max", "minimum": "min", "least": 
 def _key_meant(word: str) -> str:
     """Return the key of a question that a word, which is no coordinate, may stand for."""
     keys = list(fields_of(Ask))
+    if word == "t":
+        return "; a time stands under after: 2 s, and the start needs no moment"
     meant = _MEANT.get(word) or next(iter(get_close_matches(word, keys, n=1)), None)
     return f"; of what questions begin with, did you mean {meant}?" if meant else ""
 

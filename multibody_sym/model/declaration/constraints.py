@@ -11,6 +11,7 @@ from multibody_sym.model.declaration.contacts import (
     Coefficient,
     CoefficientField,
     Contact,
+    KineticField,
     verify_coefficients,
     verify_restitution,
     verify_rod_length,
@@ -236,7 +237,7 @@ class Rolling(Element):
         says="coefficient of friction at rest, with which it may slip and lift off; or enough",
     )
     kinetic: Node | None = holds(
-        Scalar(""), None, keyword=True, such="mu",
+        KineticField(""), None, keyword=True, such="mu",
         says="coefficient of friction while it slips; the static one if left out",
     )
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.units import Turning
 from multibody_sym.model.declaration.fields import Element, ListOf, holds
 from multibody_sym.model.declaration.values import Count, Direction, Flag, Point, Scalar, Text, is_text, scalar
 from multibody_sym.records import dataclass
@@ -23,7 +25,7 @@ class CoefficientField:
     unit: str = ""
 
     def accept(self, value: Any) -> Coefficient:
-        return ENOUGH if is_text(value, ENOUGH) else scalar(value, self.unit)
+        return ENOUGH if is_text(value, ENOUGH) else coefficient(value)
 
     def tree(self, value: Coefficient) -> str:
         return value if isinstance(value, str) else text(value)
@@ -36,7 +38,17 @@ class KineticField(Scalar):
     def accept(self, value: Any) -> Node:
         if is_text(value, ENOUGH):
             raise ModelError("what slides rubs with a coefficient; what never slips is static: enough, without kinetic")
-        return super().accept(value)
+        return coefficient(value)
+
+
+def coefficient(value: Any) -> Node:
+    """Return a coefficient of friction; raise ModelError for an angle of friction."""
+    node = scalar(value, "")
+    if isinstance(value, str) and isinstance(parse_scalar(value)[1], Turning):
+        raise ModelError(
+            f"{value} is an angle; a coefficient of friction is its tangent, tan({text(node)})", number="M105"
+        )
+    return node
 
 
 @dataclass(frozen=True)
@@ -89,16 +101,14 @@ class Contact(Element):
     )
 
     def verify(self) -> None:
-        for name in ("static", "kinetic", "restitution", "tangential_restitution", "rolling_resistance"):
+        for name in ("static", "kinetic", "rolling_resistance"):
             value = getattr(self, name)
             if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
                 raise ModelError(
-                    f"{text(value)} is negative; nothing rubs or bounces less than not at all", number="M109"
+                    f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
                 ).under(name)
         for name in ("restitution", "tangential_restitution"):
-            value = getattr(self, name)
-            if value is not None and value.shadow is not None and value.shadow > 1:
-                raise ModelError("a coefficient of restitution is between 0 and 1", number="M109").under(name)
+            verify_restitution(name, getattr(self, name))
         if self.tangential_restitution is not None and self.static is None and self.kinetic is None:
             raise ModelError(
                 "what is smooth stores nothing to give back; give static or kinetic, or leave it out",

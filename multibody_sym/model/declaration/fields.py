@@ -70,7 +70,9 @@ class MapOf:
 
 
 def _named_list(value: Any) -> str:
-    """Return how to write a list of elements, each with its name in it or before it, as a map."""
+    """Return how to write as a map what has no name, or a list of elements, each with its name in it or before it."""
+    if isinstance(value, str):
+        return f"; write it under a name: {{NAME: {value}}}"
     first = value[0] if isinstance(value, (list, tuple)) and value else None
     if not isinstance(first, Mapping) or not first:
         return ""

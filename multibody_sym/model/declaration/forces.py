@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, verify_coefficients
+from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, KineticField, verify_coefficients
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, holds
 from multibody_sym.model.declaration.joint import effort_unit
 from multibody_sym.model.declaration.values import (
@@ -290,7 +290,7 @@ class Friction(Element):
         CoefficientField(), None, says="coefficient of friction at rest, or enough: it never slips", such="0.4"
     )
     kinetic: Node | None = holds(
-        Scalar(""), None, says="coefficient of friction while it moves; the static one if left out", such="0.3"
+        KineticField(""), None, says="coefficient of friction while it moves; the static one if left out", such="0.3"
     )
     radius: Node | None = holds(
         Scalar("m"), None, says="radius of the journal, pin, thread, ring or ball on which it rubs", such="20 mm"

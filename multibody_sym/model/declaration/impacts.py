@@ -10,6 +10,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.contacts import (
     Coefficient,
     CoefficientField,
+    KineticField,
     verify_coefficients,
     verify_restitution,
 )
@@ -64,7 +65,7 @@ class Impact(Element):
         CoefficientField(), None, says="coefficient of friction at rest, or enough: it does not slip", such="0.4"
     )
     kinetic: Node | None = holds(
-        Scalar(""), None, says="coefficient of friction while it slips; the static one if left out", such="0.3"
+        KineticField(""), None, says="coefficient of friction while it slips; the static one if left out", such="0.3"
     )
     tangential_restitution: Node | None = holds(
         Scalar(""), None, says="which part of the tangential speed it gives back, 0 to 1", such="0.5"

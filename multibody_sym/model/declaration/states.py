@@ -74,10 +74,13 @@ class StateCondition:
                     number="M106",
                 )
             parts = [name for name in known if name.startswith(f"{self.element}.")]
+            able = [name for name in parts if set(known[name]).intersection(VERBS[self.verb])]
+            if parts and not able:
+                raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}", number="M106")
             if parts:
                 raise ModelError(
-                    f"{self.element!r} has no state of its own, its parts have; say {parts[0]} {self.verb}"
-                    + (f", or another of {', '.join(parts)}" if len(parts) > 1 else ""),
+                    f"{self.element!r} has no state of its own, its parts have; say {able[0]} {self.verb}"
+                    + (f", or another of {', '.join(able)}" if len(able) > 1 else ""),
                     number="M106",
                 )
             raise ModelError(
@@ -89,7 +92,12 @@ class StateCondition:
         words = set(known[self.element])
         if not words.intersection(VERBS[self.verb]):
             fitting = " or ".join(f"{self.element} {verb}" for verb, its in VERBS.items() if words.intersection(its))
-            raise ModelError(f"{str(self)!r}: it has no such state; say {fitting}", number="M106")
+            raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}; say {fitting}", number="M106")
+
+    @property
+    def _smooth(self) -> str:
+        """The reason why an element neither sticks nor slides."""
+        return " without friction (static, kinetic)" if self.verb in ("sticks", "slides") else ""
 
 
 def state_condition(value: Any) -> StateCondition | None:
@@ -143,6 +151,12 @@ class MomentField:
     of_any_unit: ClassVar[bool] = True
 
     def accept(self, value: Any) -> Moment:
+        if isinstance(value, str) and "==" in value:
+            raise ModelError(
+                f"{value!r} is an equation: a coordinate that reaches a value is {{phi: 0}}, a time is after: 2 s, and "
+                "the start needs no moment",
+                number="M103",
+            )
         if not isinstance(value, Mapping):
             accepted: Moment = StopCondition().accept(value)
             return accepted

@@ -97,9 +97,13 @@ class Condition:
 
 
 def _counted(value: Any, items: list[Any] | None) -> str:
-    """Return what stands where a list of three is wanted, which has `items` if it is a list."""
+    """Return what stands where a list of three is wanted, which has `items` if it is a list, and how to mend it."""
     if items is None:
-        return described(value)
+        written = isinstance(value, (int, float, str)) and not is_empty(value)
+        along = f"; along x it is [{value}, 0, 0], along y [0, {value}, 0]" if written else ""
+        return f"{described(value)}{along}"
+    if len(items) > 3:
+        return f"a list of {len(items)}; numbers have a decimal point, 0.5, as a comma begins the next entry"
     return f"a list of {len(items)}" + ("; of vectors in the x-y plane the third is 0" if len(items) == 2 else "")
 
 
@@ -112,9 +116,8 @@ class Vector:
     def accept(self, value: Any) -> tuple[Node, Node, Node]:
         items = listed(value)
         if items is None or len(items) != 3:
-            along = f"; along x it is [{value}, 0, 0]" if isinstance(value, (int, float, str)) else ""
             raise ModelError(
-                f"expected a list of three numbers or expressions, got {_counted(value, items)}{along}", number="M103"
+                f"expected a list of three numbers or expressions, got {_counted(value, items)}", number="M103"
             )
         x, y, z = (content_of(i, component, Scalar(self.unit)) for i, component in enumerate(items))
         return x, y, z
@@ -202,7 +205,8 @@ class Text:
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or not value.strip() or not value.isprintable():
-            raise ModelError(f"expected a name, got {described(value)}", number="M103")
+            place = "; give a place a name under points of its body: points: {NAME: [x, y, z]}" if listed(value) else ""
+            raise ModelError(f"expected a name, got {described(value)}{place}", number="M103")
         return value.strip()
 
     def tree(self, value: str) -> str:

@@ -35,6 +35,14 @@ def moving_centre(body: str) -> ModelError:
     )
 
 
+def no_part(name: str, part: str, body: Body) -> ModelError:
+    """Return the error for a point or frame that a body does not have."""
+    known = [f"{name}.{each}" for each in (*body.points, *body.frames)]
+    declare = "" if known else f"; declare it: {name}: {{points: {{{part}: [x, y, z]}}}}"
+    told = f"{name!r} has no point or frame {part!r}{declare}"
+    return ModelError(told, number="M106", word=f"{name}.{part}", known=known)
+
+
 @dataclass(frozen=True)
 class Freedom:
     """A freedom of a joint: its coordinate (None: a ball has none for it) and its rate, which is linear in u."""
@@ -89,8 +97,7 @@ class References:
                 raise moving_centre(name)
             return Marker(reference, self.numbers[name], Pose(mass_of(body).com if part == COM else ORIGIN))
         if part and part not in body.points:
-            known = [f"{name}.{p}" for p in (*body.points, *body.frames)]
-            raise ModelError(f"{name!r} has no point or frame {part!r}", number="M106", word=reference, known=known)
+            raise no_part(name, part, body)
         return Marker(reference, self.numbers[name], Pose(body.points[part] if part else ORIGIN))
 
     def markers(self) -> dict[str, Marker]:

@@ -30,7 +30,7 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
-        *((c.name, "a coordinate", ("joints", c.joint)) for c in coordinates),
+        *((c.name, "a coordinate", _named_at(c.joint, c.name, system)) for c in coordinates),
         *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
         *((name, "an input", ("inputs", name)) for name in system.inputs),
         *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name in system.parameters),
@@ -40,12 +40,21 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
             if name not in RESERVED:
                 _verify_name(name, what)
             if name in taken or name in RESERVED:
+                other = "one already" if taken.get(name) == what else taken.get(name, "reserved")
                 raise ModelError(
-                    f"{name!r} cannot be {what}: it is {taken.get(name, 'reserved')}; choose another name",
+                    f"{name!r} cannot be {what}: it is {other}; choose another name",
                     number="M108",
+                    word=name,
                 )
         taken[name] = what
     return taken
+
+
+def _named_at(joint: str, name: str, system: System) -> tuple[str, ...]:
+    """Return where a joint names a coordinate; the joint itself where it has a name by default."""
+    given = getattr(system.joints.get(joint), "q", None) or ()
+    place = ("q", str(given.index(name))) if name in given else ()
+    return ("joints", joint, *place[: 1 + (len(given) > 1)])
 
 
 def _verify_name(name: str, what: str) -> None:
@@ -53,7 +62,7 @@ def _verify_name(name: str, what: str) -> None:
         verify_symbol(name)
     except ModelError as error:
         hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
-        raise ModelError(error.message + hint, number=error.number) from None
+        raise ModelError(error.message + hint, number=error.number, word=name) from None
 
 
 _MOTION: Final = "motion"
@@ -170,6 +179,9 @@ def _declared(system: System) -> Iterator[Written]:
     yield from (each for each in expressions(system) if each.path[0] != "joints" or each.path[1] not in feet)
 
 
+_CONSTANTS: Final = {"e": "exp(1)", "E": "exp(1)", "PI": "pi", "Pi": "pi"}
+
+
 def _speed_meant(name: str, known: Mapping[str, str]) -> str:
     """Return the speed that a name such as phi_dot or dphi means, the empty text where it means none."""
     means = (name.removesuffix("dot").removesuffix("_"), name.removeprefix("d"), name.removeprefix("v_"))
@@ -185,6 +197,8 @@ def _verify_leaves(
             fitting = [name for name, what in names.items() if what in allowed and name != own]
             none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
             told, word = f"{leaf.data!r} is not declared", leaf.data
+            if meant := _CONSTANTS.get(word):
+                raise ModelError(f"{told}; did you mean {meant}?", number="M107", word=word, meant=meant)
             if speed := _speed_meant(word, names):
                 raise ModelError(f"{told}; did you mean {speed}, the speed?", number="M107", word=word, meant=speed)
             raise ModelError(told if fitting else told + none, number="M107", word=word, known=fitting)

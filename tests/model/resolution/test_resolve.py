@@ -99,8 +99,8 @@ ERRORS = [
     ([("joints/A", revolute("rod", "crank"))], "hangs on a circle of joints that never reaches ground", "joints."),
     ([("joints/A", revolute("crank", "ground"))], "ground cannot be a child; swap parent and child", "joints.A.child"),
     # names
-    ([("joints/A/q", "m")], "'m' cannot be a coordinate: it is a parameter", "joints.A"),
-    ([("joints/B/q", "phi")], "'phi' cannot be a coordinate: it is a coordinate", "joints.B"),
+    ([("joints/A/q", "m")], "'m' cannot be a coordinate: it is a parameter", "joints.A.q"),
+    ([("joints/B/q", "phi")], "'phi' cannot be a coordinate: it is one already", "joints.B.q"),
     ([("joints/B/q", "u_phi")], "'u_phi' cannot be a speed: it is a coordinate", "joints."),
     ([("parameters/t", "1")], "'t' cannot be a parameter", "parameters.t"),
     ([("parameters/pi", "3")], "'pi' cannot be a parameter: it is reserved", "parameters.pi"),

@@ -21,7 +21,7 @@ from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.resolution.contacts.elements import copies
-from multibody_sym.model.resolution.references import BARE
+from multibody_sym.model.resolution.references import BARE, no_part
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.records import dataclass
 
@@ -78,8 +78,7 @@ def _verify_place(reference: str, system: System) -> None:
     name, part = body_part(reference, system.bodies)
     body = system.bodies.get(name, BARE)
     if part and part not in (*OWN_POINTS, *body.points, *body.frames):
-        known = [f"{name}.{each}" for each in (*body.points, *body.frames)]
-        raise ModelError(f"{name!r} has no point or frame {part!r}", number="M106", word=reference, known=known)
+        raise no_part(name, part, body)
 
 
 def _centred(surface: Surface) -> Curve:
