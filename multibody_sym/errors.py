@@ -72,7 +72,8 @@ class MultibodyError(Exception):
         known: Iterable[str] = (),
         meant: str | None = None,
     ) -> None:
-        words = list(known)
+        words = list(map(str, known))
+        word = None if word is None else str(word)
         self.word = word
         self.meant = meant or (nearest(word, words) if word is not None and words else None)
         if words:

@@ -17,6 +17,7 @@ from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, the
 from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.analysis.theorems.short_run import short_run_misses
 from multibody_sym.checking.hints import declared_hints
+from multibody_sym.checking.odd_numbers import Hint
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.left_over import Redundancy
@@ -34,6 +35,7 @@ from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
+from multibody_sym.model.declaration.constraints import Rope
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody, normal_forces
@@ -155,8 +157,9 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
         verify_regular_start(resolved, begin)
     except NoSolutionError as error:
         count = len(resolved.speeds)
-        return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
-    declared += [*filter(None, [state.strikes]), *_gap_hints(state)]
+        failure = Hint(str(error), *error.where.path)
+        return CheckReport(count, 0, (), (), failure=failure, hints=(*declared, *_massless_hint(system, error)))
+    declared += [*filter(None, [state.strikes]), *_gap_hints(state), *_rope_hints(system, begin)]
     report = _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
     return replace(report, states=state.words, verdict=state.verdict, others=state.others)
 
@@ -265,11 +268,12 @@ def _hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[s
 
 def _declared_hints(system: System, end: str) -> list[str]:
     """Return what the declaration alone suggests was forgotten."""
-    hints = declared_hints(system)
+    hints: list[str] = [*declared_hints(system)]
     for name, joint in with_driving_inputs(system).joints.items():
         switches = switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None])
         if symbol("t") in leaves(switches, "symbol"):
-            hints.append(f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps")
+            told = f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps"
+            hints.append(Hint(told, "joints", name, "motion"))
     hints += list(_edge_hints(system))
     return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
 
@@ -280,20 +284,34 @@ def _edge_hints(system: System) -> Iterator[str]:
         ends = [system.bodies.get(end) for end in contact.between]
         if all(body is not None and body.shape is not None and body.shape.kind == "box" for body in ends):
             first, second = contact.between
-            yield (
+            told = (
                 f"edges of the boxes of contact {name} touch nothing, corners touch faces: where edges may cross, "
                 f"declare a contact of both, such as between: [{first}.bottom_front, {second}.top_right]; a run tells "
                 "where they pass"
             )
+            yield Hint(told, "contacts", name)
+
+
+def _rope_hints(system: System, begin: Start) -> Iterator[str]:
+    """Yield ropes whose declared length does not fit given start values, which were changed for it."""
+    changed = ", ".join(f"{name} by {shift:.6g}" for name, shift in begin.shifts.items())
+    for name, rope in system.constraints.items() if changed else ():
+        if isinstance(rope, Rope) and rope.length is not None and not rope.slack:
+            told = f"given start values were changed ({changed}): if they are right, rope {name} has another length; "
+            yield Hint(f"{told}without a length it is as long as they make it", "constraints", name, "length")
 
 
 def _gap_hints(state: StartState) -> list[str]:
     """Return the contacts, ropes and stops that no motion opens or closes."""
     held = [] if state.posed is None else state.posed.without_freedom
     return [
-        f"joints and constraints alone determine the gap of {element.kind} {element.name}: no motion opens or closes "
-        "it, and how much it carries follows from no law. Let them leave the motion along its normal free, or leave "
-        f"the {element.kind} out" + ("; a joint rubs by a force of type friction" if element.frictions else "")
+        Hint(
+            f"joints and constraints alone determine the gap of {element.kind} {element.name}: no motion opens or "
+            "closes it, and how much it carries follows from no law. Let them leave the motion along its normal free, "
+            f"or leave the {element.kind} out"
+            + ("; a joint rubs by a force of type friction" if element.frictions else ""),
+            *element.path,
+        )
         for element in held
     ]
 
@@ -305,7 +323,8 @@ def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
     body = system.bodies.get(name)
     if body is None or body.mass is None or body.inertia is not None:
         return []
-    return [f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"]
+    told = f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"
+    return [Hint(f"{told}; give it one, such as inertia: {{Izz: m*l^2/12}}, or a shape", "bodies", name)]
 
 
 def _hole_hints(resolved: Mechanism) -> list[str]:

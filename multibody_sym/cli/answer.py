@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from multibody_sym.records import dataclass
+
+
+def first_lines(hints: Iterable[str]) -> list[str]:
+    """Return hints for programs: without the lines of the model file that stand below them."""
+    return [hint.partition("\n")[0] for hint in hints]
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, TextIO, cast
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.answer import Answer, first_lines
 from multibody_sym.cli.options import parsed
 from multibody_sym.cli.usage import Shown
 from multibody_sym.errors import MultibodyError, OutputError
@@ -99,7 +99,7 @@ def _run(words: Sequence[str]) -> Answer:
             raise
         hints = list(options.hints())
     _hinted(hints)
-    return Answer({**answer.json, "hints": hints}, answer.text, answer.exit_code) if hints else answer
+    return Answer({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
 
 
 def _hinted(hints: Iterable[str]) -> None:

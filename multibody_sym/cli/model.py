@@ -10,11 +10,12 @@ from functools import partial
 from typing import Any, Final
 
 from multibody_sym.checking.hints import declared_hints
+from multibody_sym.checking.odd_numbers import Hint
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import examined, numbers_of
 from multibody_sym.errors import MultibodyError, Where
-from multibody_sym.formats.reader import load_with_places
+from multibody_sym.formats.reader import Places, load_with_places
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
@@ -42,7 +43,8 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
             verify_apart(table, target, "a table of the model")
     try:
         asked = changed(system, options)
-        options.hints = partial(declared_hints, asked)
+        options.told = partial(_told, options, system, places)
+        options.hints = lambda: [options.told(hint) for hint in declared_hints(asked)]
         with numbers_of(asked):  # what is written of an answer is computed too
             yield system, places.tables
     except MultibodyError as error:
@@ -62,6 +64,14 @@ def shared(options: argparse.Namespace) -> dict[str, Any]:
 def changed(system: System, options: argparse.Namespace) -> System:
     """Return the system as the options change it. Raises InputError."""
     return Changes(**{f.name: getattr(options, f.name) for f in fields(Changes)}).of(system)
+
+
+def _told(options: argparse.Namespace, system: System, places: Places, hint: str) -> str:
+    """Return a hint with its place in the file, or the option that it is about."""
+    path = hint.path if isinstance(hint, Hint) else ()
+    option = _option(path, options, system) if path else None
+    told = hint.removeprefix(f"{'.'.join(path)}: ")
+    return f"{option}: {told}" if option else places.told(told, path) if path else hint
 
 
 def _option(path: tuple[str, ...], options: argparse.Namespace, system: System) -> str | None:

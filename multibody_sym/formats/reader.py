@@ -50,6 +50,10 @@ class Places:
             located(each, self.tree, self.name)
         return error
 
+    def told(self, text: str, path: tuple[str, ...]) -> str:
+        """Return a text about a part of the model behind its place in the file, and a line of the file."""
+        return located(InputError(text, where=Where(path=path)), self.tree, self.name).alone
+
     def with_others(self, error: MultibodyError, verify: Callable[[System], object]) -> MultibodyError:
         """Return the first mistake of the file, which carries the others; `verify` raises InputError for a system's."""
         from multibody_sym.model.declaration.mistakes import with_others

@@ -63,5 +63,5 @@ def test_every_command_has_the_hints(tmp_path: Path, capsys: pytest.CaptureFixtu
     for command in ("solve", "modes", "derive"):
         main([command, str(path), "--json"])
         printed = capsys.readouterr()
-        assert printed.err.count("hint: joint hinge starts at 30") == 1, command
+        assert printed.err.count("joints.hinge.initial.q: joint hinge starts at 30") == 1, command
         assert "30 deg" in json.loads(printed.out)["hints"][0]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.answer import Answer, first_lines
 from multibody_sym.cli.units import add_units, asked_units
 
 HELP: Final = "check a model: freedoms, redundancy, formalisms compared, hints"
@@ -27,5 +28,8 @@ def run(options: argparse.Namespace) -> Answer:
     units = asked_units(options)
     with model(options) as system:
         found = check(system, **shared(options))
+    told = [options.told(hint) for hint in found.hints]
     options.hints = tuple  # the report has them
-    return Answer(found.as_json(), check_text(found, units), 0 if found.agrees else _DISAGREES)
+    failure = None if found.failure is None else options.told(found.failure)
+    text = check_text(replace(found, hints=tuple(told), failure=failure), units)
+    return Answer({**found.as_json(), "hints": first_lines(told)}, text, 0 if found.agrees else _DISAGREES)
