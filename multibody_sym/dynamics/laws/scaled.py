@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +15,6 @@ from multibody_sym.records import dataclass
 
 Places = NDArray[np.intp]
 Flags = NDArray[np.bool_]
-
-ENOUGH: Final = 1e4
-"""The coefficient with which a mode is proposed for friction that is always enough: a foot at less than a thousandth of
-a degree beside its normal. What it needs is not judged by it."""
 
 
 @dataclass(frozen=True)
@@ -218,8 +213,6 @@ def _part(number: int, part: FrictionLaw, sizes: Floats) -> Part:
     rows, normals = np.array(part.rows, dtype=np.intp), np.array(part.normals, dtype=np.intp)
     velocity = np.array([*part.velocity, *[0.0] * (len(rows) - len(part.velocity))], dtype=float)
     base, numbers = sizes[rows[0]] / sizes[normals], (part.static, part.kinetic)
-    if part.enough:
-        numbers = (ENOUGH, ENOUGH)
     return Part(number, rows, normals, base, velocity, *numbers, part.norm, part.enough)
 
 

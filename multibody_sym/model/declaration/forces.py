@@ -305,6 +305,9 @@ class Friction(Element):
     def verify(self) -> None:
         if self.static is None and self.kinetic is None:
             raise ModelError("friction needs a coefficient: static, kinetic or both", number="M102").under("static")
+        if isinstance(self.static, str) and self.regularised is not None:
+            message = "what never slips (static: enough) is not smooth either: leave out regularised"
+            raise ModelError(message, number="M110").under("regularised")
         for name in ("static", "kinetic"):
             given = getattr(self, name)
             if isinstance(given, Node) and given.shadow is not None and given.shadow < 0.0:

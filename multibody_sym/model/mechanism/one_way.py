@@ -13,13 +13,17 @@ from typing import Final, Literal
 
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ONE, ZERO, Node
+from multibody_sym.scalars.node import ONE, ZERO, Node, number
 
 INACTIVE: Final = 0
 ACTIVE: Final = 1
 STICKS: Final = 0
 ALONG_VELOCITY: Final = 2
 """The slip of friction in space: against the sliding velocity, whichever way it leads."""
+
+BOUNDLESS: Final = number(10**6)
+"""The coefficient of friction that is always enough, in place of an infinite one: it slides only where the normal force
+is no more than a millionth of the friction, which then alone keeps the contact closed."""
 
 OneWayKind = Literal["contact", "rope", "stop", "friction"]
 
@@ -29,11 +33,12 @@ class FrictionPart:
     """Friction along one row, or in space two or three rows across each other, by Coulomb's law.
 
     `static` and `kinetic` are coefficients (m for rolling resistance, whose rows are of turning). With `enough` it
-    never slips. N is the sum of the sizes of the multipliers of `normals`, places among those of its element, or with
-    `norm` their length as a vector. With `wrap` it is a rope over a rough wheel: the coefficients are
-    tanh(mu phi / 2), phi being the angle over which the rope of that row is in touch there, and N the mean tension.
-    What turns rubs at an `arm` (m), by which the coefficients are multiplied already. `regularised` by a speed e it is
-    -kinetic N v / sqrt(v^2 + e^2), never sticks, and creeps where it would.
+    never slips while it is pressed; both are `BOUNDLESS` then. N is the sum of the sizes of the multipliers of
+    `normals`, places among those of its element, or with `norm` their length as a vector. With `wrap` it is a rope
+    over a rough wheel: the coefficients are tanh(mu phi / 2), phi being the angle over which the rope of that row
+    is in touch there, and N the mean tension. What turns rubs at an `arm` (m), by which the coefficients are
+    multiplied already. `regularised` by a speed e it is -kinetic N v / sqrt(v^2 + e^2), never sticks, and creeps
+    where it would.
     """
 
     name: str

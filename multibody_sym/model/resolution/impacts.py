@@ -13,7 +13,7 @@ from multibody_sym.model.mechanism.impacts import MeetingRow, SpeedJump, StruckI
 from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, Pose, unit_vector
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import BOUNDLESS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import CutJoint, Row
 from multibody_sym.model.resolution.contacts.elements import verify_bodies
 from multibody_sym.model.resolution.plane import in_plane
@@ -114,7 +114,7 @@ class _Resolved:
         if enough or given:
             t1, t2 = surface_tangents(normal, flat=flat)
             rows = (row("friction", t1),) if flat else (row("friction1", t1), row("friction2", t2))
-            static, kinetic = (ZERO, given[0] if given else ZERO) if enough else (given[0], given[-1])
+            static, kinetic = BOUNDLESS if enough else given[0], given[-1] if given else BOUNDLESS
             frictions = (FrictionPart(name, rows, static, kinetic, enough),)
         return OneWay(
             name,

@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
 from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
 from multibody_sym.dynamics.programs.law_rows import every_row, friction_parts
+from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 
 _BESIDE: Final = 1.37
+_ULPS: Final = 4.0
 _NONE: Final = np.zeros(0)
 
 
@@ -131,6 +133,20 @@ class Facts:
     def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
         """Return the gap up to which an element counts as closed."""
         return part * (1.0 if element.name in self.laws.turning else self.scale.length)
+
+    def rounding_of_gap(self, element: OneWay) -> float:
+        """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
+        row: Floats = np.abs(self.known["jacobian"][self.place(element.normals[0])])
+        return _ULPS * EPSILON * float(row @ self._reach_of_speeds)
+
+    @cached_property
+    def _reach_of_speeds(self) -> Floats:
+        """How far (nu,) from zero each speed would lead to the coordinates: along the rates that it gives them."""
+        units = np.eye(len(self.u)).tolist()
+        rates = np.array([coordinate_rates(self.laws.mechanism, self.q.tolist(), unit) for unit in units], dtype=float)
+        rates = np.abs(rates.reshape(len(self.u), len(self.q)))
+        reached: Floats = rates @ np.abs(self.q) / (rates * rates).sum(axis=1)
+        return reached
 
     def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
         """Return the speed along a row up to which it counts as being at rest."""

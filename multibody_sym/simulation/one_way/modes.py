@@ -184,7 +184,7 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
     if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
         return -at.allowed_gap(one.element, _GAPS) * at.scale.speed
     if one.ends in ("closes", "leaves"):
-        return at.allowed_gap(one.element, _GAPS)
+        return max(at.allowed_gap(one.element, _GAPS), rounded_up(at.rounding_of_gap(one.element)))
     assert one.part is not None
     if one.ends == "turns back":
         return _NEVER

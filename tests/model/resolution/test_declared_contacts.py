@@ -64,7 +64,7 @@ def test_a_block_on_a_ramp() -> None:
 
 @pytest.mark.parametrize(
     ("words", "static", "kinetic", "enough"),
-    [("static: mu", 0.2, 0.2, False), ("kinetic: mu", 0.2, 0.2, False), ("static: enough", 0, 0, True)],
+    [("static: mu", 0.2, 0.2, False), ("kinetic: mu", 0.2, 0.2, False), ("static: enough", 1e6, 1e6, True)],
 )
 def test_coefficients_that_are_not_given(words: str, static: float, kinetic: float, enough: bool) -> None:
     (c,) = found(f"c1: {{between: [block, ground.ramp], {words}}}")

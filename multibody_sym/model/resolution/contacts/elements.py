@@ -31,7 +31,7 @@ from multibody_sym.model.mechanism.contact_rows import (
 )
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import BOUNDLESS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.model.resolution.contacts.samples import sample_value
 from multibody_sym.model.resolution.contacts.skins import Solid, solid_of
@@ -253,8 +253,8 @@ def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
     enough = contact.static == ENOUGH
     given = [x for x in (contact.static, contact.kinetic) if isinstance(x, Node)]
     if enough or given:
-        static = ZERO if enough else given[0]
-        kinetic = given[-1] if given else ZERO
+        static = BOUNDLESS if enough else given[0]
+        kinetic = given[-1] if given else BOUNDLESS
         rows = meeting.rows("friction", _TANGENTS, ContactRow)
         yield FrictionPart(meeting.name, rows, static, kinetic, enough)
     if contact.rolling_resistance is not None and _rolls(meeting.row.skins):

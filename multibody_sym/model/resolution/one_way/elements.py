@@ -46,9 +46,11 @@ def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneW
 
 
 def _smoothed(element: OneWay, speed: Node) -> OneWay:
-    """Return an element whose friction is smooth below a speed, if it does not have one of its own."""
-    parts = (x if x.regularised is not None else replace(x, regularised=speed / x.arm) for x in element.frictions)
-    return replace(element, frictions=tuple(parts))
+    """Return an element whose friction is smooth below a speed, if it has none of its own and may slip at all."""
+    exact = (x.enough or x.regularised is not None for x in element.frictions)
+    parts = zip(element.frictions, exact, strict=True)
+    smooth = (x if keeps else replace(x, regularised=speed / x.arm) for x, keeps in parts)
+    return replace(element, frictions=tuple(smooth))
 
 
 def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:

@@ -11,7 +11,7 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.markers import NOWHERE
-from multibody_sym.model.mechanism.one_way import FrictionPart
+from multibody_sym.model.mechanism.one_way import BOUNDLESS, FrictionPart
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.references import Freedom
@@ -75,7 +75,7 @@ class Rubbing:
         """Return the friction of some normals at an arm; a coefficient that is left out is the other."""
         element = self.element
         enough = isinstance(element.static, str)
-        static = ZERO if isinstance(element.static, str) else element.static
+        static = BOUNDLESS if isinstance(element.static, str) else element.static
         kinetic = element.kinetic if element.kinetic is not None else static
         static = static if static is not None else kinetic
         assert static is not None

@@ -1,0 +1,112 @@
+"""Contacts that never slip while they are pressed: closed by friction alone, after many turns, beside smooth ones."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import multibody_sym as mbs
+
+L, M, G, F = 0.3, 2.0, 9.81, 12.5
+INERTIA = M * L**2 / 2 * (math.sin(math.pi / 6) ** 2 / 3 + math.cos(math.pi / 6) ** 2)
+PRISM = f"""\
+multibody_sym: 1
+name: prism
+gravity: [0, -{G}, 0]
+parameters: {{l: {L}, n: 6}}
+bodies:
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+  prism: {{mass: {M}, inertia: {{Izz: {INERTIA}}}, points: {{corner: ["l*sin(pi/n)", "-l*cos(pi/n)", 0]}}}}
+joints: {{free: {{type: planar, parent: ground, child: prism, q: [x, y, phi], initial: {{q: [0, "l*cos(pi/n)", 0]}}}}}}
+contacts: {{c: {{between: [prism.corner, ground.floor], static: enough}}}}
+forces: {{push: {{type: force, on: prism, value: [{F}, 0, 0]}}}}
+outputs: {{N: "reaction(c, normal)", T: "reaction(c, friction)"}}
+simulation: {{t_end: 0.75}}
+"""
+
+
+def corner(phi):
+    """The corner from the centre of mass."""
+    return L * np.sin(math.pi / 6 + phi), -L * np.cos(math.pi / 6 + phi)
+
+
+def turning(phi, rate):
+    """phi'' about the corner at rest, and the normal force."""
+    dx, dy = corner(phi)
+    bend = (M * G * dx + F * dy) / (INERTIA + M * L**2)
+    return bend, M * (G - (bend * dx - rate**2 * dy))
+
+
+def sliding(phi, rate):
+    """phi'' and the friction that keeps the corner on the floor without a normal force: y'' = -g."""
+    dx, dy = corner(phi)
+    bend = (G + rate**2 * dy) / dx
+    return bend, -INERTIA * bend / dy
+
+
+def test_a_corner_that_nothing_presses_any_more_stays_closed_by_friction_alone():
+    """Newton's and Euler's equations by hand; the limit of a large coefficient, which is a million here."""
+    lifted = lambda t, x: turning(*x)[1]  # noqa: E731
+    lifted.terminal = True
+    kept = {"rtol": 1e-11, "atol": 1e-12}
+    first = solve_ivp(lambda t, x: [x[1], turning(*x)[0]], (0.0, 0.75), [0.0, 0.0], events=lifted, **kept)
+    t, (phi, rate) = first.t[-1], first.y[:, -1]
+    dx, dy = corner(phi)
+    start = [L / 2 - dx, -rate * -dy, phi, rate]
+    free = lambda t, x: [x[1], (F + sliding(*x[2:])[1]) / M, x[3], sliding(*x[2:])[0]]  # noqa: E731
+    x, speed, phi, rate = solve_ivp(free, (t, 0.75), start, **kept).y[:, -1]
+
+    run = mbs.simulate(mbs.loads(PRISM))
+    (event,) = run.events
+    assert (event["element"], event["kind"]) == ("c", "slide+")
+    assert event["t"] == pytest.approx(t, abs=1e-8)
+    np.testing.assert_allclose(run.q[-1], [x, -corner(phi)[1], phi], atol=1e-7)
+    np.testing.assert_allclose(run.u[-1], [speed, -rate * corner(phi)[0], rate], rtol=1e-5)
+    assert run.outputs["T"][-1] == pytest.approx(sliding(phi, rate)[1], rel=1e-5)
+    assert abs(run.outputs["N"][-1]) < 1e-5
+
+
+SPUN = """\
+multibody_sym: 1
+name: spun
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  bar: {mass: 1, inertia: {Izz: 0.02}, points: {end: [0.3, 0, 0]}}
+joints: {free: {type: planar, parent: ground, child: bar, q: [x, y, phi], initial: START}}
+contacts: {c: {between: [bar.end, ground.floor], static: enough, restitution: 0}}
+simulation: {t_end: 0.05}
+"""
+
+
+def test_what_has_turned_many_times_strikes_as_what_has_not():
+    """An angle of 20,000 turns is rounded by 1e-11 rad; the same bar that has not turned moves alike."""
+    ends = []
+    for turns in (0, 20000):
+        run = mbs.simulate(
+            mbs.loads(SPUN.replace("START", f"{{q: [0, 0.3001, {2.0 * math.pi * turns - 1.6!r}], u: [0, -1, -300]}}"))
+        )
+        ends.append(([x["kind"] for x in run.events], run.q[-1] - [0.0, 0.0, 2.0 * math.pi * turns], run.u[-1]))
+    assert ends[0][0] == ends[1][0]
+    np.testing.assert_allclose(ends[0][1], ends[1][1], atol=1e-7)
+    np.testing.assert_allclose(ends[0][2], ends[1][2], rtol=1e-7)
+
+
+SMOOTH = """\
+multibody_sym: 1
+name: smooth
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-0.1, 1, 0]}}}
+  block: {mass: 1, inertia: {Izz: 1}}
+joints: {free: {type: planar, parent: ground, child: block, q: [x, y, phi]}}
+contacts: {c: {between: [block, ground.ramp], static: enough}}
+simulation: {t_end: 0.5, friction: {regularised: 1e-3}}
+"""
+
+
+def test_what_never_slips_holds_where_other_friction_is_smooth():
+    """It rests on the ramp; a regularised coefficient of zero let it slide down without friction."""
+    run = mbs.simulate(mbs.loads(SMOOTH))
+    np.testing.assert_array_equal(run.q, 0.0)
