@@ -319,7 +319,7 @@ class _Parser:
     def close(self, token: Token) -> None:
         self.reduce(_OPEN)
         if not self.frames:
-            raise self.error(token, "this ) closes nothing")
+            raise self.error(token, "this ) closes nothing; leave it out, or write the ( that opens before")
         frame = self.frames.pop()
         if frame.token.kind == "name":
             self.call(frame)

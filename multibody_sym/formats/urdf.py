@@ -298,6 +298,7 @@ def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
     coupled = _mimics(robot) if mimic else {}
     kinds = {
         "not read: ": list(robot.skipped),
+        "meshes are not read (declare surfaces for contacts): ": list(robot.meshed),
         "friction is not applied: ": [name for name, joint in joints if joint.friction],
         damped: list(_damped(robot)),
         "damping of joints with several freedoms is not applied: ": [

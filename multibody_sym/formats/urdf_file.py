@@ -82,7 +82,7 @@ class UrdfJoint:
 class Robot:
     """Links and joints by name in the order of the file; `root` is the link that no joint carries.
 
-    `skipped` names the kinds of elements beside links and joints that were not read.
+    `skipped` names the kinds of elements beside links and joints that were not read, `meshed` the links with meshes.
     """
 
     name: str
@@ -90,6 +90,7 @@ class Robot:
     joints: Mapping[str, UrdfJoint]
     root: str
     skipped: tuple[str, ...]
+    meshed: tuple[str, ...] = ()
 
 
 def read_robot(tree: XmlElement, file_name: str) -> Robot:
@@ -107,7 +108,16 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
             _verify_links(read[joint], links)
     skipped = tuple(dict.fromkeys(child.tag for child in tree.children if child.tag not in _READ))
     masses = {link: _inertial(link, element) for link, element in links.items()}
-    return Robot(name, masses, read, _root(links, joints, read), skipped)
+    return Robot(name, masses, read, _root(links, joints, read), skipped, _meshed(links))
+
+
+def _meshed(links: Mapping[str, XmlElement]) -> tuple[str, ...]:
+    """Return the links whose shapes are meshes."""
+    shapes = {
+        name: [shape for part in link.children for geometry in part.named("geometry") for shape in geometry.children]
+        for name, link in links.items()
+    }
+    return tuple(name for name, each in shapes.items() if any(shape.tag == "mesh" for shape in each))
 
 
 # --- elements ---------------------------------------------------------------------------------------------------

@@ -128,7 +128,7 @@ def test_values_agree_with_python():
         ("not a < b", 5, "'not' is no operator"), ("a < b or b", 7, "'or' joins conditions"),
         ("a +", 4, "something is missing between '+' and the end"),
         ("1_000", 2, "digits are written without _"),
-        ("1.2.3", 4, "an operator is missing"),
+        ("1.2.3", 4, "1.2.3 has two decimal points"),
         ("'x'", 1, "cannot start with 'x'"),
         ("a + 'x'", 5, "quoted names stand only in the arguments"),
         ("a + 'x", 5, "the quote is never closed"),

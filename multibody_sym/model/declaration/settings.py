@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, holds
+from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, holds, verify_keys
 from multibody_sym.model.declaration.states import Moment, MomentField, TimeOrMoment, state_condition
 from multibody_sym.model.declaration.values import Choice, Direction, Field, Flag, Point, Scalar, Text, described
 from multibody_sym.records import dataclass
@@ -157,6 +157,10 @@ class Ask(Element):
     answers too.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {
+        "ask": "the equation names other answers and expressions itself, {find: mu, so: N == 1}",
+    }
+
     value: Node | None = holds(
         Scalar(), None, says="an expression, at the start, at a moment (when) or after a time", such="reaction(A, fx)"
     )
@@ -234,10 +238,7 @@ def _reached(value: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _known(value: Mapping[str, Any]) -> dict[str, Any]:
-    for key in value:
-        if key not in _KEYS:
-            with at(str(key)):
-                raise ModelError(f"unknown key {key!r}; known: {', '.join(_KEYS)}", number="M101")
+    verify_keys(value, _KEYS, Ask.meant)
     return dict(value)
 
 
