@@ -29,7 +29,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "agrees": "whether all formalisms and theorems agree",
         "missing": "formalisms and theorems that do not, by name",
         "failure": "why there is no motion; null where there is",
-        "hints": "what looks like an oversight",
+        "hints": "what looks like an oversight, with its place in the file",
         "withheld": WITHHELD,
         "withheld_reasons": REASONS,
         "doubles": "constraints that say the same twice",
