@@ -61,17 +61,17 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     )
     told = _cut_off(run, question, found.t, "largest" if largest else "least")
     told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
-    return Extreme(found.value if largest else -found.value, found.t, told)
+    return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
 
 
 def _first(likely: list[tuple[float, float]], value: Callable[[float], float], little: float) -> Extreme:
-    """Return the first of times whose value is the largest; `likely`: times with about what they are worth."""
+    """Return the largest value, and the first of times that have it; `likely`: times with about what they are worth."""
     best = sorted(likely, key=lambda each: -each[1])[:_EXACTLY]
     largest = max(value(time) for time, _ in best)
     for time, _ in likely:
         here = value(time)
         if here >= largest - little:
-            return Extreme(here, time)
+            return Extreme(max(here, largest), time)
     raise AssertionError("one of the best is among them")
 
 
@@ -119,8 +119,8 @@ def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> lis
     for k in _peaks(looked, lowest, top):
         found = {t: value for t, value in _turns(run.t, y, k, changes) if t >= begin}
         near = [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
-        found.update({t: float(y[k]) for t in near})
-        times.update(found or {float(run.t[k]): float(y[k])})
+        found.update({t: float(y[k]) for t in near})  # a change has the value before it, the sample that after it
+        times.update(found if found and not near else {**found, float(run.t[k]): float(y[k])})
     times = {t: value for t, value in times.items() if np.isfinite(value)}
     largest = max(times.values())
     little = max(_LIKELY * float(np.ptp(y[inside])), abs(largest - float(y[top])) if changes else 0.0)

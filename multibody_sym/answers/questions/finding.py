@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
-from math import isfinite, nan
+from math import copysign, isfinite, nan
 from typing import Final
 
 import numpy as np
@@ -26,12 +26,16 @@ _NO_ROOT: Final = 1e-5
 """The part of the values beside it that is left at a change of sign which is a jump, or a pole, and no zero."""
 _NOTHING: Final = 1e-10
 """The part of the largest value met that is zero to rounding, where a function vanishes over a whole range."""
+_ROUNDING: Final = 1e-2
+"""The part of that which runs leave of what vanishes, beside places where it is exactly zero."""
 _RISE: Final = 1e3
 """How many times what is left in such a range a value beside it is at least."""
 _BESIDE: Final = 0.1
 """The part of a bracket by which a function must vanish on from its end, for that to be in such a range."""
 _EDGE: Final = 1e-12
-"""The part of the end of such a range to which it is halved."""
+"""The part of the end of such a range to which it is looked for."""
+_SHRUNK: Final = 0.25
+"""The part of a bracket that its parts need not be halved at."""
 
 
 @dataclass(frozen=True)
@@ -223,12 +227,37 @@ def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
     left = max(abs(zero[1]), abs(beside), seen.noise(zero[0], through))
     if not left <= min(seen.little, abs(other[1]) / _RISE):
         return None
-    low, high = zero, other[0]
-    while abs(high - low[0]) > _EDGE * max(abs(high), abs(low[0])):
-        x = (low[0] + high) / 2
-        value = function(x)
-        low, high = ((x, value), high) if abs(value) <= 4 * left else (low, x)
-    return Zero(low[0], low[1], through)
+    inside = _last_within(function, zero, other, max(4 * left, _ROUNDING * seen.little))
+    return Zero(*inside, through)
+
+
+def _last_within(function: Callable[[float], float], inside: Point, outside: Point, little: float) -> Point:
+    """Return the last point from `inside` on, to rounding, at which a function is `little`; it is not so outside.
+
+    Outside it grows from there on: a line through the last two points outside tells where, to its curvature, and it is
+    looked at by as much to both sides of that; halves are taken where this shrinks the bracket little.
+    """
+    whole, before = abs(outside[0] - inside[0]), outside
+    while abs(width := outside[0] - inside[0]) > (fine := _EDGE * max(abs(outside[0]), abs(inside[0]))):
+        looked = [inside[0] + width / 2]
+        if before[1] != outside[1]:
+            slope = (outside[1] - before[1]) / (outside[0] - before[0])
+            end = outside[0] - outside[1] / slope
+            curved = 2 * abs((outside[0] - end) * (before[0] - end)) / whole
+            aside = copysign(max(curved, 2 * little / abs(slope), fine / 4), width)
+            if (end - inside[0] + aside) * width > 0.0:
+                looked = [end + aside, end - aside, *looked]
+        for x in looked:
+            if not min(inside[0], outside[0]) < x < max(inside[0], outside[0]):
+                continue
+            there = (x, function(x))
+            if abs(there[1]) <= little:
+                inside = there
+            else:
+                before, outside = outside if abs(outside[1]) > _RISE * little else before, there
+            if abs(outside[0] - inside[0]) <= _SHRUNK * abs(width):
+                break
+    return inside
 
 
 def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -> Zero | None:
