@@ -81,6 +81,18 @@ def printed_commands(tmp_path: Path) -> list[list[str]]:
     return [shlex.split(command, comments=True)[1:] for command in commands]
 
 
+def test_the_first_model_has_eight_lines_and_prints_what_the_readme_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (model,), (shown,) = blocks("README.md", "yaml"), blocks("README.md", "text")
+    Path("slope.yaml").write_text(model)
+    assert main(["solve", "slope.yaml"]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert len(model.splitlines()) == 8
+    assert [line for line in shown.splitlines() if line not in printed] == []
+
+
 def test_set_up_lines_stand_in_a_line_each() -> None:
     """The check from nothing runs both; here only their form is checked."""
     lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.contacts import verify_restitution
 from multibody_sym.model.declaration.doors import OTHERWISE
 from multibody_sym.model.declaration.fields import Element, ListOf, Record, holds
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
@@ -142,11 +143,7 @@ class Limits(Element):
     )
 
     def verify(self) -> None:
-        restitution = self.restitution.shadow
-        if restitution is not None and not 0.0 <= restitution <= 1.0:
-            raise ModelError(
-                f"a restitution is between 0 and 1, got {text(self.restitution)}", number="M109"
-            ).under("restitution")
+        verify_restitution("restitution", self.restitution)
         if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
             return
         if self.lower.shadow > self.upper.shadow:
