@@ -111,7 +111,7 @@ def _oblique_ropes(system: System, known: Values) -> Iterator[Hint]:
         if not isinstance(rope, Rope):
             continue
         for end, step in ((rope.path[0], rope.path[1]), (rope.path[-1], rope.path[-2])):
-            wheel = system.pulleys.get(step)
+            wheel = None if end in system.pulleys else system.pulleys.get(step)
             beside = wheel and _beside_the_rim(end, wheel, system, known)
             if beside:
                 told = (

@@ -45,6 +45,16 @@ joints:
 constraints: {string: {type: rope, path: [left, pulley, right]}}
 pulleys: {pulley: {at: ground.axle}}
 """
+BELT = """\
+multibody_sym: 1
+name: belt
+gravity: [0, 0, 0]
+parameters: {m: 1 kg, r: 0.1 m}
+bodies: {ground: {points: {right: [1 m, 0, 0]}}, big: {shape: {disc: 3*r, mass: m}}, small: {shape: {disc: r, mass: m}}}
+joints: {A: {type: revolute, parent: ground, child: big}, B: {type: revolute, parent: ground.right, child: small}}
+pulleys: {P: {body: big, radius: 3*r}, Q: {body: small, radius: r}}
+constraints: {belt: {type: rope, path: [P, Q, P], wrap: "+"}}
+"""
 GUIDED = """\
 multibody_sym: 1
 name: guided
@@ -281,7 +291,7 @@ def test_so_do_messages_about_starts_and_answers(
     assert [word for word in (place, cause, cure) if word not in printed] == [], printed
 
 
-@pytest.mark.parametrize("base", [PENDULUM, BLOCK, LOADS, GEARS, LOOP, WHEEL])
+@pytest.mark.parametrize("base", [PENDULUM, BLOCK, LOADS, GEARS, LOOP, WHEEL, BELT])
 def test_models_without_mistakes_have_no_message(base: str) -> None:
     assert told(base) == ""
 
