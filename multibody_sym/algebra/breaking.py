@@ -130,7 +130,7 @@ def _of_node(root: Node, points: Mapping[Node, Floats], n: int) -> Floats:
         elif node.op in ("number", "real"):
             known[node] = float(node.data)
         elif node not in known:
-            known[node] = _OPERATIONS[node.op](*(known[a] for a in node.args))
+            known[node] = _OPERATIONS[node.op](*node.own, *(known[a] for a in node.args))
     return np.broadcast_to(np.asarray(known[root], dtype=float), (n,))
 
 
@@ -139,4 +139,5 @@ _OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "sqrt": np.sqrt, "abs": np.abs, "sign": np.sign, "min": np.minimum, "max": np.maximum,
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
     "atan2": np.arctan2, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "exp": np.exp, "log": np.log,
+    "table": lambda function, order, a: np.asarray(function.values(order, np.ravel(a))),
 }  # fmt: skip

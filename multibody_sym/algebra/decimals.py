@@ -32,7 +32,7 @@ def with_doubles(form: Node) -> Node:
         if n.op == "number":
             shown[n] = number(nearest_double(Fraction(n.data)))
         else:
-            shown[n] = BUILD[n.op](*(shown[x] for x in n.args)) if n.args else n
+            shown[n] = BUILD[n.op](*n.own, *(shown[x] for x in n.args)) if n.args else n
     return shown[form]
 
 

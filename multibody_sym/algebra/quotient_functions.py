@@ -18,7 +18,8 @@ from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.positivity import surely_positive
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.node import PI, TWO, ZERO, Node, multiply
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, multiply, symbol
+from multibody_sym.scalars.rows import Tabulated
 from multibody_sym.scalars.traversal import postorder
 
 _HIGHEST_MULTIPLE: Final = 12
@@ -292,7 +293,7 @@ def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> l
         elif n is PI:
             known[n] = field.letter(PI, field.letters[0])
         else:
-            known[n] = _OPERATIONS[n.op](*(known[a] for a in n.args))
+            known[n] = _OPERATIONS[n.op](*n.own, *(known[a] for a in n.args))
     return [known[root] for root in roots]
 
 
@@ -371,6 +372,14 @@ def _direction(y: Quotient, x: Quotient) -> Quotient:
     return found + turn * int(PRECISE.nint((PRECISE.atan2(y.sample, x.sample) - found.sample) / turn.sample))
 
 
+def _tabulated(function: Tabulated, order: int, a: Quotient) -> Quotient:
+    """Return the polynomial that holds at the sample, and note in the field between which rows."""
+    x = symbol("x")
+    for edge in function.edges(float(a.sample)):
+        sign(a - a.field.constant(Fraction(repr(edge))))
+    return exact(a.field, [function.piece(order, float(a.sample), x)], {x: a})[0]
+
+
 _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "pow": PRECISE.power, "asin": PRECISE.asin, "acos": PRECISE.acos, "atan": PRECISE.atan, "atan2": PRECISE.atan2,
     "sinh": PRECISE.sinh, "cosh": PRECISE.cosh, "tanh": PRECISE.tanh, "exp": PRECISE.exp, "log": PRECISE.log,
@@ -397,4 +406,5 @@ _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     "less": lambda a, b: a.field.constant(int(sign(b - a) > 0)),
     "less_equal": lambda a, b: a.field.constant(int(sign(b - a) >= 0)),
     "where": lambda c, a, b: b if c.is_zero else a,
+    "table": _tabulated,
 }

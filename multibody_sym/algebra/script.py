@@ -11,6 +11,7 @@ import sympy
 
 from multibody_sym.algebra.decimals import is_long, nearest_double
 from multibody_sym.expressions.latex_width import latex_width
+from multibody_sym.scalars.sympy_bridge import TableFunction
 
 SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40
 _LARGEST_IN_FRACTION: Final = 12
@@ -358,6 +359,11 @@ class LatexScript(Script):
         return self._function(e)
 
     def _function(self, e: Any) -> Piece:
+        if isinstance(e, TableFunction):
+            function, order = e.own
+            spelled = (written for s, written in self.spelling.items() if s.name == function.name)
+            name = next(spelled, rf"\mathrm{{{function.name}}}") + "'" * order
+            return Piece(f"{name}{self.brackets(self.piece(e.args[0]).text)}", POWER)
         word = _WORDS.get(e.func.__name__, e.func.__name__)
         name = _LATEX_WORDS.get(word, f"\\{word}" if word in _BACKSLASHED else rf"\operatorname{{{word}}}")
         return Piece(f"{name} {self._argument(e)}", POWER)

@@ -55,7 +55,7 @@ class Subexpressions:
             if n.shadow is not None:  # a constant
                 values[n] = self.number(n)
                 continue
-            value = SYMPY_OPERATIONS[n.op](*(values[a] for a in n.args))
+            value = SYMPY_OPERATIONS[n.op](*n.own, *(values[a] for a in n.args))
             values[n] = self.shared(value) if uses[n] > 1 else value
         return [values[root] for root in roots]
 

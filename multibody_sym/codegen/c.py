@@ -18,7 +18,7 @@ from multibody_sym.codegen.layout import (
     summary,
     wrapped,
 )
-from multibody_sym.codegen.numbers import NUMBERS_FILE, Numbers
+from multibody_sym.codegen.numbers import NUMBERS_FILE, Numbers, Written
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
 from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_PARTS, filled, runtime_files, runtime_sources
 from multibody_sym.program.program import Program
@@ -73,8 +73,8 @@ def _model(
 ) -> str:
     """Return model.c; from function number `often` on the compiler does not work on its code."""
     exported = list(zip(names, every.exported, strict=True))
-    constant = repr if numbers is None else numbers.named
-    printed = [Printer(function, every, prefix, constant).text(write) for function in every.functions]
+    constants = Written(prefix) if numbers is None else numbers
+    printed = [Printer(function, every, prefix, constants).text(write) for function in every.functions]
     told = [line for name, f in exported for line in summary(name, f.program)] if numbers is None else []
     if often is not None:
         printed = [*printed[:often], _AS_WRITTEN, *printed[often:], _AS_BEFORE]
@@ -83,7 +83,7 @@ def _model(
         title=_TITLE,
         runtime=" ".join(runtime),
         summary="\n".join(f" * {line}" for line in told or ["Numbers stand apart."]),
-        numbers="" if numbers is None else numbers.definitions,
+        numbers=constants.definitions,
         prefix=prefix,
         functions="\n\n".join(printed),
         adapters="\n\n".join(_adapter(k, f, prefix) for k, (_, f) in enumerate(exported)),

@@ -8,6 +8,7 @@ from typing import Final
 
 from multibody_sym.codegen.layout import (
     SHORTEST_RUN,
+    TABLE_FUNCTIONS,
     Function,
     Functions,
     Places,
@@ -16,6 +17,7 @@ from multibody_sym.codegen.layout import (
     strides,
     wrapped,
 )
+from multibody_sym.codegen.numbers import Numbers, Written
 from multibody_sym.codegen.profile import Span, elimination_cost
 from multibody_sym.program.infix import Language
 from multibody_sym.program.statements import Array, Callee, Output, Scan, Statement
@@ -89,17 +91,20 @@ class _Names(dict[Node, str]):
 
 
 class Printer:
-    """Prints one Program, constants by `constant`; a long one as static functions that share a work space w."""
+    """Prints one Program with its `constants`; a long one as static functions that share a work space w."""
 
-    def __init__(self, function: Function, every: Functions, prefix: str, constant: Callable[[float], str]) -> None:
+    def __init__(self, function: Function, every: Functions, prefix: str, constants: Written | Numbers) -> None:
         self.function = function
         self.every = every
-        self.constant = constant
+        self.constants = constants
         self.language = Language(
             functions={"abs": "fabs"} | {op: f"{prefix}__{name}" for op, name in _OWN_FUNCTIONS.items()},
             choice="({condition} ? {yes} : {no})",
             power=f"{prefix}__power({{x}}, {{n}})",
             truth="{x} != 0.0",
+            table=lambda f, order, x: (
+                f"{prefix}__{TABLE_FUNCTIONS[f.kind]}({constants.table(f)}, {len(f.columns[0])}, {order}, {x})"
+            ),
         )
         program = function.program
         self.inputs, self.outputs = parameters(program, RESERVED)
@@ -153,7 +158,7 @@ class Printer:
     def _fetch(self, node: Node) -> str:
         """Return the text of a constant, an input, or a value of an earlier piece: passed on in the work space."""
         if node.shadow is not None:
-            return self.constant(node.shadow)
+            return self.constants.named(node.shadow)
         if node in self.leaves:
             name, text = self.leaves[node]
             self.piece.used.add(name)

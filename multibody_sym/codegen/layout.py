@@ -90,6 +90,8 @@ def _identifiers(wanted: Iterable[str], reserved: Collection[str]) -> list[str]:
     return names
 
 
+TABLE_FUNCTIONS: Final = {"linear": "on_lines", "cubic": "on_spline", "knots": "to_knot"}
+"""The function of generated code that each kind of table is (`scalars/between.py`)."""
 SHORTEST_RUN: Final = 8
 """Elements in a row from which on they are copied as a piece of their array."""
 Places = dict[Node, tuple[str, int]]

@@ -108,6 +108,8 @@ def _known(n: Node, operands: Operands) -> Known | None:
         return operands[0]
     if n.op in ("add", "min", "max", "where"):
         return _common(n.args[-2:], operands[-2:])
+    if n.op == "table":  # the input that it is tells its unit
+        return None
     if n.op in ("mul", "div"):
         return _product(n, operands)
     if n.op in ("pow", "sqrt"):

@@ -232,7 +232,8 @@ def _extreme(n: Node, pieces: dict[Node, Piece]) -> Piece:
 
 
 def _function(n: Node, pieces: dict[Node, Piece]) -> Piece:
-    return Piece(f"{n.op}({', '.join(pieces[a].text for a in n.args)})", ATOM)
+    name = n.data[0].called(n.data[1]) if n.op == "table" else n.op
+    return Piece(f"{name}({', '.join(pieces[a].text for a in n.args)})", ATOM)
 
 
 _PRINTERS: Final[dict[str, Callable[[Node, dict[Node, Piece]], Piece]]] = {

@@ -344,6 +344,8 @@ def _measured(n: Node, operands: Operands) -> Measured | None:
         return operands[0]
     if n.op in ("add", "min", "max", "where"):
         return _common(n, operands)
+    if n.op == "table":  # the input that it is tells its unit
+        return None
     if n.op in ("mul", "div"):
         a, b = operands
         return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)

@@ -9,18 +9,19 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterator, Mapping
-from math import isfinite
+from collections.abc import Mapping
+from math import inf, isfinite
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import InputError, ModelError, Where, at, shown
-from multibody_sym.model.declaration.tables import MOST_ROWS
+from multibody_sym.model.declaration.tables import DECIMAL, MOST_ROWS
 from multibody_sym.model.declaration.values import Text
 
-LARGEST: Final = 1 << 20
+LARGEST: Final = 1 << 26
 _LONGEST: Final = 40
 _KEY: Final = "file"
-_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_ROW: Final = re.compile(rf"[ ]*({DECIMAL.pattern})[ ]*[ ;,\t][ ]*({DECIMAL.pattern})[ ]*", re.ASCII)
+"""A row that can only be read in one way, as nearly all are."""
 _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 _CELL: Final[Mapping[str, re.Pattern[str]]] = {
     separator: re.compile(pattern)
@@ -131,32 +132,44 @@ def _text(content: bytes) -> str:
 
 
 def _rows(text: str) -> list[list[str]]:
-    """Return the rows; the first line may be a heading. Raises _TableError."""
+    """Return the rows; the first line may be a heading, `#` begins a comment. Raises _TableError."""
     rows: list[list[str]] = []
-    last = 1
-    for k, (line, cells) in enumerate(_lines(text)):
-        if k == 0 and not any(_NUMBER.fullmatch(cell.text) for cell in cells):
+    last, before, heading = 1, -inf, True
+    for number, line in enumerate(_LINE_END.split(text), 1):
+        if not line.strip() or line.lstrip().startswith("#"):
             continue
-        last = line
-        row = _row(line, cells)
+        plain = _ROW.fullmatch(line) if len(line) <= _LONGEST else None  # others are looked at cell by cell
+        cells = _cells(line) if plain is None else []
+        if heading and plain is None and not any(DECIMAL.fullmatch(cell.text) for cell in cells):
+            heading = False
+            continue
+        last, heading = number, False
+        row = _row(number, cells) if plain is None else [plain[1], plain[4]]
         if len(rows) == MOST_ROWS:
-            raise _TableError(line, 1, f"a table has at most {MOST_ROWS:,} rows")
-        if rows and not float(rows[-1][0]) < float(row[0]):
-            message = f"the row begins with {row[0]}, which does not come after {rows[-1][0]}"
-            raise _TableError(line, cells[0].column, message)
+            raise _TableError(number, 1, f"a table has at most {MOST_ROWS:,} rows")
+        argument, value = map(float, row)
+        if not (before < argument < inf and -inf < value < inf):
+            raise _misplaced(number, line, rows)
+        before = argument
         rows.append(row)
     if len(rows) < 2:
         raise _TableError(last, 1, f"a table has at least two rows, got {len(rows)}")
     return rows
 
 
-def _lines(text: str) -> Iterator[tuple[int, list[_Cell]]]:
-    """Yield the lines that hold something, with their cells; `#` begins a comment."""
-    for number, line in enumerate(_LINE_END.split(text), 1):
-        if line.strip() and not line.lstrip().startswith("#"):
-            separator = next((x for x in (";", ",", "\t") if x in line), " ")
-            found = _CELL[separator].finditer(line)
-            yield number, [_cell(match) for match in found if match[0].strip()]
+def _misplaced(number: int, line: str, before: list[list[str]]) -> _TableError:
+    """Return what is wrong with a row of two numbers: one is too large, or its argument comes too early."""
+    cells = _cells(line)
+    for column, text in cells:
+        if not isfinite(float(text)):
+            return _TableError(number, column, f"{text} is too large")
+    message = f"the row begins with {cells[0].text}, which does not come after {before[-1][0]}"
+    return _TableError(number, cells[0].column, message)
+
+
+def _cells(line: str) -> list[_Cell]:
+    separator = next((x for x in (";", ",", "\t") if x in line), " ")
+    return [_cell(match) for match in _CELL[separator].finditer(line) if match[0].strip()]
 
 
 def _cell(match: re.Match[str]) -> _Cell:
@@ -172,9 +185,7 @@ def _row(line: int, cells: list[_Cell]) -> list[str]:
     for column, text in cells:
         if len(text) > _LONGEST:
             raise _TableError(line, column, f"a number has at most {_LONGEST} digits")
-        if not _NUMBER.fullmatch(text):
-            comma = "; a number has a decimal point" if _NUMBER.fullmatch(text.replace(",", ".")) else ""
+        if not DECIMAL.fullmatch(text):
+            comma = "; a number has a decimal point" if DECIMAL.fullmatch(text.replace(",", ".")) else ""
             raise _TableError(line, column, f"{shown(text)} is no number{comma}")
-        if not isfinite(float(text)):
-            raise _TableError(line, column, f"{text} is too large")
     return [text for _, text in cells]

@@ -137,9 +137,12 @@ class Watch:
                     raise problem
                 return self._passed(step, values)
             elif (high := self._ahead(step, slope, straight_on)) is not None:
-                way = self._first_crossing(step, 0.0, high, straight_on) * step.h
-                if problem is None and not way > least:  # a kink at the very start is none within the step
-                    return self._passed(step, values)
+                theta = self._first_crossing(step, 0.0, high, straight_on)
+                way = theta * step.h
+                if problem is None and not way > least:  # at the very start: the function may tell another kink within
+                    self._passed(step, self._at(step, theta, straight_on))
+                    self.beyond = False
+                    continue
             h = way * (1.0 - min(margin, 0.5))
             step, problem = self._taken(step, h, take)
             if self.beyond:

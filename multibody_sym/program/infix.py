@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableMapping
+from collections.abc import Callable, Mapping, MutableMapping
 from typing import Final
 
 from multibody_sym.program.arithmetic import integer_exponent
@@ -22,13 +22,15 @@ class Language:
 
     `functions` maps an operation to the name of its function where that is not the operation's own; `choice` has the
     fields condition, yes and no; `power`, for an integer n that is not written as a product, x and n; `truth`, for a
-    number that serves as a condition, x. Division is an operator unless `functions` has a name for it.
+    number that serves as a condition, x. Division is an operator unless `functions` has a name for it. `table` returns
+    the text of a tabulated function, or its derivative of an order, of x.
     """
 
     functions: Mapping[str, str]
     choice: str
     power: str
     truth: str
+    table: Callable[..., str]
 
 
 _COMPARISONS: Final = {"less": "<", "less_equal": "<="}
@@ -72,6 +74,8 @@ def _rarer(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], la
     if op == "where":
         condition = _condition(args[0], names, levels, language)
         return language.choice.format(condition=condition, yes=names[args[1]], no=names[args[2]]), _ATOM
+    if op == "table":
+        return language.table(*node.own, names[args[0]]), _ATOM
     if op in _COMPARISONS:
         return language.choice.format(condition=_comparison(node, names), yes="1.0", no="0.0"), _ATOM
     exponent = integer_exponent(node) if op == "pow" else None

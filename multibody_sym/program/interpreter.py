@@ -54,7 +54,7 @@ def _assign(statement: Assign, values: _Values) -> None:
     for node in statement.nodes:
         exponent = integer_exponent(node) if node.op == "pow" else None
         if exponent is None:
-            values[node] = OPERATIONS[node.op](*[values[a] for a in node.args])
+            values[node] = OPERATIONS[node.op](*node.own, *[values[a] for a in node.args])
         else:
             values[node] = power(values[node.args[0]], exponent)
 

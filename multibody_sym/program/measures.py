@@ -142,9 +142,17 @@ def _hash_assign(statement: Assign, numbers: _Numbers) -> None:
         if len(args) == 2:
             words += (_WORDS[node.op], numbers[args[0]], numbers[args[1]])
         else:
-            words += (_WORDS[node.op], *[numbers[a] for a in args])
+            words += (_WORDS[node.op], *_own_words(node), *[numbers[a] for a in args])
         if node not in numbers:  # a change of sign may stand in several statements
             numbers[node] = len(numbers)
+
+
+def _own_words(node: Node) -> tuple[int, ...]:
+    """Return what is hashed of a table beside its operand: its numbers and the order of the derivative."""
+    if not node.own:
+        return ()
+    function, order = node.own
+    return (*struct.unpack("<4Q", function.digest), order)
 
 
 def _hash_call(statement: Call, numbers: _Numbers) -> None:

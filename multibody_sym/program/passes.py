@@ -336,7 +336,7 @@ def _substituted(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node
             stack += missing
         else:
             stack.pop()
-            values[node] = BUILD[node.op](*(values.get(a, a) for a in node.args))
+            values[node] = BUILD[node.op](*node.own, *(values.get(a, a) for a in node.args))
     return [values.get(node, node) for node in wanted]
 
 

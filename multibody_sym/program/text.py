@@ -23,7 +23,11 @@ from multibody_sym.program.statements import (
 from multibody_sym.scalars.node import Node
 
 _LANGUAGE: Final = Language(
-    functions={}, choice="where({condition}, {yes}, {no})", power="power({x}, {n})", truth="{x} != 0"
+    functions={},
+    choice="where({condition}, {yes}, {no})",
+    power="power({x}, {n})",
+    truth="{x} != 0",
+    table=lambda function, order, x: f"{function.called(order)}({x})",
 )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Final
 
-from multibody_sym.scalars.elementary import cos, exp, log, sign, sin, where
+from multibody_sym.scalars.elementary import cos, exp, log, sign, sin, table, where
 from multibody_sym.scalars.node import (
     ONE,
     TWO,
@@ -26,7 +26,7 @@ from multibody_sym.scalars.node import (
 )
 from multibody_sym.scalars.traversal import postorder
 
-_KINKS: Final = ("abs", "sign", "min", "max", "less", "less_equal", "where")
+_KINKS: Final = ("abs", "sign", "min", "max", "less", "less_equal", "where", "table")
 
 
 @lru_cache(maxsize=4096)
@@ -96,6 +96,7 @@ _PARTIALS: Final[dict[str, Callable[..., tuple[Node, ...]]]] = {
     "less": lambda n, a, b: (ZERO, ZERO),
     "less_equal": lambda n, a, b: (ZERO, ZERO),
     "where": lambda n, c, a, b: (ZERO, *_choice(c)),
+    "table": lambda n, a: (table(n.data[0], n.data[1] + 1, a),),
 }
 
 

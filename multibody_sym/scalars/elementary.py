@@ -27,6 +27,7 @@ from multibody_sym.scalars.node import (
     sqrt,
     unary,
 )
+from multibody_sym.scalars.rows import Tabulated
 
 
 def _odd(op: str, a: Node) -> Node:
@@ -150,10 +151,17 @@ def where(condition: Node, a: Node, b: Node) -> Node:
     return a if a is b else intern(Node, "where", (condition, a, b))
 
 
+def table(function: Tabulated, order: int, a: Node) -> Node:
+    """Return a tabulated function of a, or the derivative of an order; of a constant its value, exactly on lines."""
+    if order > function.degree:
+        return ZERO
+    return intern(Node, "table", (a,), (function, order)) if a.shadow is None else function.piece(order, a.shadow, a)
+
+
 BUILD: Final[dict[str, Callable[..., Node]]] = {
     "neg": negate, "add": add, "mul": multiply, "div": divide, "pow": power, "sin": sin, "cos": cos,
     "tan": lambda a: _odd("tan", a), "asin": asin, "acos": acos, "atan": atan,
     "atan2": atan2, "sinh": lambda a: _odd("sinh", a), "cosh": cosh, "tanh": lambda a: _odd("tanh", a), "exp": exp,
     "log": log, "sqrt": sqrt, "abs": absolute, "sign": sign, "min": minimum, "max": maximum, "less": less,
-    "less_equal": less_equal, "where": where,
+    "less_equal": less_equal, "where": where, "table": table,
 }

@@ -42,26 +42,26 @@ _SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _EXACT_AT_INTEGERS: Final = {("sin", 0): 0, ("cos", 0): 1, ("sqrt", 0): 0, ("sqrt", 1): 1}
 
 
-def apply(op: str, *values: Any) -> Any:
-    """Return the operation `op` (a Node's op) of the values, in the richest scalar among them.
+def apply(op: str, *values: Any, own: tuple[Any, ...] = ()) -> Any:
+    """Return the operation `op` (a Node's op, with its `own`) of the values, in the richest scalar among them.
 
     Raises ArgumentError for what is no scalar, text above all, and UndefinedValueError where there is no real value.
     """
     if any(isinstance(v, Node) for v in values):
         try:
-            return BUILD[op](*(as_node(v) for v in values))
+            return BUILD[op](*own, *(as_node(v) for v in values))
         except ArgumentError:
-            return BUILD[op](*(node_of(_scalar(op, v)) for v in values))
+            return BUILD[op](*own, *(node_of(_scalar(op, v)) for v in values))
     if all(isinstance(v, (int, float)) for v in values):
         exact = _EXACT_AT_INTEGERS.get((op, values[0])) if isinstance(values[0], int) else None
-        return exact if exact is not None else _of_floats(op, values)
+        return exact if exact is not None else _of_floats(op, values, own)
     scalars = [_scalar(op, v) for v in values]
     if not any(map(_is_sympy, scalars)):
-        return _of_floats(op, scalars)
+        return _of_floats(op, scalars, own)
     from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS
 
     try:
-        return SYMPY_OPERATIONS[op](*scalars)
+        return SYMPY_OPERATIONS[op](*own, *scalars)
     except (TypeError, ValueError) as problem:
         raise UndefinedValueError(f"{op} has no real value here: {problem}", number="E105") from None
 
@@ -70,9 +70,9 @@ _OF_CONDITIONS: Final = ("where", "min", "max")
 """What takes conditions: these are 1 and 0, so that the lesser of two is both."""
 
 
-def _of_floats(op: str, values: Iterable[Any]) -> float:
+def _of_floats(op: str, values: Iterable[Any], own: tuple[Any, ...]) -> float:
     try:
-        return FLOAT_OPERATIONS[op](*values)
+        return FLOAT_OPERATIONS[op](*own, *values)
     except (ArithmeticError, ValueError):
         listed = ", ".join(map(shown, values))
         raise UndefinedValueError(f"{op}({listed}) is not a finite real number", number="E105") from None
@@ -200,7 +200,7 @@ def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], 
         if n.shadow is not None:
             values[n] = constant(n)
         elif n.args:
-            values[n] = apply(n.op, *(values[a] for a in n.args))
+            values[n] = apply(n.op, *(values[a] for a in n.args), own=n.own)
         else:
             values[n] = find(n)
     return [values[n] for n in roots]
@@ -252,7 +252,7 @@ def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[fl
         elif wanted := [a for a in (n.args[:1] if n.op == "where" else n.args) if a not in values]:
             stack.extend(wanted[::-1])
         else:
-            values[n] = FLOAT_OPERATIONS[n.op](*[values[a] for a in n.args])
+            values[n] = FLOAT_OPERATIONS[n.op](*n.own, *[values[a] for a in n.args])
     return [values[n] for n in roots]
 
 

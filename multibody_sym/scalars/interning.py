@@ -31,12 +31,13 @@ if hasattr(os, "register_at_fork"):  # a child must not inherit a lock that a th
 
 
 class Interned:
-    """A scalar expression: `op`, operands `args`, and for leaves `data`.
+    """A scalar expression: `op`, operands `args`, and for leaves and tables `data`.
 
     Leaves: `number` (int or Fraction), `real` (float), `pi`, `symbol` (a name of the model), `declared` (a symbol that
     carries its declaration), `slot` ((array, index): an element of a program's input or a temporary), `quantity`
-    ((function, names): asked of the moving system, such as `reaction(C, fx)`). `key` orders operands; `shadow` is the
-    float value of a constant expression, else None.
+    ((function, names): asked of the moving system, such as `reaction(C, fx)`). The data of a `table` are the function
+    and the order of the derivative. `key` orders operands; `shadow` is the float value of a constant expression, else
+    None.
     """
 
     __slots__ = ("args", "data", "key", "op", "shadow")
@@ -46,6 +47,11 @@ class Interned:
     data: Any
     key: int
     shadow: float | None
+
+    @property
+    def own(self) -> tuple[Any, ...]:
+        """What an operation has beside its operands, before which constructors and functions of `op` take it."""
+        return self.data if self.op == "table" else ()
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a Node never changes")
@@ -65,14 +71,14 @@ class Interned:
             return f"{self.data[0]}[{self.data[1]}]"
         if self.op == "quantity":
             return f"{self.data[0]}({', '.join(self.data[1])})"
-        return f"{self.op}({', '.join(map(repr, self.args))})" if self.args else self.op
+        return f"{self.op}({', '.join(map(repr, (*self.own, *self.args)))})" if self.args else self.op
 
 
 E = TypeVar("E", bound=Interned)
 
 _OPERATIONS: Final = (
     "number real pi symbol declared slot quantity neg add mul div pow sin cos tan asin acos atan atan2 sinh cosh tanh "
-    "exp log sqrt abs sign min max less less_equal where"
+    "exp log sqrt abs sign min max less less_equal where table"
 ).split()
 _CODE: Final = {name: code for code, name in enumerate(_OPERATIONS, 1)}
 _set_op, _set_args, _set_data, _set_key, _set_shadow = (
@@ -92,6 +98,8 @@ def intern(cls: type[E], op: str, args: tuple[E, ...], data: Any = None) -> E:
     _set_data(node, data)
     if len(args) == 2:  # most are, and this function makes every Node
         key = hash((_CODE[op], args[0].key, args[1].key))
+    elif op == "table":
+        key = hash((_data_key(data[0].called(data[1])), args[0].key))
     else:
         key = hash((_CODE[op], *[a.key for a in args])) if args else _leaf_key(op, data)
     _set_key(node, key)
@@ -116,7 +124,7 @@ def _precedes(a: Interned, b: Interned) -> bool:
         x, y = pair = pairs.pop()
         if x is y or pair in seen:
             continue
-        if not x.args or x.op != y.op or len(x.args) != len(y.args):
+        if not x.args or x.op != y.op or len(x.args) != len(y.args) or x.data != y.data:
             return (x.op, _value_key(x)) < (y.op, _value_key(y))
         seen.add(pair)
         pairs += zip(reversed(x.args), reversed(y.args), strict=True)
@@ -212,5 +220,6 @@ FLOAT_OPERATIONS: Final[dict[str, Callable[..., float]]] = {
     "less": lambda a, b: float(a < b),
     "less_equal": lambda a, b: float(a <= b),
     "where": _float_where,
+    "table": lambda function, order, a: function.value(order, a),
 }
 _SHOWN: Final = {"neg": "-", "pow": "power", "add": "sum", "mul": "product", "div": "quotient"}

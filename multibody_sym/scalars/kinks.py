@@ -5,12 +5,14 @@ And where a smooth one fades, which is as good as a kink to whoever takes steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from multibody_sym.scalars.elementary import maximum, minimum
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.elementary import maximum, minimum, table
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, add, number, subtract
-from multibody_sym.scalars.traversal import postorder
+from multibody_sym.scalars.traversal import leaves, postorder
 
 _COMPARISONS: Final = ("less", "less_equal")
 _FADED: Final = 36  # exp(-36) is round-off beside 1
@@ -34,15 +36,33 @@ def switching_function(condition: Node) -> Node:
 def switching_functions(nodes: Iterable[Node]) -> list[Node]:
     """Return functions at whose zeros the expressions may have a kink or a jump, each once, nested ones too.
 
-    They are b - a of a < b, max(a, b) and min(a, b), and a of |a| and sign(a). Functions of constants alone switch
-    nothing, nor do min and max of conditions, which combine the truth of what is listed already.
+    They are b - a of a < b, max(a, b) and min(a, b), a of |a| and sign(a), and the distance from the knots at which the
+    slope of a table jumps. Functions of constants alone switch nothing, nor do min and max of conditions, which combine
+    the truth of what is listed already.
     """
     found: dict[Node, None] = {}
     for n in postorder(nodes):
+        if n.op == "table":
+            found[table(n.data[0].bends, 0, n.args[0])] = None
+            continue
         sides = _sides(n)
         if sides is not None and subtract(*sides) not in found:
             found[subtract(sides[1], sides[0])] = None
     return [g for g in found if g.shadow is None]
+
+
+def known_zeros(g: Node, time: Node, values: Mapping[Node, float]) -> Sequence[float] | None:
+    """Return the zeros of a switching function that tells them: of one linear in time, or of a table's knots then.
+
+    `values` by symbols; symbols without one count as zero. None for all other functions.
+    """
+    inner, knots = (g.args[0], g.data[0].columns[0]) if g.op == "table" else (g, (0.0,))
+    rate = derivative(inner, time)
+    if rate.shadow is None or switching_functions([inner]):
+        return None
+    known = {**dict.fromkeys(leaves([inner], "symbol"), 0.0), **values, time: 0.0}
+    (first,) = evaluate_float([inner], known)
+    return [(knot - first) / rate.shadow for knot in knots] if rate.shadow else ()
 
 
 def fading_functions(nodes: Iterable[Node]) -> list[Node]:

@@ -91,7 +91,7 @@ def _reduced(node: Node) -> tuple[Any, ...]:
         brought.asked = node
         below = brought.new_below(node)
     if node.args:
-        return _operation, (brought, below, node.op, *node.args)
+        return _operation, (brought, below, node.op, *node.own, *node.args)
     return _leaf, (brought, below, node.op, node.data)
 
 
@@ -103,7 +103,7 @@ def _next(asked: Node) -> _Brought:
     return brought
 
 
-def _operation(brought: object, below: object, op: str, *args: Node) -> Node:
+def _operation(brought: object, below: object, op: str, *args: Any) -> Node:
     return BUILD[op](*args)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Final
 
 import sympy
@@ -11,6 +13,7 @@ import sympy
 from multibody_sym.errors import ExpressionError
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ONE, PI, Node, number, real, symbol
+from multibody_sym.scalars.rows import Tabulated
 from multibody_sym.scalars.traversal import postorder
 
 _CONDITIONS: Final = (sympy.core.relational.Relational, sympy.And, sympy.Or, type(sympy.true), type(sympy.false))
@@ -19,6 +22,38 @@ _CONDITIONS: Final = (sympy.core.relational.Relational, sympy.And, sympy.Or, typ
 def _extreme(joined: Callable[..., Any], extreme: Callable[..., Any], a: Any, b: Any) -> Any:
     """Return the least or greatest of two numbers; of two conditions that is what `and` or `or` makes of them."""
     return (joined if isinstance(a, _CONDITIONS) and isinstance(b, _CONDITIONS) else extreme)(a, b)
+
+
+class _OfTables(type(sympy.Function)):  # type: ignore[misc]
+    """The class of classes of tabulated functions, by which `pickle` knows them."""
+
+
+class TableFunction(sympy.Function, metaclass=_OfTables):  # type: ignore[misc]
+    """A tabulated function of one argument, or its derivative of an order, which its class holds as `own`."""
+
+    own: tuple[Tabulated, int]
+    nargs = 1
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        function, order = self.own
+        return table_function(function, order + 1)(*self.args)
+
+    def _eval_evalf(self, prec: int) -> Any:
+        function, order = self.own
+        argument = self.args[0].evalf(prec)
+        return sympy.Float(function.value(order, float(argument)), prec) if argument.is_Number else None
+
+
+@lru_cache(maxsize=1024)
+def table_function(function: Tabulated, order: int) -> Any:
+    """Return a tabulated function, or its derivative of an order, as one of sympy's."""
+    if order > function.degree:
+        return lambda _: sympy.S.Zero
+    return _OfTables(function.called(order), (TableFunction,), {"own": (function, order)})
+
+
+copyreg.pickle(_OfTables, lambda cls: (table_function, cls.own))
 
 
 SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
@@ -34,6 +69,7 @@ SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "less": sympy.StrictLessThan,
     "less_equal": sympy.LessThan,
     "where": lambda c, a, b: sympy.Piecewise((a, c), (b, True)),
+    "table": lambda function, order, a: table_function(function, order)(a),
 }
 """The operations of a Node on sympy expressions."""
 
@@ -58,7 +94,7 @@ def to_sympy(node: Node, leaves: Mapping[Node, Any]) -> Any:
     values: dict[Node, Any] = {}
     for n in postorder([node]):
         if n.args:
-            values[n] = SYMPY_OPERATIONS[n.op](*(values[a] for a in n.args))
+            values[n] = SYMPY_OPERATIONS[n.op](*n.own, *(values[a] for a in n.args))
         elif n in leaves:
             values[n] = leaves[n]
         else:
@@ -119,6 +155,8 @@ def _combined(e: Any, args: list[Node]) -> Node:
         return BUILD["less" if e.func is sympy.StrictGreaterThan else "less_equal"](args[1], args[0])
     if isinstance(e, sympy.Pow) and e.exp.is_Rational and (e.exp.is_negative or e.exp.q == _ROOT):
         return _quotient_or_root(args[0], e.exp)
+    if isinstance(e, TableFunction):
+        return BUILD["table"](*e.own, *args)
     if e.func not in _FROM:
         raise ExpressionError(f"sympy's {e.func.__name__} has no counterpart in the expression language", number="E105")
     return BUILD[_FROM[e.func]](*args)

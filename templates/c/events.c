@@ -286,6 +286,7 @@ int mbs_find_event(mbs_run *r, int status)
     double least = 16.0 * MBS_EPSILON * fabs(s->t), way = s->h, margin = SHORT_OF;
     int taken = status == MBS_RUNNING;
     r->flipped = 0;
+    r->retaken = 0.0;
     if (taken)
         let_chatter(r);
     for (int round = 0;; ++round) {
@@ -305,8 +306,11 @@ int mbs_find_event(mbs_run *r, int status)
                 return taken ? pass(r) : status;
             if ((high = ahead(r)) <= 1.0) {
                 way = first_crossing(r, straight_on, 0.0, high) * s->h;
-                if (taken && !(way > least)) /* a kink at the very start is none within the step */
-                    return pass(r);
+                if (taken && !(way > least)) { /* at the very start: the function may tell another kink within */
+                    note_sides(r); /* of where it has crossed */
+                    r->beyond = 0;
+                    continue;
+                }
             }
         }
         double h = way * (1.0 - (margin < 0.5 ? margin : 0.5));

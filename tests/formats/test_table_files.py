@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,8 @@ def test_a_run_follows_the_file(tmp_path: Path) -> None:
         ("0,nan\n1,2\n", 1, 3, "'nan' is no number"),
         ("0,2\n1," + "9" * 100 + "\n", 2, 3, "digits"),
         ("0,2\n1,__import__('os')\n", 2, 3, "is no number"),
-        ("".join(f"{k},1\n" for k in range(1001)), 1001, 1, "1,000"),
+        ("".join(f"{k},1\n" for k in range(60_000)) + "7,1\n", 60_001, 1, "7, which does not come after 59999"),
+        ("0,2\n1,3,\n2,nan\n", 3, 3, "'nan' is no number"),
         (b"0,2\n5,\xff\n", 2, 3, "UTF-8"),
         (b"0,2\n5,\x00\n", 2, 3, "is no number"),
     ],
@@ -113,7 +115,8 @@ def test_what_is_no_table_is_never_opened(name: str, message: str, tmp_path: Pat
     file = written(tmp_path, "0,1\n1,2\n", MODEL.replace("data/motor.csv", name))
     os.mkfifo(tmp_path / "fifo")
     (tmp_path / "link").symlink_to("/dev/zero")
-    (tmp_path / "large.csv").write_bytes(b"0,1\n" * 300_000)
+    (tmp_path / "large.csv").touch()
+    os.truncate(tmp_path / "large.csv", 1 << 27)
     with pytest.raises(mbs.InputError, match=message) as error:
         mbs.load(file)
     if name != "large.csv":
@@ -134,3 +137,17 @@ def test_the_command_reads_it_and_no_result_takes_its_place(tmp_path: Path, caps
     assert main(["simulate", str(file), "--backend", "python", "-o", str(table)]) == 2
     assert "table of the model" in capsys.readouterr().err
     assert table.read_text() == "0,1\n10,0\n"
+
+
+def test_a_table_of_100_000_rows_is_read_interpolated_and_run(tmp_path: Path) -> None:
+    """tau = 0.1 cos(4 t) on a rotor of 0.1 kg m^2: w = 3 + sin(4 t)/4, read in the time of few other things."""
+    t = np.linspace(0, 1, 100_000)
+    content = "".join(f"{x!r},{y!r}\n" for x, y in zip(t.tolist(), (0.1 * np.cos(4 * t)).tolist(), strict=True))
+    file = written(tmp_path, content, MODEL.replace("    of: u_phi\n", ""))
+    begun = time.process_time()
+    system = mbs.load(file)
+    assert time.process_time() - begun < 5
+    rows = system.inputs["tau"].table
+    assert (len(rows), rows.x[7], rows.y[-1]) == (100_000, t[7], 0.1 * np.cos(4.0))
+    run = mbs.simulate(system)
+    assert run["u_phi"] == pytest.approx(3 + np.sin(4 * run.t) / 4, abs=1e-8)

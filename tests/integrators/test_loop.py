@@ -11,6 +11,7 @@ from multibody_sym.integrators.loop import sample_times, solution, step_count, s
 from multibody_sym.integrators.methods import methods
 from multibody_sym.integrators.methods.collocation import IMPLICIT
 from multibody_sym.integrators.methods.library import LIBRARY
+from multibody_sym.scalars.rows import Rows, Tabulated
 
 METHODS = {name: method for name, method in methods.METHODS.items() if name not in {*IMPLICIT, *LIBRARY}}
 AMPLITUDE = 2.0
@@ -186,3 +187,17 @@ def test_a_trial_that_cannot_be_evaluated_is_shortened_first():
         taken = list(steps(flow))
     assert taken[-1].t_new == 1.0
     assert taken[-1].x_new[0] == pytest.approx(2 / 3, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_kink_is_passed_over_behind_one_at_the_very_start_of_a_step(seed):
+    """One function tells 200 kinks of lines through random rows, whose integral the trapezoidal rule gives exactly."""
+    t, y = np.linspace(1e4, 1e4 + 1, 201), np.cumsum(np.random.default_rng(seed).normal(size=201))
+    lines = Tabulated("f", Rows(t, y, {}), "linear")
+    events = Events(lambda time, x: np.array([lines.bends.value(0, time)]), (False,))
+    flow = Flow(
+        METHODS["dormand_prince"], lambda time, x: np.array([lines.value(0, time)]), t[0], t[-1], np.zeros(1),
+        rtol=1e-4, atol=1e-4, events=events,
+    )
+    *_, last = steps(flow)
+    assert last.x_new[0] == pytest.approx(np.trapezoid(y, t), abs=1e-8)

@@ -15,6 +15,7 @@ from multibody_sym.program.statements import Array, ShapeError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import number
+from multibody_sym.scalars.rows import Rows, Tabulated
 
 NUMBERS = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 1e308, -745.0, 1e-320])
 
@@ -40,11 +41,15 @@ def test_a_solve_gives_solution_multipliers_and_report() -> None:
     assert interpret(program, [2.0, 0.0, 6.0])[0] == pytest.approx([1, 0, 0.5, 0, 0, 1, 1, (1.5 - 1) / 1.5])
 
 
+LINES = Tabulated("f", Rows([0.0, 1.0], [1.0, 2.0], {}), "linear")
+
+
 @pytest.mark.parametrize("op", BUILD)
 @given(a=NUMBERS, b=NUMBERS, c=NUMBERS)
 def test_no_operation_ever_raises(op: str, a: float, b: float, c: float) -> None:
     arity = BUILD[op].__code__.co_argcount
-    assert isinstance(OPERATIONS[op](*[a, b, c][:arity]), float)
+    given = [LINES, 0, a] if op == "table" else [a, b, c][:arity]
+    assert isinstance(OPERATIONS[op](*given), float)
 
 
 @given(a=NUMBERS, b=NUMBERS)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +18,7 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import cos, exp, maximum, sin, sqrt, where
 from multibody_sym.scalars.node import PI, Node, number, symbol
+from multibody_sym.scalars.rows import Rows, Tabulated
 from multibody_sym.scalars.traversal import postorder
 
 Q, T = Array("q", (3,)), Array("t")
@@ -143,7 +146,8 @@ def test_arguments_that_do_not_fit_are_refused() -> None:
 
 
 def test_every_operation_has_an_interpretation() -> None:
-    for op, build in BUILD.items():
-        arity = build.__code__.co_argcount
+    lines = Tabulated("f", Rows([0.0, 1.0], [1.0, 2.0], {}), "linear")
+    for op, build in {**BUILD, "table": partial(BUILD["table"], lines, 0)}.items():
+        arity = 1 if op == "table" else build.__code__.co_argcount
         program = finished(build(*[t, q[0], q[1]][:arity]))
         assert np.isfinite(interpret(program, [0.3, 0.4, 0.2], 0.5)[0]), op

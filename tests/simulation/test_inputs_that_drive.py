@@ -189,23 +189,25 @@ def road(rows: int, interpolation: str, height: Callable[[Any], Any]) -> mbs.Sys
 
 def test_a_motion_by_a_table_costs_no_start_what_it_cost_the_first() -> None:
     """Against scipy's natural spline and integrator; another start costs little more than the integration alone."""
-    system = road(120, "cubic", lambda t: 0.05 * np.sin(3 * t) ** 2)
-    prepared = mbs.prepare(system, t_end=3, samples=7, rtol=1e-10, atol=1e-12)
+    system = road(400, "cubic", lambda t: 0.05 * np.sin(3 * t) ** 2)
+    begun = time.process_time()
+    prepared = mbs.prepare(system, t_end=3, samples=7, step=5e-5)
     prepared.run(initial={"wheel": 0.3})
+    assert time.process_time() - begun < 3
     spent: dict[bool, list[float]] = {False: [], True: []}
-    for another in 4 * (False, True):
+    for another in 6 * (False, True):
         begun = time.process_time()
         found = prepared.run(**({"initial": {"wheel": 0.1}} if another else {}))
         spent[another].append(time.process_time() - begun)
-    assert min(spent[True]) < 2 * min(spent[False])
+    assert min(spent[True]) < 1.3 * min(spent[False])
     rows = np.array([[x.shadow for x in row] for row in system.inputs["way"].table])
     spline = CubicSpline(*rows.T, bc_type="natural")
     wanted = solve_ivp(
         lambda t, y: [y[1], 100 * (spline(t) - y[0])], (0, 3), [0.1, 0], "DOP853", found.t, rtol=1e-11, atol=1e-13,
-        max_step=0.02,
+        max_step=0.0075,
     )
     assert found["wheel"] == pytest.approx(wanted.y[0], abs=1e-8)
-    alone = mbs.simulate(system, t_end=3, samples=7, rtol=1e-10, atol=1e-12, initial={"wheel": 0.1})
+    alone = mbs.simulate(system, t_end=3, samples=7, step=5e-5, initial={"wheel": 0.1})
     assert alone.q.tobytes() == found.q.tobytes()
 
 
@@ -219,3 +221,20 @@ def test_the_first_knot_at_which_a_table_bends_is_found_however_late_it_comes() 
     assert time.process_time() - begun < 2
     (found,) = re.findall(r"t = ([-\d.e]+) s, from ([-\d.e]+) to ([-\d.e]+)", str(told.value))
     assert [float(x) for x in found] == pytest.approx([t[280], 0, 0.5], rel=1e-5, abs=1e-9)
+
+
+def test_a_force_by_a_table_of_many_rows_is_integrated_from_row_to_row() -> None:
+    """m v' = f: on straight lines v is the trapezoidal sum; another table of as many rows has its own forces."""
+    t = np.linspace(0, 10, 3000)
+    y = np.cumsum(np.random.default_rng(3).normal(size=len(t))) / np.sqrt(len(t))
+    force = mbs.variable("pull")
+    for sign in (1, -1):
+        system = mbs.System(
+            "pulled",
+            bodies={"b": mbs.Body(mass=2)},
+            joints={"J": mbs.Prismatic("ground", "b", axis="x", q="x")},
+            forces={"F": mbs.Force(on="b", value=[force, 0, 0])},
+            inputs={"pull": mbs.Table(table=np.c_[t, sign * y])},
+        )
+        run = mbs.simulate(system, t_end=10, samples=2, rtol=1e-8, atol=1e-10)
+        assert run["u_x"][-1] == pytest.approx(sign * np.trapezoid(y, t) / 2, abs=1e-12)

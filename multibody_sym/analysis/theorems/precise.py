@@ -14,7 +14,8 @@ from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import PI, Node, as_node, slot
+from multibody_sym.scalars.node import PI, Node, as_node, slot, symbol
+from multibody_sym.scalars.rows import Tabulated
 from multibody_sym.scalars.traversal import postorder
 
 MP: Final = MPContext()
@@ -27,6 +28,11 @@ Number = Any
 Matrix = list[list[Number]]
 
 
+def _tabulated(function: Tabulated, order: int, a: Number) -> Number:
+    x = symbol("x")
+    return evaluated([function.piece(order, float(a), x)], {x: a})[0]
+
+
 def _choose(condition: Number, a: Number, b: Number) -> Number:
     return a if condition else b
 
@@ -37,6 +43,7 @@ _OPERATIONS: Final[dict[str, Callable[..., Number]]] = {
     "acos": MP.acos, "atan": MP.atan, "atan2": MP.atan2, "sinh": MP.sinh, "cosh": MP.cosh, "tanh": MP.tanh,
     "exp": MP.exp, "log": MP.log, "sqrt": MP.sqrt, "abs": abs, "sign": MP.sign, "min": min, "max": max,
     "less": lambda a, b: MP.mpf(a < b), "less_equal": lambda a, b: MP.mpf(a <= b), "where": _choose,
+    "table": _tabulated,
 }  # fmt: skip
 
 
@@ -46,7 +53,7 @@ def evaluated(nodes: Iterable[Node], leaf: Mapping[Node, Number]) -> list[Number
     values: dict[Node, Number] = {}
     for n in postorder(roots):
         if n.args:
-            values[n] = _real(_OPERATIONS[n.op](*(values[a] for a in n.args)))
+            values[n] = _real(_OPERATIONS[n.op](*n.own, *(values[a] for a in n.args)))
         elif n.op == "number":
             values[n] = MP.mpf(n.data.numerator) / n.data.denominator
         else:

@@ -95,7 +95,7 @@ def _with_plain_sums(form: Node) -> Node:
         args = [made[a] for a in n.args]
         if n.op in _TURNING:
             args = [_plain(args[0])]
-        made[n] = BUILD[n.op](*args) if args else n
+        made[n] = BUILD[n.op](*n.own, *args) if args else n
         if n.op == "add" and _is_of_symbols(made[n]):
             made[n] = _plain(made[n])
     return made[form]

@@ -72,7 +72,7 @@ class _Shortest:
             parts = [self(part) for part in flatten(node.op, node)]
             yield reduce(add, parts) if node.op == "add" else _product(parts)
         else:
-            yield BUILD[node.op](*map(self, node.args))
+            yield BUILD[node.op](*node.own, *map(self, node.args))
         yield node if quotient is None else quotient
         if node.op == "div" and node.args[1].op == "div":  # a/(b/c) as a c/b, each term of a by itself
             above, below = node.args[1].args

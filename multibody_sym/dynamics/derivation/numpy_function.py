@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import chain
 from typing import Any
 
+import numpy as np
 import sympy
+from numpy.typing import ArrayLike
 
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.subexpressions import Subexpressions, value_of
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.scalars.rows import Tabulated
+from multibody_sym.scalars.sympy_bridge import TableFunction
 
 
 def declared_inputs(mechanism: Mechanism, symbols: Symbols) -> tuple[list[tuple[Any, Any]], dict[Any, Any]]:
@@ -38,7 +44,23 @@ def numpy_function(
     shared = [(dummies[x], e.xreplace(replaced)) for x, e in definitions]
     wanted = [[x.xreplace(replaced) for x in part] for part in lists]
     arguments = [dummies[time], *([dummies[x] for x in group] for group in groups)]
+    expressions = [*(e for _, e in shared), *chain(*wanted)]
+    found = dict.fromkeys(part.func for e in expressions for part in e.atoms(TableFunction))
+    own = {f: sympy.Function(f"table_{k}") for k, f in enumerate(found, 1)}
+    shared = [(x, _renamed(e, own)) for x, e in shared]
+    wanted = [[_renamed(e, own) for e in part] for part in wanted]
+    tables = {stand_in.__name__: partial(_values, *f.own) for f, stand_in in own.items()}
     compiled: Callable[..., Any] = sympy.lambdify(
-        arguments, wanted, modules="numpy", cse=lambda expressions: (shared, list(expressions))
+        arguments, wanted, modules=[tables, "numpy"], cse=lambda expressions: (shared, list(expressions))
     )
     return compiled
+
+
+def _renamed(expression: Any, own: Mapping[Any, Any]) -> Any:
+    for f, stand_in in own.items():
+        expression = expression.replace(f, stand_in)
+    return expression
+
+
+def _values(function: Tabulated, order: int, at: ArrayLike) -> Any:
+    return np.reshape(function.values(order, np.ravel(at).tolist()), np.shape(at))

@@ -36,7 +36,7 @@ _LONGEST = 4_000
 """Operations of a derivative past which only what folds to zero counts as zero."""
 _NEARLY_ZERO = 1e-6
 """What rounding leaves of a derivative that vanishes, all letters being of order one."""
-_UNDECIDED = frozenset({"abs", "sign", "min", "max", "where", "less", "less_equal"})
+_UNDECIDED = frozenset({"abs", "sign", "min", "max", "where", "less", "less_equal", "table"})
 """Operations whose quotient holds on the sample's side only."""
 
 

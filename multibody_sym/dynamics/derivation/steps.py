@@ -27,7 +27,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, as_node
+from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import ZERO_VECTOR, apply
 
 _LONG: Final = 500
@@ -131,7 +131,16 @@ def _inputs(mechanism: Mechanism) -> list[str]:
     """Return each input with its declared expression, in the model's words."""
     symbol_of = {slot: symbol for symbol, slot in mechanism.symbols.items()}
     written = evaluate(list(mechanism.inputs.values()), lambda leaf: symbol_of.get(leaf, leaf))
-    return [f"{name} = {_short(in_model_language(e))}" for name, e in zip(mechanism.inputs, written, strict=True)]
+    return [f"{name} = {_short(_told(e))}" for name, e in zip(mechanism.inputs, written, strict=True)]
+
+
+def _told(node: Node) -> str:
+    """Return an expression in the model's words, or between how many rows of its argument a table lies."""
+    if node.op != "table":
+        return in_model_language(node)
+    function, _ = node.data
+    between = "straight lines" if function.kind == "linear" else "natural cubic spline"
+    return f"{between} through {len(function.rows)} rows over {in_model_language(node.args[0])}"
 
 
 def _short(words: str) -> str:

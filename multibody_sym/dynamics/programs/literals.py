@@ -170,7 +170,7 @@ class _Constants:
                 continue
             self.kind.append(n.op if n.args else n.data[0])
             operands = [self._operand(name, n.op, a) if a.shadow is not None else values[a] for a in n.args]
-            values[n] = BUILD[n.op](*operands) if operands else n
+            values[n] = BUILD[n.op](*n.own, *operands) if operands else n
         return values[node]
 
     def _operand(self, name: str, op: str, constant: Node) -> Node:

@@ -33,7 +33,7 @@ from multibody_sym.scalars.traversal import leaves, postorder
 from multibody_sym.scalars.vectors import ZERO_VECTOR, dot
 
 FINITE, POSITIVE = "finite", "positive"
-_DEFINED: Final = frozenset({"neg", "add", "mul", "abs", "sign", "min", "max", "sin", "cos", "atan", "tanh"})
+_DEFINED: Final = frozenset({"neg", "add", "mul", "abs", "sign", "min", "max", "sin", "cos", "atan", "tanh", "table"})
 """Operations of finite numbers that have a value; of all others each is looked at."""
 _ROUNDING: Final = 1e-7
 """Relative: so far a moment of inertia may miss what a body can have; the examination allows ten times more."""

@@ -20,11 +20,12 @@ from multibody_sym.numerics.sign_changes import PIECES, Function, zeros
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.branches import Branch, branches, poles
 from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.elementary import table
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.kinks import switching_functions
+from multibody_sym.scalars.kinks import known_zeros, switching_functions
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.rounding import Bounded, bounded
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.traversal import leaves, postorder
 
 _T: Final = symbol("t")
 _MOST_ZEROS: Final = 200  # of one switching function, at which jumps are looked for
@@ -131,11 +132,14 @@ def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
     node, values, t_end = motion.node, dict(motion.known), motion.t_end
     nodes = {"value": node, "rate": derivative(node, _T)} if with_rate else {"value": node}
     jumping, poled = list(_jumping(motion)), list(_poled(motion, nodes.values()))
-    found = []
-    for of, n in nodes.items() if jumping or poled else ():
+    found: list[Jump] = []
+    for of, n in nodes.items():
+        places = sorted([*jumping, *_at_knots(n, motion)], key=lambda place: place.time)
+        if not places and not poled:
+            continue
         f = _of_time(n, values)
         sizes = sorted(abs(f(t_end * k / PIECES)) for k in range(PIECES + 1))
-        found += [jump for place in jumping if (jump := _jump(f, of, place, sizes)) is not None]
+        found += islice((jump for place in places if (jump := _jump(f, of, place, sizes)) is not None), 1)
         known = {**dict.fromkeys(leaves([n], "symbol"), 0.0), **values}
         found += [jump for place in poled if (jump := _pole(n, known, of, place, sizes)) is not None]
     first = min((jump.time for jump in found), default=0.0)
@@ -144,13 +148,21 @@ def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
 
 
 def _jumping(motion: _Motion) -> Iterator[_Place]:
-    """Yield where an expression may jump."""
+    """Yield where an expression and its rate may jump."""
     for g in switching_functions([motion.node]):
-        if _T in leaves([g], "symbol"):
+        if g.op != "table" and _T in leaves([g], "symbol"):
             yield from _switching(g, dict(motion.known), motion.t_end)
     for branch in branches([motion.node], _T):
         if _T in leaves([branch.switch], "symbol"):
             yield from _branching(branch, dict(motion.known), motion.t_end)
+
+
+def _at_knots(node: Node, motion: _Motion) -> Iterator[_Place]:
+    """Yield the knots of tables whose derivatives stand in an expression: they may jump there, tables do not."""
+    for n in postorder([node]):
+        if n.op == "table" and n.data[1] > 0 and _T in leaves([n], "symbol"):
+            for g in switching_functions([table(n.data[0], 0, n.args[0])]):
+                yield from _switching(g, dict(motion.known), motion.t_end)
 
 
 def _poled(motion: _Motion, nodes: Iterable[Node]) -> Iterator[_Place]:
@@ -161,14 +173,10 @@ def _poled(motion: _Motion, nodes: Iterable[Node]) -> Iterator[_Place]:
 
 
 def _switching(g: Node, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
-    """Yield where a switching function changes its sign; that of one that is linear in time, as at a knot, is known."""
-    rate = derivative(g, _T)
-    if rate.shadow is None or switching_functions([g]):
-        times: Iterator[float] = islice(zeros(_of_time(g, values), t_end), _MOST_ZEROS)
-    else:
-        zero = -_of_time(g, values)(0.0) / rate.shadow if rate.shadow else 0.0
-        times = iter([zero] if 0.0 < zero < t_end else [])
-    yield from (_Place(time, (_BESIDE * t_end,)) for time in times)
+    """Yield where a switching function changes its sign."""
+    told = known_zeros(g, _T, values)
+    times = islice(zeros(_of_time(g, values), t_end), _MOST_ZEROS) if told is None else told
+    yield from (_Place(time, (_BESIDE * t_end,)) for time in times if 0.0 < time < t_end)
 
 
 def _branching(branch: Branch, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import lru_cache
+import re
+from array import array
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from math import inf, isfinite
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError, at
@@ -14,11 +17,17 @@ from multibody_sym.model.declaration.fields import TEXTS, Element, fields_tree, 
 from multibody_sym.model.declaration.parameters import DimensionField, with_unit
 from multibody_sym.model.declaration.values import Choice, Scalar, content_of, described, scalar
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.elementary import where
-from multibody_sym.scalars.node import Node, as_node, less, symbol
+from multibody_sym.scalars.elementary import table
+from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.rows import Kind, Rows, Tabulated
 
-MOST_ROWS: Final = 1_000
-Row = tuple[Node, Node]
+MOST_ROWS: Final = 1_000_000
+_SURE: Final = 15
+"""Digits of a decimal that its float tells apart from all others."""
+_SMALLEST: Final = 1e-290  # below, floats have fewer digits
+_ZERO: Final = frozenset("0.")
+_LARGEST_WHOLE: Final = 1 << 53
+DECIMAL: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -27,7 +36,9 @@ class TableRows:
 
     of_any_unit: ClassVar[bool] = True
 
-    def accept(self, value: Any) -> tuple[Row, ...]:
+    def accept(self, value: Any) -> Rows:
+        if isinstance(value, Rows):
+            return value
         rows = value.tolist() if hasattr(value, "tolist") else value
         if isinstance(rows, Mapping):
             raise ModelError("a table file is read with its model file; here give its rows (numpy.loadtxt)")
@@ -35,29 +46,51 @@ class TableRows:
             raise ModelError(f"expected a list of rows [argument, value], got {described(rows)}", number="M103")
         if not 2 <= len(rows) <= MOST_ROWS:
             raise ModelError(f"a table has 2 to {MOST_ROWS:,} rows, got {len(rows)}", number="M103")
-        read: list[Row] = []
+        x, y, exact = array("d"), array("d"), {}
         for index, row in enumerate(rows):
-            with at(index):
-                read.append(_row(row))
-                if index and not _float(read[-2][0]) < _float(read[-1][0]):
-                    after, before = text(read[-1][0]), text(read[-2][0])
+            if not isinstance(row, (list, tuple)) or len(row) != 2:
+                with at(index):
+                    raise ModelError(f"expected a row [argument, value], got {described(row)}", number="M103")
+            for column, cell in enumerate(row):
+                if _is_float(cell):
+                    number = float(cell)
+                else:
+                    with at(index):
+                        node, number = _number(cell)
+                    if node is not as_node(number):
+                        exact[index, column] = node
+                (y if column else x).append(number)
+        made = Rows(x, y, exact)
+        for index, (before, after) in enumerate(pairwise(x), 1):
+            if not before < after:
+                with at(index):
+                    first, second = text(made[index - 1][0]), text(made[index][0])
                     raise ModelError(
-                        f"row {index + 1} begins with {after}, which does not come after {before}", number="M103"
+                        f"row {index + 1} begins with {second}, which does not come after {first}", number="M103"
                     )
-        return tuple(read)
+        return made
 
-    def tree(self, value: tuple[Row, ...]) -> list[list[str]]:
+    def tree(self, value: Rows) -> list[list[str]]:
         return [[text(x) for x in row] for row in value]
 
 
-def _row(row: Any) -> Row:
-    if not isinstance(row, (list, tuple)) or len(row) != 2:
-        raise ModelError(f"expected a row [argument, value], got {described(row)}", number="M103")
-    argument, value = (scalar(x, None) for x in row)
-    for node in (argument, value):
-        if node.shadow is None:
-            raise ModelError(f"a table holds numbers, got {text(node)}", number="M103")
-    return argument, value
+def _is_float(cell: Any) -> bool:
+    """Return whether a number is the decimal that its float prints as, as most are."""
+    if isinstance(cell, str):
+        if not DECIMAL.fullmatch(cell):
+            return False
+        sure = len(cell) <= _SURE and (_SMALLEST < abs(float(cell)) < inf or set(cell) <= _ZERO)
+        return sure or cell == repr(float(cell))
+    if type(cell) is float:
+        return isfinite(cell)
+    return type(cell) is int and abs(cell) < _LARGEST_WHOLE
+
+
+def _number(cell: Any) -> tuple[Node, float]:
+    node = scalar(cell, None)
+    if node.shadow is None:
+        raise ModelError(f"a table holds numbers, got {text(node)}", number="M103")
+    return node, node.shadow
 
 
 @dataclass(frozen=True)
@@ -68,7 +101,7 @@ class Table(Element):
     range of the table the value is that of the nearest end. `dimension` is that of the values, where they have units.
     """
 
-    table: tuple[Row, ...] = holds(
+    table: Rows = holds(
         TableRows(), such="[[0, 0], [1 s, 2 N]]",
         says="rows [argument, value] with growing arguments, or the file that has them",
     )
@@ -91,16 +124,21 @@ class Table(Element):
 
     def verify_arguments(self, unit: str) -> None:
         """Raise ModelError where an argument was given in another unit than `unit`."""
-        given = getattr(self, TEXTS)["table"]
         with at("table"):
-            for index, (argument, _) in enumerate(given):
-                if isinstance(argument, str):
-                    content_of(index, argument, Scalar(unit))
+            for index, argument in _stated(getattr(self, TEXTS)["table"], 0):
+                content_of(index, argument, Scalar(unit))
 
 
-def _dimension_of_values(rows: Sequence[Sequence[Any]]) -> Dimension | None:
+def _stated(rows: Any, column: int) -> Iterator[tuple[int, str]]:
+    """Yield the texts of a column that are no decimals, with their rows; rows that were read before state nothing."""
+    for index, row in enumerate(() if isinstance(rows, Rows) else rows):
+        if isinstance(row[column], str) and not DECIMAL.fullmatch(row[column]):
+            yield index, row[column]
+
+
+def _dimension_of_values(rows: Any) -> Dimension | None:
     """Return the dimension that the values of a table were given in, None where they have no unit."""
-    stated = (parse_scalar(value)[1] for _, value in rows if isinstance(value, str))
+    stated = (parse_scalar(value)[1] for _, value in _stated(rows, 1))
     found = list(dict.fromkeys(dimension for dimension in stated if dimension is not None))
     if len(found) > 1:
         raise ModelError(f"the values are in {found[0]} and in {found[1]}; a table is of one quantity", number="M105")
@@ -134,65 +172,7 @@ class InputField:
         return with_unit(fields_tree(value)) if isinstance(value, Constant) else fields_tree(value)
 
 
-@lru_cache(maxsize=64)
-def interpolated(given: Table) -> Node:
-    """Return the value of a table as an expression: the piece is found in as few comparisons as halving needs."""
-    rows = given.table
-    between = _lines(given) if given.interpolation == "linear" else _cubics(given)
-    return _chosen(given.of, [argument for argument, _ in rows], [rows[0][1], *between, rows[-1][1]])
-
-
-def bends(given: Table) -> list[Node]:
-    """Return functions that are zero where the slope of a table jumps."""
-    rows = given.table if given.interpolation == "linear" else (given.table[0], given.table[-1])
-    return [given.of - argument for argument, _ in rows]
-
-
-def _chosen(x: Node, edges: Sequence[Node], pieces: Sequence[Node]) -> Node:
-    """Return the piece that holds at x: pieces[k] between edges[k - 1] and edges[k]."""
-    if not edges:
-        return pieces[0]
-    k = len(edges) // 2
-    low, high = _chosen(x, edges[:k], pieces[: k + 1]), _chosen(x, edges[k + 1 :], pieces[k + 1 :])
-    return where(less(x, edges[k]), low, high)
-
-
-def _lines(given: Table) -> list[Node]:
-    pairs = zip(given.table[:-1], given.table[1:], strict=True)
-    return [y0 + (y1 - y0) / (x1 - x0) * (given.of - x0) for (x0, y0), (x1, y1) in pairs]
-
-
-def _cubics(given: Table) -> list[Node]:
-    """Return the pieces y + d (b + d (m / 2 + d c)) with d = x - x_k, by the second derivatives m at the rows."""
-    x, y = ([_float(row[i]) for row in given.table] for i in (0, 1))
-    m, pieces = _second_derivatives(x, y), []
-    for k in range(len(x) - 1):
-        h = x[k + 1] - x[k]
-        b = (y[k + 1] - y[k]) / h - h * (2 * m[k] + m[k + 1]) / 6
-        d = given.of - given.table[k][0]
-        pieces.append(given.table[k][1] + d * (b + d * (as_node(m[k] / 2) + d * ((m[k + 1] - m[k]) / (6 * h)))))
-    return pieces
-
-
-def _second_derivatives(x: Sequence[float], y: Sequence[float]) -> list[float]:
-    """Return y'' at the rows of a natural spline: h y''_k-1 + 2 (h + h') y''_k + h' y''_k+1 = 6 (slope' - slope).
-
-    Gauss elimination of the tridiagonal system; source: any textbook of numerical analysis.
-    """
-    n = len(x)
-    h = [x[k + 1] - x[k] for k in range(n - 1)]
-    slope = [(y[k + 1] - y[k]) / h[k] for k in range(n - 1)]
-    pivot, right = [1.0] * n, [0.0] * n
-    for k in range(1, n - 1):
-        factor = h[k - 1] / pivot[k - 1] if k > 1 else 0.0
-        pivot[k] = 2 * (h[k - 1] + h[k]) - factor * h[k - 1]
-        right[k] = 6 * (slope[k] - slope[k - 1]) - factor * right[k - 1]
-    m = [0.0] * n
-    for k in range(n - 2, 0, -1):
-        m[k] = (right[k] - h[k] * m[k + 1]) / pivot[k]
-    return m
-
-
-def _float(constant: Node) -> float:
-    assert constant.shadow is not None
-    return constant.shadow
+def tabulated(name: str, given: Table) -> Node:
+    """Return the value of the table that an input is, as an expression."""
+    kind: Kind = "cubic" if given.interpolation == "cubic" else "linear"
+    return table(Tabulated(name, given.table, kind), 0, given.of)

@@ -15,7 +15,7 @@ from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.system import System, expressions, with_expressions
-from multibody_sym.model.declaration.tables import Constant, Table, interpolated
+from multibody_sym.model.declaration.tables import Constant, Table, tabulated
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node, symbol
@@ -31,7 +31,7 @@ def driving_inputs(system: System) -> tuple[str, ...]:
 
 def with_driving_inputs(system: System) -> System:
     """Return the system with the expressions of inputs in their place where they drive motions and constraints."""
-    meant = {symbol(name): expression_of(system.inputs[name]) for name in driving_inputs(system)}
+    meant = {symbol(name): expression_of(name, system.inputs[name]) for name in driving_inputs(system)}
     if not meant:
         return system
     changed: dict[str, Any] = {}
@@ -86,11 +86,11 @@ def _put_in(meant: Mapping[Node, Node]) -> Callable[[Node], Node]:
     return lambda node: as_node(evaluate([node], lambda leaf: meant.get(leaf, leaf))[0])
 
 
-def expression_of(given: Node | Table | Constant) -> Node:
-    """Return the expression that an input stands for."""
+def expression_of(name: str, given: Node | Table | Constant) -> Node:
+    """Return the expression that the input `name` stands for."""
     if isinstance(given, Constant):
         return given.value
-    return interpolated(given) if isinstance(given, Table) else given
+    return tabulated(name, given) if isinstance(given, Table) else given
 
 
 def _is_driven(joint: Joint) -> bool:

@@ -13,7 +13,7 @@ from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions_in, verify_system, with_expressions
-from multibody_sym.model.declaration.tables import Table, bends
+from multibody_sym.model.declaration.tables import Table
 from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
 from multibody_sym.model.mechanism.mode_words import possible_words
@@ -97,7 +97,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
-        inputs={name: expression_of(x) for name, x in resolved.inputs.items()},
+        inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
         **_outputs(resolved, told),
         stops=_stops(resolved, _in_slots(told, bodies)),
         kinks=_kinks(resolved, slots),
@@ -189,9 +189,8 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
 
 def _kinks(resolved: System, slots: Mapping[Node, Node]) -> tuple[Node, ...]:
     """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
-    found = switching_functions(_declared_laws(resolved, slots))
-    tables = [x for x in resolved.inputs.values() if isinstance(x, Table)]
-    return tuple(g for g in (*found, *(g for table in tables for g in bends(table))) if _changes(g))
+    tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Table)]
+    return tuple(g for g in switching_functions([*_declared_laws(resolved, slots), *tables]) if _changes(g))
 
 
 def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:

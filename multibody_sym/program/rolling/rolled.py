@@ -332,7 +332,7 @@ class _Classes:
         if node.op in ("add", "mul"):
             parts.sort(key=lambda part: (part[0], [self._place(x) for x in part[1]]))
         reads = tuple(x for part in parts for x in part[1])
-        return self._number(node.op, *(part[0] for part in parts)), reads, max(part[2] for part in parts)
+        return self._number(node.op, *node.own, *(part[0] for part in parts)), reads, max(part[2] for part in parts)
 
     def _place(self, node: Node) -> tuple[int, int]:
         """Return where the first of what a value depends on stands; constants come last."""
@@ -372,7 +372,7 @@ def _substituted(root: Node, known: dict[Node, Node]) -> tuple[Node, int]:
     values: dict[Node, Node] = dict(known)
     count = 0
     for node in _postorder([root], values):
-        values[node] = BUILD[node.op](*(values.get(a, a) for a in node.args))
+        values[node] = BUILD[node.op](*node.own, *(values.get(a, a) for a in node.args))
         count += 1
     return values.get(root, root), count
 

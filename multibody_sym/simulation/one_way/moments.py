@@ -18,7 +18,7 @@ from multibody_sym.model.declaration.system import System, expressions_in
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import zeros
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.kinks import fading_functions, switching_functions
+from multibody_sym.scalars.kinks import fading_functions, known_zeros, switching_functions
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves, postorder
 
@@ -49,6 +49,7 @@ _ARRAYS: Final[Mapping[str, Callable[..., Any]]] = {
     "where": lambda c, a, b: np.where(c != 0.0, a, b),
     **{name: getattr(np, name) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "sign")},
     "abs": np.abs,
+    "table": lambda function, order, a: np.asarray(function.values(order, np.ravel(a))),
 }
 
 
@@ -96,7 +97,7 @@ def _values(law: Node, values: Mapping[Node, float], times: Floats) -> Floats:
         if n is _T:
             found[n] = times
         elif n.args and n.shadow is None:
-            found[n] = _ARRAYS[n.op](*(found[a] for a in n.args))
+            found[n] = _ARRAYS[n.op](*n.own, *(found[a] for a in n.args))
         else:
             found[n] = np.float64(values[n] if n.shadow is None else n.shadow)
     result = np.broadcast_to(np.asarray(found[law], dtype=float), times.shape)
@@ -108,10 +109,11 @@ def _sampled(laws: Sequence[Node], values: Mapping[Node, float], t_end: float) -
     known = {0.0, t_end}
     for g in (*switching_functions(laws), *fading_functions(laws)):
         if _T in leaves([g], "symbol"):
-            known.update(islice(zeros(_of_time(g, values), t_end), _MOST_SWITCHES))
-    ends = sorted(known)
-    even = np.linspace(0.0, t_end, SAMPLES + 1)
-    between = [np.linspace(a, b, _BETWEEN + 1) for a, b in pairwise(ends)]
+            told = known_zeros(g, _T, values)
+            known.update(islice(zeros(_of_time(g, values), t_end), _MOST_SWITCHES) if told is None else told)
+    ends = sorted(x for x in known if 0.0 <= x <= t_end)
+    even, pieces = np.linspace(0.0, t_end, SAMPLES + 1), max(1, min(_BETWEEN, _MOST // (2 * len(ends))))
+    between = [np.linspace(a, b, pieces + 1) for a, b in pairwise(ends)]
     return np.unique(np.concatenate([even, *between]))
 
 
