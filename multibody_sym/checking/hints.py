@@ -16,7 +16,7 @@ from multibody_sym.checking.odd_numbers import EXACT, Hint, Values, known_values
 from multibody_sym.dynamics.start.undefined import value_or_none
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Gear, Pulley, Rope
-from multibody_sym.model.declaration.forces import Motor, Torque
+from multibody_sym.model.declaration.forces import Drag, Motor, Torque
 from multibody_sym.model.declaration.joints import Prismatic, Revolute
 from multibody_sym.model.declaration.system import System, expressions, states_gravity
 from multibody_sym.model.mechanism.mass import GROUND
@@ -77,15 +77,19 @@ def _unused(system: System) -> Iterator[Hint]:
 
 
 def _without_effect(system: System) -> Iterator[Hint]:
-    """Yield a mass of ground, and forces between two points of one body."""
+    """Yield a mass of ground, drag without coefficients, forces and rods within a body."""
     ground = system.bodies.get(GROUND)
     if ground is not None and _has_mass(ground):
         told = "ground does not move by forces, so that its mass changes nothing; what moves is a body of another name"
         yield Hint(told, "bodies", GROUND, "mass" if ground.shape is None else "shape")
-    for name, force in system.forces.items():
-        ends = {body_part(end, system.bodies)[0] for end in getattr(force, "between", None) or ()}
-        if len(ends) == 1:
-            yield Hint(f"{name} acts between two points of {ends.pop()} and moves nothing", "forces", name, "between")
+    for section, elements in (("forces", system.forces), ("constraints", system.constraints)):
+        for name, element in elements.items():
+            ends = {body_part(end, system.bodies)[0] for end in getattr(element, "between", None) or ()}
+            if len(ends) == 1:
+                told = f"{name} acts between two points of {ends.pop()} and moves nothing"
+                yield Hint(told, section, name, "between")
+            if isinstance(element, Drag) and element.linear is element.quadratic is ZERO:
+                yield Hint(f"{name} has no coefficient; give linear, quadratic or both", section, name)
 
 
 def _slow_sides(system: System, known: Values) -> Iterator[Hint]:

@@ -14,6 +14,7 @@ from math import inf, isfinite
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import InputError, ModelError, Where, at, shown
+from multibody_sym.model.declaration.fields import verify_keys
 from multibody_sym.model.declaration.tables import DECIMAL, MOST_ROWS
 from multibody_sym.model.declaration.values import Text
 
@@ -51,10 +52,7 @@ def _named(name: str, given: Any) -> str | None:
     if not isinstance(table, Mapping):
         return None
     with at("inputs", name, "table"):
-        for key in table:
-            if key != _KEY:
-                with at(key):
-                    raise ModelError(f"unknown key {key!r}", number="M101", word=str(key), known=(_KEY,))
+        verify_keys(table, (_KEY,))
         with at(_KEY):
             if table.get(_KEY) == "":
                 raise ModelError("file is empty: write the name of a table", number="M102")

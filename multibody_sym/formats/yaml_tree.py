@@ -236,7 +236,7 @@ class _TreeBuilder:
                 raise self.error(event.start_mark, "a key must be a name on one line")
             self.keys[inside] = place
             content[key] = self.value(self.next(), inside, in_flow)
-            if not content[key] and (joined := _JOINED.fullmatch(key)):
+            if content[key] == "" and not event.style and (joined := _JOINED.fullmatch(key)):
                 raise self.error(event.start_mark, _joined(joined))
         return content
 

@@ -47,9 +47,7 @@ class InertiaField:
             return tuple(scalar(x, self.unit) for x in value)
         if not isinstance(value, Mapping):
             raise ModelError(f"expected a map of {', '.join(_INERTIA)}, got {described(value)}", number="M103")
-        for key in value:
-            if key not in _INERTIA:
-                raise ModelError(f"unknown key {key!r}; known: {', '.join(_INERTIA)}", number="M101")
+        verify_keys(value, _INERTIA, {"Iyx": "Ixy", "Izx": "Ixz", "Izy": "Iyz", "I": "Izz"})
         elements = []
         for key in _INERTIA:
             with at(key):

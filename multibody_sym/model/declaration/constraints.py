@@ -20,7 +20,7 @@ from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
 from multibody_sym.model.declaration.values import AXES, Choice, Count, Direction, Flag, Point, Scalar, Text
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ZERO, Node
 
 _ACTS: Final = Choice(("in_joints",))
 
@@ -143,6 +143,9 @@ class Gear(Element):
             raise ModelError("the gear's force acts at the tooth or in the joints: give radii or acts").under("acts")
         if self.radii is None and self.at is not None:
             raise ModelError("a point where wheels touch goes with radii; give them too", number="M110").under("at")
+        if self.ratio is ZERO:
+            told = "with a ratio of 0 the first joint could not turn; it turns ratio times as fast as the second"
+            raise ModelError(told, number="M109").under("ratio")
 
 
 @dataclass(frozen=True)
@@ -290,6 +293,7 @@ CONSTRAINTS: Final = OneOf(
         "expression": Expression,
         "velocity": VelocityConstraint,
     },
+    {},
     {},
 )
 

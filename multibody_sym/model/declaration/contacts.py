@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
@@ -67,6 +68,8 @@ class Contact(Element):
     ... and `#+1`, `#+2` the next ones; the forces of those of one body with another, such as a table's legs, have a
     sum, as those of corners do.
     """
+
+    meant: ClassVar[Mapping[str, str]] = {"mu": "static", "friction": "static", "e": "restitution"}
 
     between: tuple[str, ...] = holds(
         ListOf(Text(), 2, 2), such="[block, wedge.face]",

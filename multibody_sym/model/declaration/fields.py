@@ -153,10 +153,11 @@ class Record:
 
 @dataclass(frozen=True)
 class OneOf:
-    """An element of one of several classes, chosen by its `type` key."""
+    """An element of one of several classes, chosen by its `type` key; `meant` of types as `Element.meant` of keys."""
 
     table: Mapping[str, type[Element]]
     aliases: Mapping[str, str]
+    meant: Mapping[str, str]
 
     def accept(self, value: Any) -> Element:
         if isinstance(value, Element) and isinstance(value, tuple(self.table.values())):
@@ -174,8 +175,8 @@ class OneOf:
         name = self.aliases.get(word, word) if isinstance(word, str) else word
         if not isinstance(name, str) or name not in self.table:
             with at("type"):
-                known = [*self.table, *self.aliases]
-                raise ModelError(f"{described(word)} is no known type", number="M104", word=str(word), known=known)
+                advice, right = as_meant(str(word), [*self.table, *self.aliases], self.meant)
+                raise ModelError(f"{described(word)} is no known type{advice}", number="M104", **right)
         return self.table[name]
 
     def tree(self, value: Element) -> dict[str, Any]:

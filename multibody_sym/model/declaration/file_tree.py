@@ -7,7 +7,15 @@ from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.fields import Element, Record, fields_of, fields_tree, from_fields, holds
+from multibody_sym.model.declaration.fields import (
+    Element,
+    Record,
+    fields_of,
+    fields_tree,
+    from_fields,
+    holds,
+    verify_keys,
+)
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Count, Text, described, is_text
@@ -32,10 +40,7 @@ def system_from_tree(tree: Any) -> System:
                 f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}", number="F103"
             )
     known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
-    for key in tree:
-        if key not in known:
-            with at(key):
-                raise ModelError(f"unknown key {key!r}", number="M101", word=str(key), known=known)
+    verify_keys(tree, known)
     content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
     for index, entry in _repeats(tree.get(REPEAT_KEY)):
         with at(REPEAT_KEY, *index):

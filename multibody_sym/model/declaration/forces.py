@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, KineticField, verify_coefficients
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, holds
 from multibody_sym.model.declaration.joint import effort_unit
@@ -27,7 +28,11 @@ class Force(Element):
     Without `at` it acts at the centre of mass. `frame: ground.slope` takes the axes of a frame that ground declares.
     """
 
-    meant: ClassVar[Mapping[str, str]] = {"force": "value", "torque": "that is {type: torque, ..}"}
+    meant: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("force", "F"), "value"),
+        **dict.fromkeys(("magnitude", "direction"), "value has three components, [F*cos(a), F*sin(a), 0]"),
+        "torque": "that is {type: torque, ..}",
+    }
 
     on: str = holds(Text(), says="the body on which it acts", such="block")
     value: Point = holds(Vector("N"), says="its components along the axes of frame", such="[F*cos(a), F*sin(a), 0]")
@@ -87,6 +92,8 @@ class SpringDamper(Element):
     names the coordinate where there are several.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {"k": "stiffness", "c": "damping", "d": "damping", "l0": "length"}
+
     stiffness: Node = holds(
         Scalar(), says="force for each metre (N/m), in a hinge moment for each radian (N*m)", such="k"
     )
@@ -105,6 +112,8 @@ class SpringDamper(Element):
     def verify(self) -> None:
         _one_place(self.between, self.joint)
         _freedom_of_joint(self.freedom, self.joint)
+        if self.between is not None and self.length.shadow is not None and self.length.shadow < 0.0:
+            raise ModelError(f"{text(self.length)} is negative, and no distance is", number="M109").under("length")
 
     def units(self, speed: str = "m/s") -> Mapping[str, str]:
         """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
@@ -235,6 +244,10 @@ class Drag(Element):
     Without `at` it acts at the centre of mass.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {
+        "c": "linear (c*v) and quadratic (c*v^2) are the coefficients, 0.5*rho*cw*A of air among the latter",
+    }
+
     on: str = holds(Text(), says="the body that is slowed down", such="bob")
     at: str | None = holds(
         Text(), None, says="the point of it where it acts; its centre of mass if left out", such="bob.tail"
@@ -345,4 +358,5 @@ FORCES: Final = OneOf(
         "friction": Friction,
     },
     {"spring": "spring_damper"},
+    dict.fromkeys(("gravity", "weight"), "gravity: [0, -g, 0], beside the name of the system, acts on all bodies"),
 )

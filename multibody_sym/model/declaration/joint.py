@@ -128,6 +128,8 @@ class Limits(Element):
     position and speed pass them. The effort is for programs that choose a drive.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {"min": "lower", "max": "upper", "e": "restitution"}
+
     lower: Node | None = holds(Scalar(), None, says="the lower stop of the coordinate, in m or rad", such="0")
     upper: Node | None = holds(Scalar(), None, says="the upper stop of the coordinate, in m or rad", such="0.5")
     velocity: Node | None = holds(

@@ -294,4 +294,9 @@ JOINTS: Final = OneOf(
         "floating": "free",
         "weld": "fixed",
     },
+    {
+        **dict.fromkeys(("rotation", "rotational", "rotary", "rotating"), "revolute"),
+        **dict.fromkeys(("translation", "translational", "linear", "sliding"), "prismatic"),
+        "rigid": "fixed",
+    },
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
@@ -29,6 +29,8 @@ class DimensionField:
 @dataclass(frozen=True)
 class Parameter(Element):
     """A named number: its value (SI) or an expression of others, its dimension where stated, its sign where known."""
+
+    meant: ClassVar[Mapping[str, str]] = {"unit": "the unit stands behind the number: {value: 1 kg}"}
 
     value: Node = holds(
         Scalar(), says="its number, with a unit if it has one, or an expression of other parameters", such="9.81 m/s^2"
@@ -61,7 +63,7 @@ class ParameterField:
             return value
         if not isinstance(value, Mapping):
             return _parameter({"value": value})
-        verify_keys(value, fields_of(Parameter))
+        verify_keys(value, fields_of(Parameter), Parameter.meant)
         if value.get("value") is None or is_text(value["value"], ""):
             raise ModelError("a parameter needs a sample value: write value: and a number", number="M102")
         return _parameter(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Protocol
@@ -19,6 +20,7 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, negate, number
 Point = tuple[Node, Node, Node]
 AXES = ("x", "y", "z")
 _NOTHING = "null"
+_EQUATION = re.compile(r"(?<![<>!])=")
 _GAP = ("", _NOTHING, "~")
 """What a file holds where a list leaves a place out."""
 
@@ -85,6 +87,12 @@ class Condition:
     unit: str | None = None
 
     def accept(self, value: Any) -> Node:
+        if isinstance(value, str) and _EQUATION.search(value):
+            raise ModelError(
+                f"{value!r} is an equation, which holds for an instant only; write a comparison that becomes true "
+                "there, such as phi > 0",
+                number="M103",
+            )
         node = scalar(value, self.unit)
         if not is_condition(node):
             raise ModelError(f"expected a comparison such as y < 0, got {described(value)}", number="M103")
@@ -104,6 +112,8 @@ def _counted(value: Any, items: list[Any] | None) -> str:
         return f"{described(value)}{along}"
     if len(items) > 3:
         return f"a list of {len(items)}; numbers have a decimal point, 0.5, as a comma begins the next entry"
+    if len(items) == 1:
+        return "a list of 1; commas stand between the components, [x, y, z]"
     return f"a list of {len(items)}" + ("; of vectors in the x-y plane the third is 0" if len(items) == 2 else "")
 
 

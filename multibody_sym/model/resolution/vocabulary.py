@@ -199,6 +199,9 @@ def _verify_leaves(
             told, word = f"{leaf.data!r} is not declared", leaf.data
             if meant := _CONSTANTS.get(word):
                 raise ModelError(f"{told}; did you mean {meant}?", number="M107", word=word, meant=meant)
+            if word in QUANTITIES:
+                form = f"{word}({', '.join(QUANTITIES[word].arguments)})"
+                raise ModelError(f"{told}; did you mean {form}?", number="M107", word=word, meant=form)
             if speed := _speed_meant(word, names):
                 raise ModelError(f"{told}; did you mean {speed}, the speed?", number="M107", word=word, meant=speed)
             raise ModelError(told if fitting else told + none, number="M107", word=word, known=fitting)
