@@ -75,8 +75,8 @@ def test_a_rope_keeps_its_restitution_in_a_file_and_in_python():
     ("rope", "words"),
     [
         ("{path: [ground.hook, load], restitution: 0.5}", "slack: true"),
-        ("{path: [ground.hook, load], slack: true, restitution: 1.5}", "between 0 \\(they stay together\\) and 1"),
-        ("{path: [ground.hook, load], slack: true, restitution: -0.5}", "between 0 \\(they stay together\\) and 1"),
+        ("{path: [ground.hook, load], slack: true, restitution: 1.5}", "between 0 and 1 \\(0: they stay together"),
+        ("{path: [ground.hook, load], slack: true, restitution: -0.5}", "between 0 and 1 \\(0: they stay together"),
     ],
 )
 def test_a_restitution_that_no_rope_has_is_refused(rope, words):

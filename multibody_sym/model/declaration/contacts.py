@@ -139,8 +139,8 @@ def verify_restitution(name: str, value: Node | None) -> None:
     """Raise ModelError where a constant coefficient of restitution is not one of 0 to 1."""
     if value is not None and value.shadow is not None and not 0 <= value.shadow <= 1:
         raise ModelError(
-            f"{text(value)} is no coefficient of restitution, which is between 0 (they stay together) and 1 (nothing "
-            "is lost)",
+            f"{text(value)} is no coefficient of restitution, which is between 0 and 1 (0: they stay together; 1: "
+            "nothing is lost)",
             number="M109",
         ).under(name)
 
