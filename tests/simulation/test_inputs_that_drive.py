@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 import time
 from collections.abc import Callable
@@ -238,3 +239,17 @@ def test_a_force_by_a_table_of_many_rows_is_integrated_from_row_to_row() -> None
         )
         run = mbs.simulate(system, t_end=10, samples=2, rtol=1e-8, atol=1e-10)
         assert run["u_x"][-1] == pytest.approx(sign * np.trapezoid(y, t) / 2, abs=1e-12)
+
+
+def test_equations_name_a_table_and_their_function_takes_its_values() -> None:
+    """A pendulum in a cabin that moves by y: (J + m l^2) phi'' = -m l sin(phi) (g + y''), y'' of scipy's spline."""
+    rows = [[-1, -1], [0, 0], [0.1, 0.05], [0.3, 0.1], [2, 0.2]]
+    system = lift(old="profile: A*sin(w*t)", new=f"profile: {{table: {rows}, interpolation: cubic}}")
+    equations = mbs.derive(system)
+    written = str(equations.equations)
+    assert "profile''(t)" in written
+    assert "where" not in written
+    bend = CubicSpline(*np.transpose(rows), bc_type="natural")(0.25, 2)
+    wanted = (0.1 * 0.25 - 2 * 0.5 * np.sin(0.2) * (9.81 + bend)) / (0.01 + 2 * 0.25)
+    assert equations.lambdify()([0.2], [0.5], 0.25) == pytest.approx([wanted], rel=1e-12)
+    assert pickle.loads(pickle.dumps(equations)).lambdify()([0.2], [0.5], 0.25) == pytest.approx([wanted], rel=1e-12)
