@@ -128,11 +128,11 @@ def _judged(command: str, code: int, out: str, err: str) -> dict[str, Any]:
         return {"class": f"exit {code}", "text": text}
     if re.search(r"\b(nan|inf|NaN|Infinity)\b", out):
         return {"class": "nan", "text": out[-2000:]}
-    return {"class": "answer"} if command != "simulate" else _judged_run(json.loads(out))
+    return {"class": "answer"} if command != "simulate" else judged_run(json.loads(out))
 
 
-def _judged_run(run: dict[str, Any]) -> dict[str, Any]:
-    """Look at what a run conserves."""
+def judged_run(run: dict[str, Any], t_end: float = 1.0) -> dict[str, Any]:
+    """Return the class of a run by what it conserves, its constraints and its end."""
     energy = run["outputs"]["E"]
     scale = 1 + max(map(abs, energy)) + sum(map(abs, run["impact_losses"].values()))
     missed, drift = run["energy_residual"], run["drift"]
@@ -142,7 +142,7 @@ def _judged_run(run: dict[str, Any]) -> dict[str, Any]:
     worst = max((abs(drift[key]) for key in ("position", "velocity")), default=0.0)
     if not worst <= DRIFT * (1 + max((abs(x) for u in run["speeds"].values() for x in u), default=0.0)):
         return {"class": "drift", **found, "text": f"constraints are missed by {drift}"}
-    if not math.isclose(run["final"]["t"], 1) and run["events"][-1]["kind"] != "stop":
+    if not math.isclose(run["final"]["t"], t_end) and run["events"][-1]["kind"] != "stop":
         return {"class": "ends early", **found, "text": str(run["final"]["t"])}
     return {"class": "answer", **found}
 

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from multibody_sym.errors import InputError
@@ -64,6 +64,7 @@ TREES = st.dictionaries(
 )
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])  # that depends on what else the machine does
 @given(TREES)
 def test_every_tree_reads_back(tree):
     assert read_text(yaml_text(tree), "f").data == tree
