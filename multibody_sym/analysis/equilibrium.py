@@ -113,7 +113,8 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     found, first = rested.found, rested.first
     if not found:
         around = guesses(first.places, first.places.start)
-        raise none_found(first.flow, first.rows, around, in_time=rested.cut_short, one_way=tried(resolved, rested.sets))
+        one_way = tried(resolved, rested.sets, in_time=rested.cut_short)
+        raise none_found(first.flow, first.rows, around, in_time=rested.cut_short, one_way=one_way)
     names = [c.name for c in resolved.coordinates]
     one_sided = tuple(x.search.one_sided(x.q) for x in found)
     return Equilibrium(

@@ -38,10 +38,14 @@ def none_found(
     )
 
 
-def tried(mechanism: Mechanism, sets: tuple[int, int]) -> str:
-    """Return how many `sets` of what may close were tried closed, of how many, and where friction is asked about."""
+def tried(mechanism: Mechanism, sets: tuple[int, int], *, in_time: bool) -> str:
+    """Return how many `sets` of what may close were tried closed, of how many, and where friction is asked about.
+
+    `in_time`: whether the time of a search ended before it had looked everywhere.
+    """
     names, (count, every) = _closing(mechanism), sets
     either = f", and none with {names} closed either" if names else ""
+    either += ", each for a part of that time" if in_time and every > 1 else ""
     if count < every:
         either = f"; of {every} sets of {names} that may be closed {count} {'were' if count > 1 else 'was'} tried"
     rubbing = left_out(mechanism)

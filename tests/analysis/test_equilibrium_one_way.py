@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from collections.abc import Mapping
+from typing import Any
 
 import pytest
 
 import multibody_sym as mbs
 from multibody_sym.analysis.equilibrium import Equilibrium
+from multibody_sym.analysis.resting import closings
+from multibody_sym.analysis.resting.search import Found, Search
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.writing.statics import equilibrium_text
 
@@ -138,6 +142,46 @@ bodies: {{ground: {{surfaces: {{{skins}}}}}, b: {{mass: 1}}}}
 joints: {{s: {{type: point, parent: ground, child: b, q: [x, y], initial: {{q: [0.3, 5]}}}}}}
 contacts: {{{contacts}}}
 """
+
+
+LEANING = """\
+multibody_sym: 1
+name: leaning
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  rod: {shape: {rod: 0.8, mass: 8}, points: {e: [0.8, 0, 0], f: [0, 0, 0]}}
+  ring: {mass: 0.3, inertia: {Izz: 0.01}}
+joints:
+  free: {type: planar, parent: ground, child: rod, q: [x, y, a], initial: {q: [0.8*cos(1), 0, pi - 1]}}
+  on: {type: prismatic, parent: rod, child: ring, axis: x, q: s, initial: {q: 0.4}, limits: {lower: 0.1, upper: 0.7}}
+contacts: {c1: {between: [rod.f, ground.floor]}, c2: {between: [rod.e, ground.wall]}}
+"""
+
+
+def test_each_set_is_searched_however_long_the_one_of_the_start_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A leaning rod slides, since the wall would have to pull; it rests upright or upside down, its ring at a stop.
+
+    With its lower end on the floor V = (m L/2 + n s) g sin(a), and dV/da = 0 where cos(a) = 0.
+    """
+    clock, spent, real = time.process_time, [0.0], closings.found_from
+
+    def slow(search: Search, *given: Any, **named: Any) -> Found:
+        sides = search.mechanism.mode.sides if search.mechanism.mode else {}
+        if {name for name, side in sides.items() if side} == {"c1", "c2"}:
+            spent[0] += 10.0
+            return Found(guesses=1, cut_short=True)
+        return real(search, *given, **named)
+
+    monkeypatch.setattr(closings, "SECONDS", 4.0)
+    monkeypatch.setattr(closings, "found_from", slow)
+    monkeypatch.setattr(time, "process_time", lambda: clock() + spent[0])
+    found = mbs.equilibrium(mbs.loads(LEANING))
+    rests = {(round(math.sin(x["a"]), 9), round(x["s"], 9)) for x in found.positions}
+    assert (1.0, 0.1) in rests
+    assert rests <= {(1.0, 0.1), (-1.0, 0.7)}
+    assert found.sets == (16, 16)
+    assert not any(found.stable)
 
 
 def test_sets_that_were_not_tried_are_not_called_without_rest() -> None:

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.places import Mask
-from multibody_sym.analysis.resting.search import SECONDS, Search, found_from, search_from
+from multibody_sym.analysis.resting.search import SECONDS, Found, Search, found_from, search_from
 from multibody_sym.dynamics.constraints.closing import closed_near
 from multibody_sym.dynamics.laws.assemble import one_way_rows
 from multibody_sym.dynamics.start.start import Start, start
@@ -98,26 +98,33 @@ class _Closings:
     formalism: str | None
 
     def rests(self) -> Rests:
-        """Return the positions of rest, those with the same closed as at the start first."""
-        until, kept, guesses, tried = time.process_time() + SECONDS, list[Rest](), 0, 1
+        """Return the positions of rest, those with the same closed as at the start first.
+
+        Each of the other sets is searched before, for its share of half the time: with what is closed at the start a
+        search may go on and on from position to position in which something would have to pull.
+        """
+        until = time.process_time() + SECONDS
         closed, *others = self._sets()
         closed = self._independent(closed, np.array(self.begin.q, dtype=float))
+        founds: list[tuple[Closed, Found]] = []
+        for number, names in enumerate(others):
+            share = (until - 0.5 * SECONDS - time.process_time()) / (len(others) - number)
+            if share <= 0.0:
+                break
+            search = self.search(names)
+            found = found_from(search, np.array(search.places.start), share, _FRUITLESS, falls=False)
+            founds.append((names, found))
         first = self.search(closed)
-        found = found_from(first, np.array(first.places.start))
-        cut_short = False
-        for number, names in enumerate((closed, *others)):
-            left = until - time.process_time()
-            if number:
-                if left <= 0.0:
-                    cut_short = True
-                    break
-                found = found_from(self.search(names), np.array(self.search(names).places.start), left, _FRUITLESS)
-                tried += 1
-            guesses, cut_short = guesses + found.guesses, cut_short or found.cut_short
+        left = until - time.process_time()
+        founds.insert(0, (closed, found_from(first, np.array(first.places.start), left)))
+        kept = list[Rest]()
+        for names, found in founds:
             for q in found.positions:
                 rest = self._rest(q, names)
                 if rest is not None and not any(_one(rest, x) for x in kept):
                     kept.append(rest)
+        tried, guesses = len(founds), sum(found.guesses for _, found in founds)
+        cut_short = tried <= len(others) or any(found.cut_short for _, found in founds)
         return Rests(tuple(kept), first, guesses, cut_short, (tried, max(tried, _all_sets(self.resolved))))
 
     @cached_property

@@ -87,8 +87,13 @@ class Found:
         return True
 
 
-def found_from(search: Search, start: Floats, seconds: float = SECONDS, most: int = _GUESSES) -> Found:
-    """Return the positions found, that from the start first: from what is found its mirror images and half-turns."""
+def found_from(
+    search: Search, start: Floats, seconds: float = SECONDS, most: int = _GUESSES, *, falls: bool = True
+) -> Found:
+    """Return the positions found, that from the start first: from what is found its mirror images and half-turns.
+
+    `falls`: whether the system falls from the start where Newton's method fails, which may take all the time.
+    """
     found, fruitless, until = Found(), 0, time.process_time() + seconds
     images: deque[Floats] = deque()
     around = guesses(search.places, start)
@@ -98,7 +103,7 @@ def found_from(search: Search, start: Floats, seconds: float = SECONDS, most: in
             break
         fruitless += not images
         guess = images.popleft() if images else next(around)
-        q = search.reached(guess, -np.inf if found.guesses else until)
+        q = search.reached(guess, until if falls and not found.guesses else -np.inf)
         found.guesses += 1
         if q is not None and found.takes(search, q):
             fruitless = 0
