@@ -49,6 +49,9 @@ class Rows(Sequence[Row]):
         found = self.exact.get((row, column))
         return as_node((self.y if column else self.x)[row]) if found is None else found
 
+    def __repr__(self) -> str:
+        return f"<{len(self)} rows from {self.x[0]!r} to {self.x[-1]!r}>"
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Rows) and self.digest == other.digest and self.exact == other.exact
 

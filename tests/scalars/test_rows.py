@@ -81,5 +81,6 @@ def test_names_tell_tables_apart_and_their_numbers_do_not_order_sums() -> None:
     a, b, c = (table(Tabulated(name, rows, "linear"), 0, T) for name, rows in given)
     assert a is not b
     assert a is not c
+    assert repr(first) == "<2 rows from 0.0 to 1.0>"
     assert BUILD["add"](a, b) is BUILD["add"](b, a)
     assert BUILD["add"](c, b).args.index(c) == BUILD["add"](a, b).args.index(a)
