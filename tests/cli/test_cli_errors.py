@@ -61,7 +61,7 @@ def outcome(capsys: pytest.CaptureFixture[str], *words: str):
         (("simulate", PENDULUM, "--inputs", "F=thet"), 2, "model", "there is no input 'F'"),
         (("simulate", PENDULUM, "--formalism", "lagrang"), 2, "input", "did you mean lagrange?"),
         (("simulate", PENDULUM, "--method", "rk4"), 2, "model", "needs a step"),
-        (("simulate", PENDULUM, "--method", "rk5"), 2, "model", "did you mean rk4?"),
+        (("simulate", PENDULUM, "--method", "rk5"), 2, "model", "did you mean RK45?"),
         (("simulate", PENDULUM, "--t-end", "theta"), 2, "model", "names parameters only"),
         (("simulate", PENDULUM, "--t-end", "-1"), 2, "model", "positive"),
         (("simulate", PENDULUM, "--samples", "1"), 2, "model", "whole number"),
