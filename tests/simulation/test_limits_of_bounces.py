@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import mpmath
@@ -114,3 +115,66 @@ def round_a_planet(e=0.6, mu=0.05):
 def test_a_ball_rests_on_a_planet_when_and_where_the_series_of_ellipses_ends() -> None:
     run = mbs.simulate(mbs.loads(PLANET), rtol=1e-11, atol=1e-12)
     assert told(run, "x", "y", "u_x", "u_y") == pytest.approx(round_a_planet(), rel=1e-9, abs=1e-9)
+
+
+BLOCK = f"""
+multibody_sym: 1
+name: block
+gravity: ["-{G}*sin(slope)", "-{G}*cos(slope)", 0]
+parameters: {{mu: 0.2, e: 0.6, slope: 0.5}}
+bodies: {{block: {{mass: 2}}}}
+joints:
+  guide:
+    type: prismatic
+    parent: ground
+    child: block
+    axis: x
+    q: s
+    initial: {{q: 0.5}}
+    limits: {{lower: 0, restitution: e}}
+forces: {{rub: {{type: friction, joint: guide, static: mu, kinetic: mu}}}}
+stop: {{rests: guide.lower stops}}
+simulation: {{t_end: 10}}
+"""
+
+
+def test_a_block_rests_on_the_stop_of_a_rough_guide_when_the_series_of_its_ways_up_and_down_ends() -> None:
+    """It goes up with the deceleration a, down with b: it takes v/a + v/sqrt(a b), and e sqrt(b/a) v is left."""
+    e, mu, slope = 0.6, 0.2, 0.5
+    a, b = (G * (math.sin(slope) + sign * mu * math.cos(slope)) for sign in (1, -1))
+    v = math.sqrt(2 * b * 0.5)
+    end = v / b + e * (v / a + v / math.sqrt(a * b)) / (1 - e * math.sqrt(b / a))
+    assert told(mbs.simulate(mbs.loads(BLOCK)), "s", "u_s") == pytest.approx((end, 0, 0), rel=1e-9, abs=1e-9)
+
+
+CORNER = """
+multibody_sym: 1
+name: corner
+gravity: [-5, -5, 0]
+parameters: {e: 0.5, f: 0.6, h: 0.5}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  ball: {mass: 1}
+joints: {free: {type: point, parent: ground, child: ball, q: [x, y], initial: {q: [0.3, h]}}}
+contacts:
+  c: {between: [ball, ground.floor], restitution: e, open: true}
+  d: {between: [ball, ground.wall], restitution: f, open: true}
+simulation: {t_end: 10}
+"""
+
+
+@pytest.fixture(scope="module")
+def corner() -> System:
+    return mbs.loads(CORNER)
+
+
+@pytest.mark.parametrize(("e", "f", "ahead"), [(0.5, 0.5, 3e-5), (0.5, 0.6, 1e-5), (0.7, 0.4, -2e-5)])
+def test_bounces_on_a_floor_and_on_a_wall_that_end_together_end_each_when_its_own_series_does(
+    corner: System, e: float, f: float, ahead: float
+) -> None:
+    """From rest at a height h it takes sqrt(2 h/g) (1 + e)/(1 - e)."""
+    wall = math.sqrt(2 * 0.3 / 5) * (1 + f) / (1 - f)
+    h = 2.5 * ((wall - ahead) * (1 - e) / (1 + e)) ** 2
+    run = mbs.simulate(corner, parameters={"e": e, "f": f, "h": h}, t_end=wall + 0.1)
+    rests = {x["element"]: x["t"] for x in run.events}
+    assert rests == pytest.approx({"c": wall - ahead, "d": wall}, rel=1e-9)

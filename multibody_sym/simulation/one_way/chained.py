@@ -240,7 +240,7 @@ class OneWayRun:
         blow = bounced(facts, element, (*aside, *self._hidden))
         udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
         before = Before(now.mode, udot, None, self._bounces)
-        if blow is None or before.late(facts, [element], [element.name]):
+        if blow is None or before.late(facts, [element]):
             found = self._decided(t, x, cause, None)
             blow, facts, u = found.blow, found.facts, found.facts.u
             if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:

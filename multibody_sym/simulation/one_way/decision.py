@@ -104,10 +104,14 @@ class Before:
     guess: Mode | None
     bounces: Bounces
 
-    def late(self, facts: Facts, closing: Collection[OneWay], touching: Collection[str]) -> dict[str, float]:
+    @property
+    def resting(self) -> frozenset[str]:
+        """The elements that act in the mode."""
+        return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
+
+    def late(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
         """Return how much longer (s) each element would strike that comes to rest now, or collapses with others."""
-        alone = len(touching) == 1
-        left = {x.name: self.bounces.remaining(facts, x, self.udot, alone) for x in closing}
+        left = {x.name: self.bounces.remaining(facts, x, self.udot) for x in closing}
         ending = dict.fromkeys(self.bounces.collapsing(facts.t, len(facts.laws.unilateral)), 0.0)
         ending |= self.bounces.dying(facts, closing)
         return ending | {name: time for name, time in left.items() if time is not None}
@@ -123,21 +127,23 @@ def decided(
 ) -> Decided:
     """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
 
-    Others that touch there count as well, but for those that have got `beyond` an edge, however near they still are.
-    Those that are `hidden` take no part: sides of thin bars on which a point is not. Several events at once are one.
-    `before` is None at the start.
+    Others that touch there count as well, but for those that fly, however low, or have got `beyond` an edge, however
+    near they still are. Those that are `hidden` take no part: sides of thin bars on which a point is not. Several
+    events at once are one. `before` is None at the start.
     """
-    touching = [name for name in settling.touching(facts, closed) if name not in beyond and name not in hidden]
+    apart = {*beyond, *hidden}
+    flying = before.bounces.flying(facts, closed) if before is not None else set[str]()
+    touching = [name for name in settling.touching(facts, closed) if name not in apart | flying]
     facts = moved(facts, q=onto_rows(facts, touching))
     closing = settling.closing(facts, touching)
-    late = before.late(facts, closing, touching) if before is not None else {}
-    end = before.bounces.limit(facts, closing, late) if before is not None else None
-    held = before.bounces.dying(facts, closing).keys() - {*beyond, *hidden} if before is not None else set[str]()
+    late = before.late(facts, closing) if before is not None else {}
+    held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
     try:
         after = _after(facts, touching, before, late, held)
-        while late and (back := _back(after, {*beyond, *hidden}) - held):
+        while late and (back := _back(after, apart | flying) - held):
             late, held = dict.fromkeys(back, 0.0) | late, held | back
             after = _after(facts, touching, before, late, held)
+        end = before.bounces.limit(facts, closing, late, before.resting) if before is not None else None
         if end is not None and _alone(end, after.touching):
             late = dict.fromkeys(late, end.t - facts.t)
             end = moved(end, q=onto_rows(end, after.touching))

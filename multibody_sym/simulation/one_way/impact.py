@@ -26,6 +26,8 @@ _TICKS: Final = 1e3 * np.finfo(float).eps
 """The part of the time, too: shorter flights are not resolved."""
 _HEIGHT: Final = 1e4 * np.finfo(float).eps
 """The part of the largest length below which the height of a bounce is lost in rounding."""
+_ROUNDED_GAP: Final = 1e-14
+"""The part of the largest length by which what touches may be off its face by rounding."""
 _LONGEST: Final = 12
 """Impacts in a cycle of them."""
 _CYCLES: Final = 4
@@ -190,19 +192,34 @@ class Rhythm:
             a, b, c = (ends[k][0] - ends[k + 1][0] for k in range(_CYCLES - 1))
             if not (0.0 < a < b < c and abs(a * c - b * b) < _ALIKE * b * b):
                 continue
+            left = a * a / (b - a)
             same = all(hits[-1 - k][1] == hits[-1 - k - size][1] for k in range((_CYCLES - 2) * size))
             taking = frozenset(name for _, name in hits[-size:])
-            if same and len(taking) > 1:
-                return taking, a, a * a / (b - a)
+            if same and len(taking) > 1 and self._end_together(np.array([t for t, _ in hits]), size, time + left, left):
+                return taking, a, left
         return frozenset(), 0.0, 0.0
 
-    def limit(self, now: Hit, sizes: Floats) -> tuple[float, Floats] | None:
+    @staticmethod
+    def _end_together(times: Floats, size: int, end: float, left: float) -> bool:
+        """Return whether impacts at each place in a cycle have the same `end` (s), which is `left` (s) after the last.
+
+        Elements that bounce by themselves have ends of their own.
+        """
+        last, before, first = (times[len(times) - k * size :][:size] for k in (1, 2, 3))
+        a, b = last - before, before - first
+        late = b - a
+        return bool((late > 0.0).all()) and bool((np.abs(last + a * a / late - end) < _ALIKE * left).all())
+
+    def limit(
+        self, now: Hit, taking: tuple[frozenset[str], frozenset[str]], sizes: Floats
+    ) -> tuple[float, Floats] | None:
         """Return when all that follow an impact `now` have struck, and the state (nq + nu,) then; None if unknown.
 
+        `taking` are the elements that come to rest, which strike in each cycle, and those that rest: nothing else does.
         The state at the ends of cycles is a smooth function of how long these last. `sizes` (1 + nq + nu,) are those of
         the time and of the state.
         """
-        ends = self._ends(now)
+        ends = self._ends(now, *taking)
         lasted = -np.diff([each.time for each in ends])
         places = [0] if len(lasted) > 1 else []
         for k, each in enumerate(lasted):
@@ -216,11 +233,12 @@ class Rhythm:
         expected = lasted[0] ** 2 / (lasted[1] - lasted[0])
         return (now.time + float(left), np.array(x)) if abs(left - expected) < _EXPECTED * expected else None
 
-    def _ends(self, now: Hit) -> list[Hit]:
+    def _ends(self, now: Hit, ending: frozenset[str], resting: frozenset[str]) -> list[Hit]:
         """Return the ends of the cycles of impacts and modes that are alike, the latest first, `now` the first."""
         hits, last = self._hits, len(self._hits)
         for size in range(1, min(_LONGEST, last) + 1):
-            if not now.names <= hits[last - size].names:
+            taking = frozenset[str]().union(*(hits[k].names for k in range(last - size, last)))
+            if not now.names <= hits[last - size].names or not ending <= taking <= ending | resting:
                 continue
             first = last - size
             while first >= size and all(hits[k].names == hits[k - size].names for k in range(first, first + size)):
@@ -264,21 +282,37 @@ class Bounces:
         slow = facts.rate(element) <= facts.allowed_speed(element.normals[0])
         return None if slow or facts.standing(element) == "open" else onto_rows(facts, [element.name])
 
+    def flying(self, facts: Facts, closed: Collection[str]) -> set[str]:
+        """Return what is not `closed` and off its face, however low it flies, but for what strikes at the same instant.
+
+        What neither bounces nor moves, by more than counts as rest, touches.
+        """
+        found = set[str]()
+        for x in (x for x in facts.near if x.name not in closed):
+            rate = abs(facts.rate(x))
+            moves = x.name in self.since or rate > facts.allowed_speed(x.normals[0])
+            at_once = max(facts.allowed_gap(x, _ROUNDED_GAP), _TICKS * abs(facts.t) * rate)
+            found |= {x.name} if moves and facts.gap(x) > at_once else set()
+        return found
+
     def hit(self, now: Hit) -> None:
         """Note an impact."""
         self._first = min(self._first, now.time)
         self.rhythm.hit(now)
         self._hits.extend((now.time, name) for name in now.names)
 
-    def limit(self, facts: Facts, closing: Collection[OneWay], late: Mapping[str, float]) -> Facts | None:
+    def limit(
+        self, facts: Facts, closing: Collection[OneWay], late: Mapping[str, float], resting: frozenset[str]
+    ) -> Facts | None:
         """Return what holds once all impacts have struck after which elements rest that are `late` (s).
 
-        It follows from what held at the impacts before; None where these are too few, or not alike.
+        It follows from what held at the impacts before; None where these are too few, or not alike. Of the others
+        only those take part that are `resting`.
         """
         if not min(late.values(), default=0.0) > (1.0 - _EXPECTED) * max(late.values(), default=0.0) > 0.0:
             return None
         now = Hit(facts.t, frozenset(x.name for x in closing), np.concatenate([facts.q, facts.u]))
-        found = self.rhythm.limit(now, facts.sizes)
+        found = self.rhythm.limit(now, (frozenset(late), resting), facts.sizes)
         if found is None:
             return None
         q, u = np.split(found[1], [len(facts.q)])
@@ -299,28 +333,28 @@ class Bounces:
     def dying(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
         """Return how much longer (s) elements would strike in turn, in cycles that shrink; none where they go on.
 
-        They all touch, and none gets further away in a cycle than what counts as touching, or what is left is less than
+        They all touch, and none gets further away in a cycle than is lost in rounding, or what is left is less than
         1e-9 of the time since the first impact.
         """
         unseen, fastest = self._unseen(facts.t), max((-facts.rate(x) for x in closing), default=0.0)
-        least = min((facts.allowed_gap(x) for x in facts.near), default=0.0)
+        least = min((_lost_height(facts, x) for x in facts.near), default=0.0)
         since = facts.t - self.rhythm.last
         if not (since < unseen or fastest * since < 4.0 * least):
             return {}
         names, cycle, left = self.rhythm.ending(facts.t, [x.name for x in closing])
         taking = [x for x in facts.near if x.name in names]
-        low = all(abs(facts.rate(x)) * cycle < 4.0 * facts.allowed_gap(x) for x in taking)
+        low = all(abs(facts.rate(x)) * cycle < 4.0 * _lost_height(facts, x) for x in taking)
         ends = len(taking) == len(names) and (low or max(cycle, left) < unseen)
         return {x.name: left for x in taking} if ends else {}
 
     def _unseen(self, time: float) -> float:
         return max(_REMAINING * (time - self._first), _TICKS * abs(time)) if self._first <= time else 0.0
 
-    def remaining(self, facts: Facts, element: OneWay, udot: Floats, alone: bool) -> float | None:
+    def remaining(self, facts: Facts, element: OneWay, udot: Floats) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
 
         A bouncing point with a rebound speed v that closes with an acceleration a under `udot` (nu,) has 2 v/(a (1-e))
-        left in all. Bounces that are lower than what counts as touching are none where others touch as well.
+        left in all.
         """
         if not ceases(facts, element) or not (falling := facts.falling(element, udot)) > 0.0:
             return None
@@ -328,8 +362,7 @@ class Bounces:
         rebound = -e * facts.rate(element)
         left = 2.0 * rebound / (falling * (1.0 - e))
         unseen = max(_REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), _TICKS * abs(facts.t))
-        low = low_bounce(facts, element, falling, rebound, alone)
-        return left if left < unseen or low else None
+        return left if left < unseen or low_bounce(facts, element, falling, rebound) else None
 
     def rested(self, names: Collection[str]) -> None:
         """Forget what rests or is apart for good."""
@@ -337,10 +370,13 @@ class Bounces:
             self.since.pop(name, None)
 
 
-def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float, alone: bool = False) -> bool:
-    """Return whether a bounce is lost in rounding, or is lower than what counts as touching, as others touch too."""
-    least = _HEIGHT * facts.farthest(element) if alone else facts.allowed_gap(element)
-    return rebound * rebound < 2.0 * falling * least
+def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float) -> bool:
+    """Return whether the height of a bounce is lost in rounding."""
+    return rebound * rebound < 2.0 * falling * _lost_height(facts, element)
+
+
+def _lost_height(facts: Facts, element: OneWay) -> float:
+    return float(_HEIGHT * facts.farthest(element))
 
 
 def restitution(facts: Facts, element: OneWay) -> float:
