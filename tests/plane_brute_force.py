@@ -18,8 +18,12 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 NEAR = 1e-9
-"""The gap (m) up to which things touch."""
-LOW = 1e-11
+"""The gap (m) up to which things touch that touched before, or do so at the start."""
+MEETS = 1e-13
+"""The gap (m) up to which others touch: bounces may be lower than the gap above."""
+PARTS = 1e-7
+"""The speed (m/s) up to which what meets does not part: it would be back at once."""
+LOW = 1e-13
 """The height (m) of a bounce that is none."""
 LOOKS = 4
 """Looks within a step."""
@@ -190,14 +194,15 @@ class Simulation:
         """Strike what closes, and return the mode that follows."""
         rows = self.geometry.rows(self.q, self.u, self.every)
         speeds = rows.normal @ self.u
-        near = [k for k in self.every if rows.gap[k] < NEAR and (speeds[k] < 10 * SLOW or k in self.mode)]
+        meets = [rows.gap[k] < MEETS and speeds[k] < PARTS for k in self.every]
+        near = [k for k in self.every if meets[k] or (k in self.mode and rows.gap[k] < NEAR)]
         hits = dict[int, tuple[float, float]]()
         if any(speeds[k] < -SLOW for k in near):
             udot, _ = motion.solved(self.t, np.concatenate([self.q, self.u]))
             late = {k: left for k in near if (left := self._left(k, speeds[k], udot, rows)) is not None}
             hits = self._strike(near, late)
             after = self.geometry.rows(self.q, self.u, near).normal @ self.u
-            near = [k for k, v in zip(near, after, strict=True) if v <= SLOW]
+            near = [k for k, v in zip(near, after, strict=True) if v < PARTS]
         self._settle(near)
         return self._motion(near, hits)
 
@@ -433,7 +438,7 @@ class _Watch:
                 end = _root(rate, dense, a, b)
                 if gap(end, dense(end)) >= 0:
                     continue
-            if gap0[i] <= NEAR / 10:
+            if gap0[i] <= MEETS / 10:
                 if rate0[i] <= 0:
                     peak = self._turn(a, end, rate, dense)
                 else:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -15,12 +17,11 @@ import multibody_sym as mbs
 DISTURBED = 1e-10
 GROWN = 1e-7
 ALIKE = 1e-6
-FAINT, AROUND = 3e-3, 5e-4
-"""Impulses (N s) of the last of endlessly many bounces, and the time (s) about them in which states alone count.
-
-Bounces lower than 1e-9 m are none in the package where others touch, too, so that it ends them sooner.
-"""
+TAIL = 2e-5
+"""The time (s) before rest in which impacts are not told apart: each program ends infinitely many in its own way."""
 SAMPLES = 101
+SHORTEST = 1e-3
+"""Shorter runs (s) are not compared."""
 
 WORDS = {
     "lower": "on",
@@ -51,8 +52,18 @@ class Compared:
     why: str
 
 
-def compare(model: Model, **options: Any) -> Compared:
-    """Compare runs of a model up to where a disturbance shows, or the laws have several answers."""
+@dataclass(frozen=True)
+class Reference:
+    """A run by brute force, up to which time (s) it is one to compare with, and why it ended there."""
+
+    model: Model
+    until: float
+    course: Course
+    why: str
+
+
+def reference(model: Model) -> Reference:
+    """Return the run of a model up to where a disturbance shows, or the laws have several answers."""
     own = Simulation(model)
     run, disturbed = own.simulate(), Simulation(model, DISTURBED).simulate()
     until = min(run.end, disturbed.end)
@@ -61,14 +72,19 @@ def compare(model: Model, **options: Any) -> Compared:
     if shaken is not None:
         until, why = shaken[0], "disturbed"
     until = min(until, model.t_end) if not why else 0.999 * until
-    if until < 1e-3:
-        return Compared(until, 0, "", why)
-    system = mbs.loads(text(model))
-    theirs = mbs.simulate(system, t_end=until, samples=SAMPLES, rtol=1e-11, atol=1e-12, **options)
+    return Reference(model, until, course(own, run, until), why)
+
+
+def compare(own: Reference, **options: Any) -> Compared:
+    """Compare the package's run of a model with a reference."""
+    if own.until < SHORTEST:
+        return Compared(own.until, 0, "", own.why)
+    system = mbs.loads(text(own.model))
+    theirs = mbs.simulate(system, t_end=own.until, samples=SAMPLES, rtol=1e-11, atol=1e-12, **options)
     events = [_event(each) for each in theirs.events]
-    first = course(own, run, until)
-    found = difference(first, Course(events, np.hstack([theirs.q, theirs.u])), until, ALIKE)
-    return Compared(until, len(first.events), "" if found is None else f"{found[0]:.9g} s: {found[1]}", why)
+    found = difference(own.course, Course(events, np.hstack([theirs.q, theirs.u])), own.until, ALIKE)
+    told = "" if found is None else f"{found[0]:.9g} s: {found[1]}"
+    return Compared(own.until, len(own.course.events), told, own.why)
 
 
 def course(own: Simulation, run: Run, until: float) -> Course:
@@ -96,50 +112,31 @@ def _events_differ(
     found = []
     margin = max(allowed, 1e-9) * until
     for element in {x.element for x in (*first, *second)}:
-        both = [[x for x in events if x.element == element] for events in (first, second)]
-        faint = [x.t for x in (*both[0], *both[1]) if 0.0 < x.impulse < FAINT]
-        own, other = (_reduced(events, faint) for events in both)
-        for k in range(max(len(own), len(other))):
-            one, two = (x[k] if k < len(x) else None for x in (own, other))
+        own, other = (_reduced([x for x in events if x.element == element]) for events in (first, second))
+        for one, two in zip_longest(own, other):
             t = min(x.t for x in (one, two) if x is not None)
-            if t > until - (2 * AROUND if faint else margin):
+            if t > until - TAIL - margin:
                 break
-            if not _alike(one, two, margin, allowed, faint):
+            if not _alike(one, two, margin, allowed):
                 found.append((t, f"{element}: {_told(one)} against {_told(two)}"))
                 break
     return min(found, default=None)
 
 
-def _reduced(events: Sequence[Event], faint: Sequence[float]) -> list[Event]:
-    """Return the events of an element; about faint bounces the last of its states alone, if it is another one."""
-    found, state = list[Event](), "open"
-    for place, event in enumerate(events):
-        following = events[place + 1] if place + 1 < len(events) else None
-        if _is_about(event.t, faint):
-            lasts = following is not None and _is_about(following.t, faint) and following.t - event.t < AROUND
-            if event.kind != "impact":
-                state = event.kind
-            if not lasts and state != _state_of(found):
-                found.append(replace(event, kind=state))
-        else:
-            found.append(event)
-            state = state if event.kind == "impact" else event.kind
+def _reduced(events: Sequence[Event]) -> list[Event]:
+    """Return the events of an element; the last of infinitely many impacts and the rest that they lead to are one."""
+    found = list[Event]()
+    for event in events:
+        while event.kind not in ("impact", "open") and found and event.t - found[-1].t < TAIL:
+            found.pop()
+            event = replace(event, impulse=math.nan)
+        found.append(event)
     return found
 
 
-def _state_of(events: Sequence[Event]) -> str:
-    return next((x.kind for x in reversed(events) if x.kind != "impact"), "open")
-
-
-def _is_about(t: float, faint: Sequence[float]) -> bool:
-    return any(abs(t - x) < AROUND for x in faint)
-
-
-def _alike(one: Event | None, two: Event | None, margin: float, allowed: float, faint: Sequence[float]) -> bool:
+def _alike(one: Event | None, two: Event | None, margin: float, allowed: float) -> bool:
     if one is None or two is None or one.kind != two.kind:
         return False
-    if _is_about(one.t, faint):
-        return abs(one.t - two.t) < 2 * AROUND
     # An impulse that is not unique is no number, and differs from none.
     return abs(one.t - two.t) <= margin and not abs(one.impulse - two.impulse) > allowed * (1.0 + one.impulse)
 
@@ -151,9 +148,7 @@ def _told(event: Event | None) -> str:
 def _states_differ(first: Course, second: Course, until: float, allowed: float) -> tuple[float, str] | None:
     times = np.linspace(0.0, until, SAMPLES)
     jumps = np.array([x.t for x in (*first.events, *second.events)])
-    faint = np.array([x.t for x in (*first.events, *second.events) if 0.0 < x.impulse < FAINT])
     apart = np.array([np.abs(jumps - t).min(initial=np.inf) > 2e-5 for t in times])
-    apart &= np.array([np.abs(faint - t).min(initial=np.inf) > AROUND for t in times])
     apart[0] = True
     size = 1.0 + np.abs(first.states)
     wrong = np.abs(first.states - second.states) / size > allowed

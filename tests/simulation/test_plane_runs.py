@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plane_comparison import compare
+from plane_comparison import compare, reference
 from plane_geometry import TINY, Geometry
 from plane_models import random_model
 
-SOON = (1, 14, 15, 23, 37, 41, 45, 49, 61)
+SOON = (1, 2, 14, 15, 23, 37, 41, 45, 49, 61)
 """Seeds of runs that take little time; together they slide, stick, roll, hang on ropes, bounce and meet stops."""
 
-LOW = "where others touch, too, bounces below 1e-9 m are none: after endlessly many, speeds are wrong by 1e-6"
 DIFFERENT = {
-    29: LOW,
-    101: LOW,
+    29: "not compared since bounces beside others end at their own limit: until then their ends differed",
     105: "a contact that sticks is said to slide for 2e-12 s as others strike that have nothing to do with it",
 }
 """Seeds of runs that are known to differ, and why."""
@@ -26,7 +24,7 @@ MANY = [
 
 @pytest.mark.parametrize("seed", SOON)
 def test_a_plane_run_is_that_of_an_independent_program(seed: int) -> None:
-    found = compare(random_model(seed), backend="python")
+    found = compare(reference(random_model(seed)), backend="python")
     assert (found.difference, found.why) == ("", "")
     assert found.events > 0
 
@@ -35,7 +33,7 @@ def test_a_plane_run_is_that_of_an_independent_program(seed: int) -> None:
 @pytest.mark.parametrize("seed", MANY)
 def test_plane_runs_are_those_of_an_independent_program(seed: int) -> None:
     """They are compared until a disturbance of 1e-10 has grown to 1e-7, or the law has several answers."""
-    assert compare(random_model(seed), backend="python").difference == ""
+    assert compare(reference(random_model(seed)), backend="python").difference == ""
 
 
 def test_rows_of_the_independent_program_are_gradients_of_its_gaps() -> None:
