@@ -110,9 +110,9 @@ def _counted(value: Any, items: list[Any] | None) -> str:
         written = isinstance(value, (int, float, str)) and not is_empty(value)
         along = f"; along x it is [{value}, 0, 0], along y [0, {value}, 0]" if written else ""
         return f"{described(value)}{along}"
-    if len(items) > 3:
+    if len(items) > 3 and all(isinstance(x, str) for x in items):
         return f"a list of {len(items)}; numbers have a decimal point, 0.5, as a comma begins the next entry"
-    if len(items) == 1:
+    if len(items) == 1 and isinstance(items[0], str):
         return "a list of 1; commas stand between the components, [x, y, z]"
     return f"a list of {len(items)}" + ("; of vectors in the x-y plane the third is 0" if len(items) == 2 else "")
 
