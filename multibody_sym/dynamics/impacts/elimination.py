@@ -17,7 +17,7 @@ from multibody_sym.dynamics.laws.scaled import scaled
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.pivoted_qr import pivoted_qr
-from multibody_sym.numerics.rank import DRAWN, exact, idle, scaled_rows
+from multibody_sym.numerics.rank import DRAWN, ROUNDED, idle, rank, scaled_rows
 from multibody_sym.records import dataclass
 
 
@@ -42,19 +42,26 @@ def moved_by(some: Chosen, own: list[int]) -> Moved:
     return _ordinary(some, own, equal) if ordinary else _general(some, own)
 
 
-def struck_at(some: Chosen, row: int, name: str) -> Moved:
-    """Return what impulses at a unilateral row of a chosen problem, and at its friction, do.
+def verify_moves(some: Chosen, row: int, name: str) -> None:
+    """Raise NoSolutionError where constraints and prescribed motions alone determine the speed of a unilateral row.
 
-    Raises NoSolutionError where this row cannot move at all.
+    Its row is then a combination of theirs. Rows that define an impulse determine no speed.
     """
-    own = [row, *(k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction))]
-    problem, moved = some.problem, moved_by(some, own)
-    size = float(np.linalg.norm(problem.matrix[own[0]]) * np.linalg.norm(problem.exerted[own[0]]))
-    if not moved.K[0, 0] > exact(problem.matrix) ** 2 * size:
-        raise NoSolutionError(
-            f"{name} closes, but what holds both ways leaves it no motion: no impulse stops it", number="N108"
-        )
-    return moved
+    problem = some.problem
+    defining = np.abs(problem.coupling).sum(axis=1) > 0.0
+    kept = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and not defining[k]]
+    if rank(problem.matrix[[*kept, row]], ROUNDED) > rank(problem.matrix[kept], ROUNDED):
+        return
+    message = (
+        f"{name} closes, but constraints and prescribed motions alone determine its speed: no impulse stops it "
+        "(end the run before, or let a force drive what a motion drives)"
+    )
+    raise NoSolutionError(message, number="N108")
+
+
+def struck_at(some: Chosen, row: int) -> Moved:
+    """Return what impulses at a unilateral row of a chosen problem, and at its friction, do."""
+    return moved_by(some, [row, *(k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction))])
 
 
 def _ordinary(some: Chosen, own: list[int], equal: list[int]) -> Moved:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
-from multibody_sym.dynamics.impacts.elimination import Moved, struck_at
+from multibody_sym.dynamics.impacts.elimination import Moved, struck_at, verify_moves
 from multibody_sym.dynamics.impacts.in_space import turned, turns
 from multibody_sym.dynamics.impacts.pace import AT_REST, Pace, alone, among
 from multibody_sym.dynamics.impacts.problem import Stage
@@ -63,8 +63,9 @@ class _Course:
     def __init__(self, account: Account, some: Chosen, row: int) -> None:
         self.account, self.some, self.row = account, some, row
         parts = some.problem.parts
-        simple, name = _is_alone(some, row), account.problem.name(some.rows[row])
-        self.moved: Moved | None = struck_at(some, row, name) if simple else None
+        simple = _is_alone(some, row)
+        verify_moves(some, row, self._name())
+        self.moved: Moved | None = struck_at(some, row) if simple else None
         self.part: FrictionLaw | None = parts[0] if simple and parts else None
         self.tangents = list(self.part.rows) if self.part else []
         self.v = account.speeds()[some.rows]
@@ -117,7 +118,7 @@ class _Course:
         ended = end <= stop
         dp = end if ended else stop
         if not math.isfinite(dp):
-            raise NoSolutionError(f"the impact at {self._name()} has no end: its friction wedges it", number="N108")
+            raise NoSolutionError(self._wedged(rate), number="N108")
         at = at.on(dp, rate)
         at = goal.met(at) if ended else at
         if dp > 0.0:
@@ -127,6 +128,12 @@ class _Course:
         if stop <= dp:
             self.v[stopping] = 0.0
         return at, ended
+
+    def _wedged(self, rate: float) -> str:
+        """Return that no impulse ends the impact: proved where the contact alone rubs, as its course is then unique."""
+        why = f"an impulse of 1 N s with its friction closes it faster by {abs(rate):.3g} m/s, however large it grows"
+        known = "" if self.moved is not None else "; proved for the way in which other parts slip or stick here only"
+        return f"the impact at {self._name()} has no end: its friction wedges it ({why}{known})"
 
     def _next_stop(self, pace: Pace) -> tuple[float, list[int]]:
         """Return the dp after which the first part stops to slip, and its rows."""
