@@ -19,7 +19,7 @@ system = mbs.System(
         "slide": mbs.Revolute("hoop", "bead", axis="x", q="theta", initial={"q": start}),
     },
     outputs={
-        "motor": "reaction(axle, mz)",
+        "motor": "mz(axle)",
         "energy": "total_energy()",
         "jacobi": "total_energy() - w*angular_momentum(z)",
     },

@@ -18,7 +18,7 @@ system = mbs.System(
     },
     inputs={"push": F * mbs.cos(w * t)},
     forces={"motor": mbs.Force("cart", [push, 0, 0])},
-    outputs={"track_force": "reaction(track, fy)", "energy": "total_energy()"},
+    outputs={"track_force": "fy(track)", "energy": "total_energy()"},
     simulation={"t_end": "5 s"},
 )
 

@@ -24,7 +24,7 @@ system = mbs.System(
         "C": mbs.Revolute("coupler.end", "rocker.end", axis="z"),
     },
     forces={"motor": mbs.Torque(torque * mbs.cos(mbs.t), joint="A")},
-    outputs={"pin_x": "reaction(C, fx)", "pin_y": "reaction(C, fy)", "tip": "position(coupler.end, y)"},
+    outputs={"pin_x": "fx(C)", "pin_y": "fy(C)", "tip": "position(coupler.end, y)"},
     simulation={"t_end": "10 s"},
 )
 

@@ -35,7 +35,7 @@ system = mbs.System(
     outputs={
         "energy": "total_energy()",
         "vertical": "angular_momentum(z)",
-        "bearing": "reaction(axle, mx)",
+        "bearing": "mx(axle)",
     },
     simulation={"t_end": "5 s"},
 )

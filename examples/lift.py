@@ -22,7 +22,7 @@ system = mbs.System(
         "person": mbs.Body(mass=m),
     },
     joints={"scale": mbs.Fixed("ground", "person")},
-    outputs={"reading": "reaction(scale, fy)", "kilograms": "reaction(scale, fy)/g", "speed": "velocity(person, y)"},
+    outputs={"reading": "fy(scale)", "kilograms": "fy(scale)/g", "speed": "velocity(person, y)"},
     simulation={"t_end": T},
 )
 

@@ -13,7 +13,7 @@ system = mbs.System(
     },
     bodies={"bob": mbs.Body(mass="m", com=[0, "-l", 0])},
     joints={"hinge": mbs.Revolute("ground", "bob", axis="z", q="theta", initial={"q": "60 deg", "u": 0})},
-    outputs={"height": "position(bob, y)", "energy": "total_energy()", "pull": "reaction(hinge, fy)"},
+    outputs={"height": "position(bob, y)", "energy": "total_energy()", "pull": "fy(hinge)"},
     simulation={"t_end": "10 s"},
 )
 

@@ -22,8 +22,8 @@ system = mbs.System(
     forces={"spring": mbs.SpringDamper(joint="mount", stiffness=k, damping=c)},
     outputs={
         "height": "position(housing, y)",
-        "bearing": "reaction(axle, fy)",
-        "floor": "reaction(mount, fy)",
+        "bearing": "fy(axle)",
+        "floor": "fy(mount)",
     },
     simulation={"t_end": "1 s"},
 )

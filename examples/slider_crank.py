@@ -27,7 +27,7 @@ system = mbs.System(
     },
     forces={"drive": mbs.Torque(tau, joint="A")},
     inputs={"tau": T0 * mbs.sin(2 * mbs.pi * t)},
-    outputs={"pin_force": "reaction(C, fx)", "energy": "total_energy()"},
+    outputs={"pin_force": "fx(C)", "energy": "total_energy()"},
     simulation={"t_end": "2 s", "method": "dormand_prince", "rtol": 1e-9},
 )
 

@@ -18,6 +18,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "not_unique": "rows and joints whose forces are not unique",
         "dependencies": "which rows depend on which",
         "ambiguous": "constraints that leave more than one meaning, with what they could be",
+        "ambiguous_forces": "the forces that are not unique, by their names in expressions",
         "agreement": "by formalism: how far it differs from the first, relative; 1e-12 is rounding",
         "theorems": "by theorem: how far it is missed, relative",
         "conserved": "what the motion conserves",

@@ -40,7 +40,9 @@ QUANTITIES_SAY: Final = {
     "angular_velocity": "how fast a body turns, about x, y or z",
     "angular_acceleration": "its rate",
     "distance": "how far apart two points are",
-    "reaction": "a component of what a joint does to its child (fx .. mz), or a contact (normal, friction)",
+    "'": "the rate of a coordinate or of a speed",
+    "''": "the second derivative of a coordinate",
+    "reaction": "one of the forces below, such as `fx(hinge)`",
     "tension": "the tension of a rope or rod; of a rope with several tensions by number along its path",
     "multiplier": "the multiplier of a constraint",
     "total_energy": "kinetic and potential energy",
@@ -67,6 +69,17 @@ _OPERATORS: Final = (
     ("`.`", "joins names: `rod.pin`; a name with blanks is quoted: `'my rod'.pin`"),
 )
 _CONSTANTS: Final = (("`pi`", "3.14159.."), ("`t`", "the time in s"), ("`real(x)`", "a decimal as the float it is"))
+_FORCES: Final = (
+    ("`fx(joint)` .. `fz(joint)`", "force of a joint, or of what holds a pulley, on its child", "`N`"),
+    ("`mx(joint)` .. `mz(joint)`", "moment of a joint on its child, about the joint's point", "`N*m`"),
+    ("`normal(contact)`", "normal force of a contact, of one corner (`box.corner1`) or of all", "`N`"),
+    ("`friction(contact)`", "friction of a contact; in space `friction_1`, `friction_2` along the tangents", "`N`"),
+    ("`rolling(contact)`", "moment of rolling resistance; in space `rolling_1`, `rolling_2`", "`N*m`"),
+    ("`force(joint.lower)`", "force of a stop, `lower` or `upper`", "by what is asked"),
+    ("`friction(name)`, `normal(name)`", "friction in a joint and what presses there; of parts by name, `rub.pad1`",
+     "by what is asked"),
+    ("`normal(joint)`", "force across the curve along which a joint guides", "`N`"),
+)
 
 
 def language() -> str:
@@ -97,6 +110,12 @@ coordinate) and inputs of the model, and `t`. Inside `[..]` or `{{..}}` an expre
 In `outputs`, `stop` and `ask` expressions name what the motion does.
 
 {table(("quantity", "value", "SI unit"), quantities)}
+### Forces
+
+Each force has a name of its own, and this name is printed: `fx(hinge)`, `normal(c)`, `tension(rope, 2)`.
+`reaction(hinge, fx)` means the same.
+
+{table(("force", "value", "SI unit"), _FORCES)}
 ### States
 
 In `stop` and `ask`, and as moments, the beginning of a state is a condition: `c1 sticks`. A state that is there from
@@ -118,6 +137,8 @@ numbers of {MOST_DIGITS} digits and exponents of {LARGEST_EXPONENT}. Nothing in 
 
 def _calls(name: str) -> str:
     asked = QUANTITIES[name]
+    if name.startswith("'"):
+        return code(f"{asked.arguments[0]}{name}")
     return ", ".join(code(f"{name}({', '.join(args)})") for args in (asked.arguments, *asked.others))
 
 

@@ -25,7 +25,7 @@ system = mbs.System(
     constraints={"string": mbs.Rope(["block", "pulley", "load"])},
     pulleys={"pulley": mbs.Pulley("ground")},
     ask={
-        "normal_force": "reaction(plane, fy)",
+        "normal_force": "fy(plane)",
         "speed_at_the_top": mbs.Ask(of="block", at={"s": 0}),
     },
     simulation=mbs.Settings(t_end="0.9 s"),

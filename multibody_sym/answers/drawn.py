@@ -142,6 +142,7 @@ def _with_open(shown: Shown, run: Trajectory, scene: Scene) -> Shown:
     """Return what is shown with what is not unique: the elements, each once, whether they are drawn and how."""
     from multibody_sym.answers.cut_free.joints import shown_components
     from multibody_sym.dynamics.derivation.letters import component_label
+    from multibody_sym.expressions.quantities import force_name
 
     seen, dashed = shown_components(scene), {arrow.name for arrow in shown.reactions if arrow.open}
     elements = {row.name: element for element in run.ready.mechanism.one_way for row in element.rows}
@@ -154,7 +155,7 @@ def _with_open(shown: Shown, run: Trajectory, scene: Scene) -> Shown:
             word = "dashed" if element.path[1] in dashed else "their sum is drawn"
             told[element.name] = f"{element.name} ({word})"
         elif kept or not components:
-            told[name] = f"{' '.join([name, *kept])} (not drawn)"
+            told[name] = f"{', '.join([force_name(name, each) for each in kept]) or name} (not drawn)"
             undrawn += [component_label(name, each).text for each in kept] or [name]
     return replace(shown, not_unique=tuple(told.values()), undrawn=tuple(undrawn))
 

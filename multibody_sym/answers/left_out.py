@@ -9,10 +9,10 @@ import numpy as np
 
 from multibody_sym.answers.instant import Solved
 from multibody_sym.dynamics.programs.one_way_forces import is_active
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow
 from multibody_sym.model.mechanism.mass import ORIGIN
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares

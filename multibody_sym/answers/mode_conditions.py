@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import reduce
+from operator import add
 from typing import Final, Literal
 
 import numpy as np
@@ -17,19 +19,28 @@ from multibody_sym.answers.one_way import Acting
 from multibody_sym.dynamics.programs.one_way_forces import is_active, rubs, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import with_coefficients
-from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import (
+    ALONG_VELOCITY,
+    FRICTION,
+    STICKS,
+    FrictionPart,
+    OneWay,
+    component_names,
+    components_of,
+)
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.numerics.outline import outline
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import absolute, evaluate, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, quantity, symbol
 from multibody_sym.scalars.traversal import postorder
 from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
@@ -82,7 +93,8 @@ def _normal(acting: Acting, element: OneWay, touching: Collection[str]) -> Itera
     name, (force, fails) = element.name, _PRESSES[element.kind]
     rows = (element.normals[0].name,)
     if is_active(acting.mechanism, element):
-        yield Inequality("least", _nodes(acting.normal(element)), f"{force}({name}) >= 0", f"{name} {fails}", rows)
+        told = f"{force_name(name, force)} >= 0"
+        yield Inequality("least", _nodes(acting.normal(element)), told, f"{name} {fails}", rows)
     elif name in touching:
         opening = acting.acceleration(rows[0])
         told = f"{name} opens: its gap's acceleration >= 0"
@@ -104,7 +116,7 @@ def _sides(acting: Acting, element: OneWay) -> Iterator[Inequality]:
         side = sides.get(row.name, sides.get(element.name, 0))
         if side:
             force = acting.multiplier(row.name)
-            told = f"{row.name} {'>=' if side > 0 else '<='} 0"
+            told = f"{force_name(row.name, 'multiplier')} {'>=' if side > 0 else '<='} 0"
             broken = f"{element.name} presses on the other side"
             yield Inequality("least", _nodes(force if side > 0 else -force), told, broken, (row.name,))
 
@@ -152,14 +164,20 @@ def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[s
     (static,) = coefficients(acting.motion, part.rows, [part.static])
     limit = static * acting.pressing(element, part)
     forces = acting.friction(part)
-    told = f"abs(friction({part.name})) <= {_most(static, element.name)}"
+    if element.unilateral:
+        told = _limited(element.name, component_names(element, part), static)
+    else:
+        told = _limited(part.name, components_of(part, FRICTION), static)
     kind: Kind = "within" if len(forces) == 1 else "circle"
     return Inequality(kind, _nodes(*forces, limit), told, f"{part.name} slips", rows)
 
 
-def _most(static: object, name: str) -> str:
-    """Return the most that friction may be, with the coefficient in the letters of the model."""
-    return text(with_doubles(as_node(static) * quantity("normal", (name,))))
+def _limited(name: str, components: Sequence[str], static: object) -> str:
+    """Return that friction is at most a coefficient, in the letters of the model, times the normal force."""
+    parts = [quantity("reaction", (name, component)) for component in components]
+    size = absolute(parts[0]) if len(parts) == 1 else sqrt(reduce(add, (x**2 for x in parts)))
+    most = with_doubles(as_node(static) * quantity("reaction", (name, "normal")))
+    return f"{text(as_node(size))} <= {text(most)}"
 
 
 def _nodes(*terms: object) -> tuple[Node, ...]:
@@ -241,7 +259,7 @@ def _sticking_together(
     pairs = zip(statics, elements, parts, strict=True)
     limit = sum((static * acting.pressing(element, part) for static, element, part in pairs), 0)
     forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
-    told = f"abs(friction({name})) <= {_most(statics[0], name)}"
+    told = _limited(name, components_of(parts[0], FRICTION), statics[0])
     rows = tuple(row.name for part in parts for row in part.rows)
     kind: Kind = "within" if len(forces) == 1 else "circle"
     return Inequality(kind, _nodes(*forces, limit), told, f"{name} slips", rows)
@@ -263,7 +281,7 @@ def _standing(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
         if len(elements) > (3 if len(corners) > 2 else 2):
             rows = tuple(element.normals[0].name for element in elements)
             whole = sum((acting.normal(element) for element in elements), 0)
-            yield Inequality("least", _nodes(whole), f"normal({name}) >= 0", f"{name} opens", rows)
+            yield Inequality("least", _nodes(whole), f"{force_name(name, 'normal')} >= 0", f"{name} opens", rows)
             for side in zip(corners, (*corners[1:], corners[0]), strict=True):
                 yield _inside(acting, name, elements, face if len(corners) > 2 else None, side)
 

@@ -12,12 +12,12 @@ from multibody_sym.answers.in_letters.told import told
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.solution import AT
-from multibody_sym.dynamics.programs.one_way_forces import FORCES, component_names, is_active
+from multibody_sym.dynamics.programs.one_way_forces import is_active
 from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
-from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.one_way import PRESSING, OneWay, component_names
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.scalars.node import ZERO
@@ -124,7 +124,7 @@ def _of_rope(solved: Solved, rope: RopeRow) -> Components:
 
 
 def _units(mechanism: Mechanism, element: OneWay) -> dict[str, str]:
-    told = dict.fromkeys(FORCES.values(), "N")
+    told = dict.fromkeys(PRESSING.values(), "N")
     for part in element.frictions:
         named = zip(component_names(element, part), part.rows, strict=True)
         told |= {name: unit_of(mechanism, row) for name, row in named}

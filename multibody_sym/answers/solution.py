@@ -55,8 +55,8 @@ class Solution:
     (in space `friction_1`, `friction_2`), of several corners together also `at_x`, `at_y`, `at_z`, where their normal
     force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
     how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `sums`: forces of
-    separate contacts that are unique together though not alone, such as `c friction + d friction`. `verdict`: `one`, or
-    `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
+    separate contacts that are unique together though not alone, such as `friction(c) + friction(d)`. `verdict`: `one`,
+    or `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
     `where`: what the letters stand for that formulas name beside those of the model, where loops leave no closed form.
     `labels`: the letters by which parameters that have one are known where formulas are typeset.
 

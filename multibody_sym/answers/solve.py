@@ -179,7 +179,8 @@ def _kinds(resolved: Mechanism, reactions: Mapping[str, Mapping[str, Value]]) ->
     places = {place_of(row)[0]: row for row in resolved.rows}
     found: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}
     for element in resolved.one_way:
-        found |= {name: element.kind for name in (element.group, element.name) if name in reactions}
+        own = element.name if element.kind == "stop" else element.group  # a stop's group is its joint
+        found |= {name: element.kind for name in (own, element.name) if name in reactions}
     return found
 
 

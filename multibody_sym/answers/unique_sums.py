@@ -9,6 +9,7 @@ from typing import Any, Final
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.one_way import OneWay
 
@@ -21,7 +22,7 @@ Signed = tuple[tuple[OneWay, int], ...]
 def unique_sums(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> dict[str, Value]:
     """Return the sums of one kind of force over separate contacts that are unique, though none of them is alone.
 
-    By their words, such as `c friction + d friction`; the forces of one contact's corners stand together anyway.
+    By their words, such as `friction(c) + friction(d)`; the forces of one contact's corners stand together anyway.
     """
     found: dict[str, Value] = {}
     for word in ("normal", "friction", "tension"):
@@ -60,7 +61,7 @@ def _unique(
     """Yield the sums and differences of forces that are unique."""
     for signs in product((1, -1), repeat=len(chosen) - 1):
         signed: Signed = tuple(zip(chosen, (1, *signs), strict=True))
-        name = "".join(f" {'+' if sign > 0 else '-'} {element.name} {word}" for element, sign in signed)[3:]
+        name = "".join(f" {'+' if sign > 0 else '-'} {force_name(each.name, word)}" for each, sign in signed)[3:]
 
         def of_sum(instant: Instant, signed: Signed = signed, name: str = name) -> Mapping[str, Any]:
             return {name: sum(sign * Acting.at(instant).of(element)[word] for element, sign in signed)}

@@ -15,6 +15,7 @@ from multibody_sym.answers.one_way import Acting
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
@@ -159,4 +160,5 @@ def _pulled_wheels(solved: Solved, reactions: Reactions) -> list[str]:
     """Return for each rolling wheel that its plane would pull that it lifts off; what is not unique says nothing."""
     forces = {name: reactions[name]["tension"] for name in normal_forces(solved.mechanism)}
     pulled = [name for name, force in forces.items() if force.unique and (force.value or 0.0) < _least(solved)]
-    return [f"{name} >= 0 fails: the plane would pull; in truth the wheel lifts off" for name in pulled]
+    wrong = "fails: the plane would pull; in truth the wheel lifts off"
+    return [f"{force_name(name, 'multiplier')} >= 0 {wrong}" for name in pulled]

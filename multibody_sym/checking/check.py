@@ -69,7 +69,8 @@ class CheckReport:
     joints keep their coordinates, with as many speeds as the joint, each held by a row of its own; `not_unique`: rows
     and joints whose forces are not
     determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
-    forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
+    forces are not determined, joints with the components, `ambiguous_forces` the names of these forces in expressions;
+    `agreement`: each formalism's worst scaled residual (rounding
     is below 10, with constraints below 100); `theorems`: relative residuals, of rates at
     states and of changes along a short run (`impulse`, `angular_impulse`, `work`); `conserved` quantities, as outputs
     name them, and the `symmetries` that give them; `held` and
@@ -87,6 +88,7 @@ class CheckReport:
     not_unique: tuple[str, ...]
     dependencies: tuple[tuple[str, ...], ...] = ()
     ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    ambiguous_forces: tuple[str, ...] = ()
     agreement: Mapping[str, float] = field(default_factory=dict)
     theorems: Mapping[str, float] = field(default_factory=dict)
     conserved: tuple[str, ...] = ()
@@ -192,6 +194,7 @@ def _with_dynamics(
         not_unique=rank.not_unique,
         dependencies=rank.dependencies,
         ambiguous=rank.ambiguous,
+        ambiguous_forces=rank.ambiguous_forces,
         agreement=ratios,
         theorems=residuals,
         conserved=tuple(kept),

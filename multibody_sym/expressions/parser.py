@@ -7,7 +7,8 @@ from functools import reduce
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, nearest
-from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.expressions.components import FORCE_NAMES
+from multibody_sym.expressions.quantities import QUANTITIES, Quantity
 from multibody_sym.expressions.tokens import Token, exact_number, failure, tokens
 from multibody_sym.expressions.units import Dimension, read_unit
 from multibody_sym.records import dataclass
@@ -183,13 +184,14 @@ class _Parser:
 
     def named(self, token: Token) -> bool:
         if self.found[self.place].kind != "(":
-            self.values.append(PI if token.text == "pi" else symbol(token.text))
+            name, primes = _without_primes(token)
+            self.values.append(quantity(primes, [name]) if primes else PI if name == "pi" else symbol(name))
             return True
         self.place += 1
         if token.text in FUNCTIONS:
             self.push(_Frame(token, _OPEN, first=len(self.values)))
             return False
-        if token.text in QUANTITIES:
+        if token.text in _CALLED:
             self.values.append(self.quantity(token))
         elif token.text == "real":
             self.values.append(self.real(token))
@@ -211,22 +213,22 @@ class _Parser:
                     break
                 if closing.kind != ",":
                     raise self.error(closing, self.no_name(token, closing))
-        asked = QUANTITIES[token.text]
+        asked = _CALLED[token.text]
         if asked.taking(len(names)) is None:
             raise self.error(token, _arity(token.text, asked.arguments, len(names), asked.others), "E102")
-        return quantity(token.text, names)
+        return quantity("reaction", [*names, token.text]) if token.text in FORCE_NAMES else quantity(token.text, names)
 
     def numbered_run(self, function: Token, names: list[str]) -> None:
         """Read which run of a rope is meant, which becomes a part of its name: `tension(string, 2)`."""
         number = self.found[self.place + 1] if self.found[self.place].kind == "," else None
-        if number is not None and number.text.isdecimal() and QUANTITIES[function.text].arguments == ("rope",):
+        if number is not None and number.text.isdecimal() and _CALLED[function.text].arguments == ("rope",):
             names[-1] = f"{names[-1]}.{number.text}"
             self.place += 2
 
     def mode(self, function: Token) -> str:
         """Read the number of a mode, such as that of `frequency(1)`; return nothing where another argument stands."""
         number = self.found[self.place]
-        if not (QUANTITIES[function.text].of_mode and number.kind == "number"):
+        if not (_CALLED[function.text].of_mode and number.kind == "number"):
             return ""
         self.place += 1
         return str(int(number.text)) if number.text.isdecimal() else number.text
@@ -235,7 +237,7 @@ class _Parser:
         parts: list[str] = []
         while True:
             token = self.found[self.place]
-            if token.kind not in ("name", "quoted"):
+            if token.kind not in ("name", "quoted") or _without_primes(token)[1]:
                 raise self.error(token, f"a name must stand here{_instead(token)}; {_QUOTED_NAMES}")
             quote = token.text[0]
             name = token.text if token.kind == "name" else token.text[1:-1].replace(quote * 2, quote)
@@ -352,7 +354,7 @@ class _Parser:
 
     def no_function(self, token: Token) -> ExpressionError:
         name = token.text
-        near = nearest(name, [*FUNCTIONS, *QUANTITIES], cutoff=0.7)
+        near = nearest(name, [*FUNCTIONS, *_CALLED], cutoff=0.7)
         guess = _MEANT.get(name.lower()) or near
         advice = f"did you mean {guess}?" if guess else f"a product is written with *: {name[:20]}*(...)"
         meant = near if guess == near else None
@@ -387,6 +389,15 @@ class _Parser:
 _QUOTE: Final = 'in a list or map {...} an expression that contains a comma is quoted: "atan2(y, x)"'
 
 _QUOTED_NAMES: Final = "names with other characters than letters, digits and _ are quoted: 'rod-2'.pin"
+
+
+_CALLED: Final = {**QUANTITIES, **dict.fromkeys(FORCE_NAMES, Quantity(("element",), None))}
+
+
+def _without_primes(token: Token) -> tuple[str, str]:
+    """Return the name of a token, and the primes behind it."""
+    name = token.text.rstrip("'") if token.kind == "name" else token.text
+    return name, token.text[len(name) :]
 
 
 def _unchanged(a: Node) -> Node:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Final, NamedTuple
 
 from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.components import FORCE_NAMES
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node
 
@@ -68,14 +69,22 @@ def _leaf(n: Node) -> Piece:
     if n.op == "slot":
         return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
     if n.op == "quantity":
-        numbered = n.data[0] in ("frequency", "period")
-        names = ", ".join(name if numbered and name.isdecimal() else _named(name) for name in n.data[1])
-        return Piece(f"{n.data[0]}({names})", ATOM)
+        return Piece(_quantity(*n.data), ATOM)
     if n.op == "real":
         return Piece(f"real({n.data!r})", ATOM)
     if n.op == "declared":
         return Piece(n.data[0], ATOM)
     return Piece("pi" if n.op == "pi" else n.data, ATOM)
+
+
+def _quantity(function: str, names: tuple[str, ...]) -> str:
+    if function in ("'", "''"):
+        return f"{names[0]}{function}"
+    if function == "reaction" and names[1] in FORCE_NAMES:
+        return f"{names[1]}({_named(names[0])})"
+    numbered = function in ("frequency", "period")
+    told = (name if numbered and name.isdecimal() else _named(name) for name in names)
+    return f"{function}({', '.join(told)})"
 
 
 def _named(name: str) -> str:

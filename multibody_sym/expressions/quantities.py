@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+from multibody_sym.expressions.components import FORCE_NAMES
 from multibody_sym.expressions.known_units import Kind, Known
+from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import ENERGY, FORCE, Dimension
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, quantity
 from multibody_sym.scalars.traversal import leaves
 
 
@@ -36,6 +38,8 @@ QUANTITIES: Final[dict[str, Quantity]] = {
     "angular_velocity": Quantity(("body", "axis"), Dimension(0, 0, -1)),
     "angular_acceleration": Quantity(("body", "axis"), Dimension(0, 0, -2)),
     "distance": Quantity(("point", "point"), Dimension(0, 1, 0)),
+    "'": Quantity(("moving",), None),
+    "''": Quantity(("coordinate",), None),
     "reaction": Quantity(("joint", "component"), None),
     "tension": Quantity(("rope",), Dimension(1, 1, -2)),
     "multiplier": Quantity(("constraint",), None),
@@ -55,6 +59,9 @@ QUANTITIES: Final[dict[str, Quantity]] = {
 }
 """Every quantity by its name; the arguments are names of the model, joined by dots.
 
+The primes of `phi'` and `phi''` stand behind their one argument, a coordinate or a speed. A component of a `reaction`
+is written as a quantity of its own, `fx(hinge)`, which `reaction(hinge, fx)` spells too.
+
 A `whole` is a body or the word `system`; `about` a point, or the word `com` for its own centre of mass; what is
 `exerting` a force, constraint, contact or joint, a body whose mass varies, or the word `weight`; a `store` of potential
 energy a body or force.
@@ -68,6 +75,23 @@ _ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy", "jacob
 def of_run(node: Node) -> bool:
     """Return whether an expression names what adds up along a run: work, an impulse."""
     return any(QUANTITIES[leaf.data[0]].of_run for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES)
+
+
+def force_name(element: str, component: str) -> str:
+    """Return the name of a force in expressions: `fx(hinge)`, `tension(rope, 2)`, `multiplier(row)`, `friction(c)`.
+
+    `component` is one of an element's reactions; other words than those of the language are parts of friction in a
+    joint, with a number behind where they have several components.
+    """
+    if component == "multiplier":
+        return text(quantity(component, (element,)))
+    if component.startswith("tension"):
+        run = component.removeprefix("tension")
+        return text(quantity("tension", (f"{element}.{run}" if run else element,)))
+    if component not in FORCE_NAMES:
+        part, _, number = component.partition("_")
+        element, component = f"{element}.{part}", f"friction_{number}" if number else "friction"
+    return text(quantity("reaction", (element, component)))
 
 
 def component_kind(component: str) -> Kind:

@@ -17,7 +17,7 @@ _SHOWN_EACH_SIDE: Final = 40
 
 _TOKEN: Final = re.compile(
     r"""(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
-      | (?P<name>[A-Za-z][A-Za-z0-9_]*)
+      | (?P<name>[A-Za-z][A-Za-z0-9_]*'{0,2})
       | (?P<quoted>'[^']*(?:''[^']*)*'|"[^"]*(?:""[^"]*)*")
       | (?P<operator>\*\*|<=|>=|[-+*/^(),<>.])
       | (?P<blank>[ \t\r\n]+)""",

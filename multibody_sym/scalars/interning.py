@@ -70,7 +70,8 @@ class Interned:
         if self.op == "slot":
             return f"{self.data[0]}[{self.data[1]}]"
         if self.op == "quantity":
-            return f"{self.data[0]}({', '.join(self.data[1])})"
+            function, names = self.data
+            return f"{', '.join(names)}{function}" if function[0] == "'" else f"{function}({', '.join(names)})"
         return f"{self.op}({', '.join(map(repr, (*self.own, *self.args)))})" if self.args else self.op
 
 

@@ -22,9 +22,9 @@ from multibody_sym.dynamics.impacts.program import StruckMode, impact_program
 from multibody_sym.dynamics.laws.assemble import accelerations_of
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.system import System, verify_system
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
 from multibody_sym.records import dataclass

@@ -76,10 +76,10 @@ def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
     The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
     """
     from multibody_sym.dynamics.programs.reactions import reactions  # which few runs are asked for
+    from multibody_sym.expressions.components import COMPONENTS
     from multibody_sym.kinematics.motion import motion_of
     from multibody_sym.kinematics.rows import row_motions
     from multibody_sym.kinematics.state import arrays, slot_state
-    from multibody_sym.model.mechanism.mechanism import COMPONENTS
     from multibody_sym.program.statements import Array
     from multibody_sym.program.trace import Trace
 

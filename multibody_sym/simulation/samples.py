@@ -154,7 +154,7 @@ class Samples:
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
         directions are those of motors and springs in the joint. What is `withheld` is nan.
         """
-        from multibody_sym.model.mechanism.mechanism import COMPONENTS
+        from multibody_sym.expressions.components import COMPONENTS
 
         values = self._of_all(lambda part: part.reactions)
         names = self.ready.mechanism.joint_names

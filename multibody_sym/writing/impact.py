@@ -7,8 +7,8 @@ from typing import Final
 
 from multibody_sym.answers.impact.record import ImpactFound, ImpactStep
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.expressions.values import Value
-from multibody_sym.writing.redundancy import not_unique
 
 _ROUNDING: Final = 1e-12
 _STEPS: Final = 50
@@ -23,14 +23,14 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         "impact": [_how(found), *(f"{name} {word}" for name, word in found.states.items())],
         "one after the other": [f"{k}. {_struck(step)}" for k, step in enumerate(found.steps, 1)][: _STEPS * several],
         "impulses": [
-            f"{_called(name, part, parts)} = {value.told(units)}"
+            f"{_called(name, part)} = {value.told(units)}"
             for name, parts in found.impulses.items()
             for part, value in parts.items()
         ],
         "jumps of speeds": _equations(found.jumps, units, "jump of "),
         "speeds after": _equations(found.after, units),
         _JOINTS: _joint_lines(found, units),
-        "not unique, because constraints depend on each other": not_unique({**found.impulses, **found.joint_impulses}),
+        "not unique, because constraints depend on each other": _not_unique(found),
         "apparent masses along the normals": _equations(found.apparent_mass, units),
         "speeds of closing before": _equations(found.closing, units),
         "speeds of opening after": _equations(found.opening, units),
@@ -49,8 +49,21 @@ def _how(found: ImpactFound) -> str:
     return f"by {found.law.capitalize()}'s law, {found.sequence.replace('_', ' ')}; speeds jump, nothing moves"
 
 
-def _called(name: str, part: str, parts: Mapping[str, Value]) -> str:
-    return name if part == "impulse" and len(parts) == 1 else f"{name} {part.replace('_', ' ')}"
+def _called(name: str, part: str) -> str:
+    """Return the name of an impulse in questions, in which that of its force stands for it."""
+    if part.startswith("impulse"):
+        row = part.removeprefix("impulse_") if part != "impulse" else ""
+        named = (name, f"tension{row}") if row.isdecimal() else (f"{name}.{row}".rstrip("."), "multiplier")
+        return force_name(*named)
+    pad, _, word = part.rpartition(".")
+    numbered = f"{word[:-1]}_{word[-1]}" if word[-1].isdecimal() and "_" not in word else word
+    return force_name(f"{name}.{pad}".rstrip("."), numbered)
+
+
+def _not_unique(found: ImpactFound) -> list[str]:
+    every = (*found.impulses.items(), *found.joint_impulses.items())
+    unsure = [_called(name, part) for name, parts in every for part, value in parts.items() if not value.unique]
+    return [", ".join(unsure)] if unsure else []
 
 
 def _equations(values: Mapping[str, Value], units: Units, before: str = "") -> list[str]:
@@ -62,7 +75,7 @@ def _joint_lines(found: ImpactFound, units: Units) -> list[str]:
     sizes = [abs(x.value or 0.0) for parts in every for x in parts.values()]
     least = _ROUNDING * max(sizes, default=0.0)
     return [
-        f"{name} {component} = {value.told(units)}"
+        f"{force_name(name, component)} = {value.told(units)}"
         for name, parts in found.joint_impulses.items()
         for component, value in parts.items()
         if abs(value.value or 0.0) > least

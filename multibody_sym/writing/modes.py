@@ -77,6 +77,9 @@ def _modes(found: Modes, units: Units) -> Iterator[str]:
         yield from _shape(mode, len(found.coordinates))
     if several:
         yield f"({_ORDER})"
+    if swinging:
+        place = "1" if several else ""
+        yield f"(expressions name omega{place} frequency(1), T{place} period(1))"
 
 
 def _exponent(rate: Value) -> str:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
-from multibody_sym.expressions.values import Value
 
 if TYPE_CHECKING:  # a run needs none of it
     from multibody_sym.checking.check import CheckReport
@@ -23,7 +22,7 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
     if all(len(circuit) == 1 for circuit in found.dependencies) and found.dependencies:
         rows = "1 row" if count == 1 else f"{count} rows"
         why = f"({rows}, against which nothing could move anyway; the motion is unique)"
-        forces = _ambiguous(found)
+        forces = _listed(found.ambiguous_forces)
         told = [f"forces that are not unique: {forces}; all others are"] if forces else []
         return [f"redundant constraints: {named} {why}", *told]
     rows = "1 row is" if count == 1 else f"{count} rows are"
@@ -37,7 +36,7 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
 
 
 def _forces(found: Redundancy | CheckReport) -> list[str]:
-    named = _ambiguous(found)
+    named = _listed(found.ambiguous_forces)
     if not named:
         return []
     return [
@@ -45,10 +44,6 @@ def _forces(found: Redundancy | CheckReport) -> list[str]:
         "  only elasticity could tell them: to make them definite leave a row out, let a joint go in such a direction "
         "(spherical or cylindrical in place of revolute), or put a spring in place of a constraint",
     ]
-
-
-def _ambiguous(found: Redundancy | CheckReport) -> str:
-    return grouped((name, part) for name, parts in found.ambiguous.items() for part in parts or ("",))
 
 
 def grouped(pairs: Iterable[Sequence[str]]) -> str:
@@ -60,21 +55,6 @@ def grouped(pairs: Iterable[Sequence[str]]) -> str:
     for name, components in parts.items():
         names.setdefault(" ".join(components), []).append(name)
     return "; ".join(f"{which} of {_listed(each)}" if which else _listed(each) for which, each in names.items())
-
-
-def not_unique(forces: Mapping[str, Mapping[str, Value]]) -> list[str]:
-    """Return which components of forces are not unique, in a line; what has one force alone is named without it."""
-    from multibody_sym.model.mechanism.mechanism import COMPONENTS  # a run that is recalled needs none of it
-
-    pairs = []
-    for name, components in forces.items():
-        unsure = [component for component, value in components.items() if not value.unique]
-        if all(component in COMPONENTS for component in unsure):
-            pairs += [(name, component) for component in unsure]
-        else:
-            words = _listed([component.replace("_", " ") for component in unsure])
-            pairs.append((name, words if len(components) > 1 else ""))
-    return [grouped(pairs)] if pairs else []
 
 
 def _listed(names: Sequence[str]) -> str:

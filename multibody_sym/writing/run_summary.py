@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.integrators.flow import Status
 from multibody_sym.simulation.oddities import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, SEVERAL, TOO_FAR
 from multibody_sym.simulation.trajectory import Trajectory
@@ -196,7 +197,8 @@ def _warning(kind: str, element: str, t: str) -> str:
         return f"warning: joint {element} passes its {kind} at t = {t}; nothing stops it there"
     said = {
         PUSHING: f"from t = {t} on rope {element} would have to push; a real one goes slack there",
-        PULLING: f"from t = {t} on {element} is negative: the plane would have to pull; a real wheel lifts off",
+        PULLING: f"from t = {t} on {force_name(element, 'multiplier')} is negative: the plane would have to pull; a "
+        "real wheel lifts off",
         EDGES_CROSS: f"at t = {t} an edge of one box of contact {element} leads through the other: corners and faces "
         "touch, edges only where a contact names both (between: [a.bottom_front, b.top_right])",
         NO_VALUE: f"output {element} has no finite value, at t = {t} for the first time",

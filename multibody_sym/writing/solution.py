@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
-from multibody_sym.answers.solution import OtherState, RowKind, Solution
+from multibody_sym.answers.solution import AT, OtherState, RowKind, Solution
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.expressions.values import Value
 from multibody_sym.writing.impact import impact_lines
-from multibody_sym.writing.redundancy import not_unique
 from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
 
@@ -39,7 +39,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "forces of constraints": _constraint_lines(solution, units, "rod", "force"),
         "multipliers": _constraint_lines(solution, units, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions, units),
-        "not unique, because constraints depend on each other": not_unique(solution.reactions),
+        "not unique, because constraints depend on each other": _not_unique(solution),
         "withheld, because constraints do not say where their forces act": withheld_lines(
             solution.withheld, solution.withheld_reasons
         ),
@@ -68,21 +68,36 @@ def _indented(lines: Iterable[str]) -> str:
     return "\n".join(f"  {line}" for line in lines)
 
 
+def _named(solution: Solution, name: str, component: str) -> str:
+    """Return the name of a force in expressions; of constraints other than ropes and rods it is the multiplier."""
+    return force_name(name, "multiplier" if solution.kinds.get(name) in ("force", "multiplier") else component)
+
+
 def _constraint_lines(solution: Solution, units: Units, *kinds: RowKind) -> list[str]:
     return [
-        f"{' '.join((name, *[part] * (len(parts) > 1)))} = {value.told(units)}{' (a tension)' * (kind == 'rod')}"
+        f"{_named(solution, name, part)} = {value.told(units)}"
         for name, kind in solution.kinds.items()
         if kind in kinds
-        for parts in [solution.reactions[name]]
-        for part, value in parts.items()
+        for part, value in solution.reactions[name].items()
     ]
+
+
+def _not_unique(solution: Solution) -> list[str]:
+    """Return the names of the forces that are not unique, in a line; nothing where all are."""
+    unsure = [
+        _named(solution, name, component)
+        for name, components in solution.reactions.items()
+        for component, value in components.items()
+        if not value.unique and component not in AT
+    ]
+    return [", ".join(unsure)] if unsure else []
 
 
 def _joint_lines(reactions: Mapping[str, Mapping[str, Value]], units: Units) -> list[str]:
     forces = [abs(x.value or 0.0) for values in reactions.values() for x in values.values()]
     least = _ROUNDING * max(forces, default=0.0)
     return [
-        f"{name} {component} = {value.told(units)}"
+        f"{force_name(name, component)} = {value.told(units)}"
         for name, values in reactions.items()
         for component, value in values.items()
         if "fx" in values and abs(value.value or 0.0) > least
@@ -109,10 +124,11 @@ def _condition(solution: Solution, condition: str) -> str:
 
 def _one_way_lines(solution: Solution, units: Units) -> list[str]:
     """Return the forces of contacts, stops and friction, without those of open ones, and their unique sums."""
-    single = [
-        f"{name} {component.replace('_', ' ')} = {value.told(units)}"
-        for name, kind in solution.kinds.items()
-        if kind in ("contact", "stop", "friction") and solution.states.get(name) not in _IDLE
-        for component, value in solution.reactions[name].items()
-    ]
-    return [*single, *(f"{name} = {value.told(units)}" for name, value in solution.sums.items())]
+    lines: list[str] = []
+    for name, kind in solution.kinds.items():
+        if kind in ("contact", "stop", "friction") and solution.states.get(name) not in _IDLE:
+            forces = solution.reactions[name]
+            lines += [f"{force_name(name, x)} = {value.told(units)}" for x, value in forces.items() if x not in AT]
+            place = [f"{x[-1]} = {forces[x].told(units)}" for x in AT if x in forces]
+            lines += [f"{force_name(name, 'normal')} acts at {', '.join(place)}"] if place else []
+    return [*lines, *(f"{name} = {value.told(units)}" for name, value in solution.sums.items())]

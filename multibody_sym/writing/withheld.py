@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from multibody_sym.expressions.quantities import force_name
+
 
 def withheld_lines(withheld: Mapping[str, Sequence[str]], reasons: Sequence[str]) -> list[str]:
-    """Return the joints with the components of their reactions that are not determined, then why; nothing for none."""
+    """Return the names of joints' reactions that are not determined, then why; nothing for none."""
     if not withheld:
         return []
-    return [", ".join(f"{name} ({' '.join(components)})" for name, components in withheld.items()), *reasons]
+    named = (force_name(name, component) for name, components in withheld.items() for component in components)
+    return [", ".join(named), *reasons]
 
 
 def withheld_text(withheld: Mapping[str, Sequence[str]], reasons: Sequence[str]) -> list[str]:

@@ -50,7 +50,7 @@ def test_each_corner_is_told_within_its_cone_or_without_a_number(force: float, y
     assert said == ([] if within else [said[0]])
     if not within:
         assert "would need more friction than there is" in said[0]
-        assert "c.corner1 normal = not unique" in solution_text(found)
+        assert "normal(c.corner1) = not unique" in solution_text(found)
 
 
 def test_a_corner_that_would_pull_is_told_without_a_number() -> None:

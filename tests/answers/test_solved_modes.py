@@ -112,7 +112,7 @@ def test_what_sticks_says_how_far_it_is_from_slipping() -> None:
         "  J_x'' = 0 m/s^2",
         "  J_y'' = 0 m/s^2",
         "forces of contacts, stops and friction",
-        "  c1 normal = g*m*cos(a) = 17.32050808 N",
+        "  normal(c1) = g*m*cos(a) = 17.32050808 N",
     ]
     told = solution.as_json()
     assert told["states"] == {"c1": "stick"}

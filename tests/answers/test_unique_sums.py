@@ -33,16 +33,16 @@ LEFT, RIGHT, MIDDLE = (
 
 def test_two_feet_hold_the_pull_together() -> None:
     solution = mbs.solve(mbs.loads(ROD.format(contacts=f"{LEFT}, {RIGHT}")))
-    assert {name: text(x.expression) for name, x in solution.sums.items()} == {"c friction + d friction": "-F"}
-    assert solution.sums["c friction + d friction"].value == pytest.approx(-3.0, abs=1e-12)
-    assert "c friction + d friction = -F = -3 N" in solution_text(solution)
-    assert solution.as_json()["sums"]["c friction + d friction"]["expression"] == "-F"
+    assert {name: text(x.expression) for name, x in solution.sums.items()} == {"friction(c) + friction(d)": "-F"}
+    assert solution.sums["friction(c) + friction(d)"].value == pytest.approx(-3.0, abs=1e-12)
+    assert "friction(c) + friction(d) = -F = -3 N" in solution_text(solution)
+    assert solution.as_json()["sums"]["friction(c) + friction(d)"]["expression"] == "-F"
 
 
 def test_three_feet_bear_the_weight_together() -> None:
     solution = mbs.solve(mbs.loads(ROD.format(contacts=f"{LEFT}, {RIGHT}, {MIDDLE}")))
     found = {name: text(x.expression) for name, x in solution.sums.items()}
-    assert found == {"c normal + d normal + e normal": "g*m", "c friction + d friction + e friction": "-F"}
+    assert found == {"normal(c) + normal(d) + normal(e)": "g*m", "friction(c) + friction(d) + friction(e)": "-F"}
 
 
 def test_what_is_unique_alone_has_no_sum() -> None:

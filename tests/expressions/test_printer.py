@@ -60,7 +60,8 @@ def test_the_parser_reads_back_the_identical_node_long(node):
         "x - 3", "-3 - x", "(-3)/x", "-3/x", "(x < 1) + 2", "sqrt(a^2 + b^2)", "0.00012", "1e-5", "1500000", "-x",
         "a < b and b < c",
         "a < b or b < c and c < x", "(a < b or b < c) and c < x", "where(a < b and x <= 1, a, b)",
-        "min(x, a < b)", "(a < b and b < c) + 2", "real(0.1)*x", "reaction(C, fx)", "position('my rod'.pin, x)",
+        "min(x, a < b)", "(a < b and b < c) + 2", "real(0.1)*x", "fx(C)", "friction_1(c.corner1)", "theta' + theta''",
+        "position('my rod'.pin, x)",
         "x <= 2",
     ],
 )

@@ -68,7 +68,7 @@ simulation: {t_end: 0.5 s}
     [
         ("reaction(c, fx)", "'c' is a contact, which has normal, friction"),
         ("reaction(block, normal)", "'block' is a joint, which has fx, fy"),
-        ("reaction(d, normal)", "'d' is no joint and no contact"),
+        ("reaction(d, normal)", "'d' is no joint, contact, stop or friction"),
     ],
 )
 def test_components_are_those_of_the_element(asked: str, message: str) -> None:

@@ -31,7 +31,7 @@ def test_formula_number_and_unit_stand_on_one_line() -> None:
         "accelerations",
         "  s'' = g*sin(alpha) = 5 m/s^2",
         "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)",
-        "  slide fy = g*m*cos(alpha) = 17.32050808 N",
+        "  fy(slide) = g*m*cos(alpha) = 17.32050808 N",
         "conditions",
         "  sin(alpha) > 0",
         "  g > 0",
@@ -99,11 +99,11 @@ def test_only_ropes_have_tensions() -> None:
     found = mbs.solve(mbs.loads(ROWS))
     told = solution_text(found).splitlines()
     headings = {line.split()[0]: head for line, head in under_headings(told) if "=" in line}
-    assert headings["string"] == "tensions"
-    assert headings["rod"] == headings["shelf"] == "forces of constraints"
-    assert headings["brake"] == headings["held"] == "multipliers"
-    assert "  rod = 20 N (a tension)" in told
-    assert "  shelf = 30 N" in told
+    assert headings["tension(string)"] == "tensions"
+    assert headings["tension(rod)"] == headings["multiplier(shelf)"] == "forces of constraints"
+    assert headings["multiplier(brake)"] == headings["multiplier(held)"] == "multipliers"
+    assert "  tension(rod) = 20 N" in told
+    assert "  multiplier(shelf) = 30 N" in told
     assert found.reactions["brake"]["tension"].unit == "N", "the force on D, whose speed stands alone in the row"
 
 

@@ -14,12 +14,13 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import MultibodyError
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import motion_of, pose
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _STATES: Final = 3

@@ -8,9 +8,10 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.answers.cut_free.records import Key
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.mechanism.loads import JointForce, JointSpring
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S

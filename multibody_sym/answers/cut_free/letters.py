@@ -23,12 +23,13 @@ from multibody_sym.dynamics.derivation.letters import (
 )
 from multibody_sym.dynamics.programs.one_way_forces import rubs
 from multibody_sym.dynamics.programs.tensions import ropes
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.parameters import in_letters, letters_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.loads import PointPull, PointSpring
 from multibody_sym.model.mechanism.mass import mass_of
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scene.arrows import letter_of

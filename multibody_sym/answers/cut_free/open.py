@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterable, Iterator
 from multibody_sym.answers.cut_free.records import Values
 from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.programs.one_way_forces import FORCES, OneWayForces, component_names, rubs
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, rubs
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.one_way import PRESSING, OneWay, component_names
 from multibody_sym.numerics.dependence import NEGLIGIBLE
 
 Component = tuple[str, str]
@@ -25,7 +25,7 @@ def open_forces(motion: Motion, ambiguous: Collection[str]) -> frozenset[Compone
         if element.kind not in ("contact", "stop"):
             continue
         pressed = element.normals[0].name in ambiguous
-        found |= {(element.name, FORCES[element.kind])} if pressed else set()
+        found |= {(element.name, PRESSING[element.kind])} if pressed else set()
         for part in filter(rubs, element.frictions):
             names = component_names(element, part)
             for name, row in zip(names, part.rows, strict=True):
@@ -56,7 +56,7 @@ def sums(instant: Instant, several: Collection[Component], touching: Motion) -> 
         rows = set(_rows(corner for corner in corners if (corner.name, "friction") in several))
         left = (sum(share for row, share in zip(names, each, strict=True) if row in rows) for each in idle)
         if rows <= set(names) and all(abs(float(x)) <= NEGLIGIBLE for x in left):
-            found[name] = {"friction": float(acting.of_contact(name, "friction"))}
+            found[name] = {"friction": float(acting.asked(name, "friction"))}
     return found
 
 

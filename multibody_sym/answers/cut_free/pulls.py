@@ -20,7 +20,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.loads import JointForce, JointSpring, Load
 from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay, component_names
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
@@ -206,10 +206,8 @@ class CutFree:
 
     def _friction(self, element: OneWay, part: FrictionPart, places: Mapping[Body, Floats]) -> Iterator[Pull]:
         """Yield friction along one row as the equations have it; in space both parts together, as a force."""
-        word = "friction" if part is element.frictions[0] else part.name.rpartition(".")[2]
-        several = len(part.rows) > 1
-        words = [f"{word}_{k + 1}" if several else word for k in range(len(part.rows))]
-        total = self._value(element.group, word)
+        several, words = len(part.rows) > 1, component_names(element, part)
+        total = self._value(element.group, words[0])
         known = [np.isfinite(self._value(element.name, each)) for each in words]
         is_open = not all(known) or any((element.name, each) in self.open for each in words)
         if is_open and element.group != element.name and np.isfinite(total) and not several:

@@ -20,13 +20,13 @@ from multibody_sym.dynamics.derivation.letters import (
     row_elements,
 )
 from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.loads import Applied, applied, exert, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations, pose
 from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motion, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, Wrenches, add_pair
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.loads import Load, MassFlow, PointPull, PointSpring, span_leaves
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow

@@ -39,9 +39,9 @@ from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.parameters import letters_of
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.modes import is_direction
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.resolution.plane import in_plane

@@ -84,9 +84,9 @@ MODELS: Final[dict[str, Explained]] = {
     ),
     "M112": Explained(
         "The quantity cannot be asked so",
-        "reaction(..), tension(..) and the like are asked of something that has none, or where they are not known.",
+        "fx(..), tension(..) and the like are asked of something that has none, or where they are not known.",
         "Ask the components that are listed, under outputs, stop or ask.",
-        pendulum() + 'outputs: {pull: "reaction(hinge, normal)"}\n',
+        pendulum() + 'outputs: {pull: "normal(hinge)"}\n',
     ),
     "M113": Explained(
         "An expression names what may not stand there",

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.drawing.look.settle import WHEEL
+from multibody_sym.drawing.look.settle import WHEEL, fillet
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.look.supports import stand
 from multibody_sym.drawing.picture import Arc, Mark
@@ -17,6 +17,8 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Face, Rail, Symbol
 from multibody_sym.scene.items import Item, PlacedStrand
 
+_ROUNDS: Final = 6
+"""How often a corner is moved: each leaves of the wheel's distance its width over the rope's length."""
 _STRAIGHT: Final = 0.99
 """The cosine up to which a rope bends so little that it lies on its wheel in one line."""
 
@@ -96,10 +98,10 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     pieces, moved = sheet.projection.page(placed.pieces).copy(), sheet.settled
     if placed.strand.name in moved.folds:
         found: Floats = pieces + moved.folds[placed.strand.name][:, None, :]
-        return found
+        return _round_wheels(sheet, pieces, found)
     shifts = [moved.bodies.get(anchor.body, np.zeros(2)) for anchor in placed.strand.anchors]
     if not any(np.any(shift) for shift in shifts) or not len(pieces):
-        return pieces
+        return _round_wheels(sheet, pieces, pieces.copy()) if placed.strand.kind == "rope" else pieces
     if len(pieces) > 1 and not placed.turns and sheet.flat:
         _shift_along(pieces, shifts)
     elif not placed.turns:
@@ -108,6 +110,23 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
         pieces[0][0] += shifts[0]
         pieces[-1][1] += shifts[-1]
     return pieces
+
+
+def _round_wheels(sheet: Sheet, plain: Floats, drawn: Floats) -> Floats:
+    """Move the corners in which a rope bends on moving bodies, so that the wheel in the bend is about its pulley."""
+    for item in sheet.scene.items:
+        if item.role != "pulley" or item.body < 0 or not isinstance(item.form, Symbol) or item.form.kind != "pulley":
+            continue
+        at = sheet.projection.page(sheet.placed.world(item.body, np.array([item.form.at])))[0]
+        centre = place_of(sheet, item, item.form)
+        for k in range(len(drawn) - 1):
+            if float(np.linalg.norm(plain[k][1] - at)) > 0.1 or is_turned(drawn[k], drawn[k + 1]):
+                continue
+            for _ in range(_ROUNDS):
+                lies = fillet(drawn[k][0], drawn[k][1], drawn[k + 1][1], WHEEL)
+                if lies is not None:
+                    drawn[k][1] = drawn[k + 1][0] = drawn[k][1] + centre - lies
+    return drawn
 
 
 def _shift_beside(piece: Floats, shifts: list[Floats]) -> None:
@@ -170,14 +189,3 @@ def _under(sheet: Sheet, a: Floats, corner: Floats, b: Floats) -> Floats:
     """Return the centre of the wheel on which a rope lies that does not bend there."""
     across = left(unit2(b - a))
     return corner + WHEEL * (across if float(across @ sheet.down) >= 0.0 else -across)
-
-
-def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None:
-    """Return the centre of the circle in the corner of two lines that touches both; None where they hardly bend."""
-    one, two = unit2(a - corner), unit2(b - corner)
-    middle = one + two
-    half = 0.5 * np.arccos(np.clip(float(one @ two), -1.0, 1.0))
-    if half > 1.5 or half < 0.2:
-        return None
-    found: Floats = corner + unit2(middle) * radius / np.sin(half)
-    return found

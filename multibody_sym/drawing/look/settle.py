@@ -36,6 +36,10 @@ STEEPEST: Final = 0.3
 _CLOSE: Final = 38.0
 """How far masses without a size are apart at least that a rope or spring joins (pt)."""
 _SAME: Final = 1.0
+_BACK: Final = 0.98
+"""The cosine of the angle between two pieces of a rope above which it runs straight back."""
+_SHARPEST: Final = float(np.arccos(_BACK)) / 2
+"""Half of the angle between two pieces down to which a wheel lies in it; sharper ones run back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,18 +209,45 @@ def _fold(made: _Settling, rope: PlacedStrand) -> None:
     for k, fold in enumerate(folds):
         if fold:
             _fold_pulley(made, pieces[k][1], (ways[k] + ways[k + 1]) / 2)
+        else:
+            _bend_pulley(made, pieces[k], pieces[k + 1], ways[k], across)
 
 
 def _fold_pulley(made: _Settling, at: Floats, way: Floats) -> None:
     """Displace the first pulley at a place that is not displaced yet, with its body."""
+    for item in _pulleys(made, at):
+        made.pulleys[item.name] = way
+        if item.body >= 0:
+            made.bodies[item.body] = way
+        return
+
+
+def _bend_pulley(made: _Settling, first: Floats, second: Floats, way: Floats, across: Floats) -> None:
+    """Displace a mass without a size that carries a wheel in the bend of a folded rope, by the wheel's half width."""
+    centre = fillet(first[0], first[1], second[1], WHEEL)
+    for item in _pulleys(made, first[1]) if centre is not None else ():
+        if made.mass(item.body) is not None and item.body not in made.bodies:
+            made.pulleys[item.name] = made.bodies[item.body] = way + float((centre - first[1]) @ across) * across
+
+
+def _pulleys(made: _Settling, at: Floats) -> Iterator[Item]:
+    """Yield the pulleys at a place of the page that are not displaced yet."""
     for item in made.scene.items:
         if item.role != "pulley" or item.name in made.pulleys or not isinstance(item.form, Symbol):
             continue
         if float(np.linalg.norm(made.page(item.body, item.form.at) - at)) < _SAME:
-            made.pulleys[item.name] = way
-            if item.body >= 0:
-                made.bodies[item.body] = way
-            return
+            yield item
+
+
+def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None:
+    """Return the centre of the circle in the corner of two lines that touches both; None where they hardly bend."""
+    one, two = ((end - corner) / max(float(np.linalg.norm(end - corner)), _SAME) for end in (a, b))
+    half = 0.5 * float(np.arccos(np.clip(float(one @ two), -1.0, 1.0)))
+    if half > 1.5 or half < _SHARPEST:
+        return None
+    middle = (one + two) / float(np.linalg.norm(one + two))
+    found: Floats = corner + middle * radius / np.sin(half)
+    return found
 
 
 def _sine(piece: Floats, across: Floats) -> float:
@@ -229,7 +260,7 @@ def _sine(piece: Floats, across: Floats) -> float:
 def _is_fold(before: Floats, after: Floats) -> bool:
     a, b = before[0] - before[1], after[1] - after[0]
     sizes = float(np.linalg.norm(a)), float(np.linalg.norm(b))
-    return min(sizes) > _SAME and float(a @ b) > 0.98 * sizes[0] * sizes[1]
+    return min(sizes) > _SAME and float(a @ b) > _BACK * sizes[0] * sizes[1]
 
 
 def _follow(made: _Settling, strand: PlacedStrand) -> None:

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.drawing.look.pulleys import drawn_pieces, fillet, is_turned
-from multibody_sym.drawing.look.settle import MASS, WHEEL
+from multibody_sym.drawing.look.pulleys import drawn_pieces, is_turned
+from multibody_sym.drawing.look.settle import MASS, WHEEL, fillet
 from multibody_sym.drawing.look.shapes import capsule
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.look.supports import support

@@ -14,8 +14,8 @@ class Redundancy:
 
     `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
     holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
-    constraints that are no joints. `doubles`: massless bodies by which joints keep their coordinates, with their
-    speeds, each of which a row of its own holds.
+    constraints that are no joints; `ambiguous_forces` are the names of these forces in expressions. `doubles`: massless
+    bodies by which joints keep their coordinates, with their speeds, each of which a row of its own holds.
     """
 
     rank: int
@@ -24,3 +24,4 @@ class Redundancy:
     dependencies: tuple[tuple[str, ...], ...] = ()
     ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     doubles: Mapping[str, int] = field(default_factory=dict)
+    ambiguous_forces: tuple[str, ...] = ()

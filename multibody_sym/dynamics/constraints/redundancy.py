@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,9 +11,13 @@ import numpy as np
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.expressions.components import COMPONENTS
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import row_forces
+from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
@@ -45,7 +49,23 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
         tuple(tuple(restrict.row_names[k] for k in support(circuit)) for circuit in found.circuits),
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
         doubles,
+        tuple(dict.fromkeys(_named(motion.mechanism, {names[k] for k in shared - of_joints}, loaded))),
     )
+
+
+def _named(
+    mechanism: Mechanism, rows: Collection[str], loaded: Mapping[str, Sequence[str]]
+) -> Iterator[str]:
+    """Yield the names of the forces of rows and of joints' components."""
+    one_way = {row: pair for element in mechanism.one_way for row, *pair in row_forces(element)}
+    for row in (row for row in mechanism.rows if row.name in rows):
+        if row.name in one_way:
+            yield force_name(*one_way[row.name])
+        elif isinstance(row, RopeRow):
+            yield from (force_name(row.told[0], component) for component in row.components)
+        else:
+            yield force_name(row.name, "tension" if row.multiplier == "rod" else "multiplier")
+    yield from (force_name(joint, component) for joint, components in loaded.items() for component in components)
 
 
 def idle_combinations(dynamics: TreeDynamics) -> list[Floats]:

@@ -18,13 +18,14 @@ from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation.lagrange import known_nodes
 from multibody_sym.dynamics.derivation.record import Equation
 from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, accelerations, motion_of, pose, spread
 from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,

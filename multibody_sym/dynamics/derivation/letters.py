@@ -10,9 +10,10 @@ from typing import Any, Final
 from multibody_sym.dynamics.derivation.notation import latex_name
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.model.declaration.steps import is_flat
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.model.mechanism.units import MechanismUnits

@@ -17,9 +17,10 @@ from multibody_sym.algebra.subexpressions import needed
 from multibody_sym.dynamics.derivation.record import Equation, Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ArgumentError, shown
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.letters import GREEK, read_parts
 from multibody_sym.model.declaration.doors import door
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import sympy
 
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, TIME, Mechanism
+from multibody_sym.expressions.components import COMPONENTS
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, slot
 

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.inertia.articulated import articulated
 from multibody_sym.dynamics.inertia.rigid import about_origin
 from multibody_sym.dynamics.programs.like_bodies import Kind
 from multibody_sym.dynamics.programs.scanned import packed, unpacked, vectors, worth_scanning
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.impacts import at_rest
 from multibody_sym.kinematics.motion import (
     BodyMotion,
@@ -32,7 +33,6 @@ from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, to_parent
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.impacts import JumpRow, MeetingRow
 from multibody_sym.model.mechanism.loads import BodyTorque, PointForce
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.program.passes import Bodies, Pass, Result, Values, scan_tree

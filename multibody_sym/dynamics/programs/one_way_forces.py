@@ -6,21 +6,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from operator import add
-from typing import Final
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motions
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import (
+    FRICTION,
+    INACTIVE,
+    PRESSING,
+    STICKS,
+    FrictionPart,
+    Mode,
+    OneWay,
+    component_names,
+    components_of,
+    exerted_by,
+)
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S
-
-FORCES: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
-"""The component with which elements of a kind press, pull or stop."""
 
 
 def mode_of(mechanism: Mechanism) -> Mode:
@@ -122,7 +129,7 @@ class OneWayForces:
         parts = [part for part in element.frictions if rubs(part)]
         found: dict[str, S] = {}
         if element.unilateral:
-            found[FORCES[element.kind]] = self.normal(element)
+            found[PRESSING[element.kind]] = self.normal(element)
         elif parts and not parts[0].norm:
             found["normal"] = self.pressing(element, parts[0])
         acts = is_active(self.mechanism, element)
@@ -131,16 +138,19 @@ class OneWayForces:
             found |= dict(zip(component_names(element, part), forces, strict=True))
         return found
 
-    def of_contact(self, name: str, component: str) -> S:
-        """Return a component of the force of a contact, of all its parts together; 0 where it has none."""
-        elements = [x for x in self.mechanism.one_way if x.kind == "contact" and name in (x.name, x.group)]
-        return reduce(add, (self.of(element).get(component, 0) for element in elements), 0)
+    def asked(self, name: str, component: str) -> S:
+        """Return a component by the names of `exerted_by`, of a contact's corners together; 0 where there is none."""
+        return reduce(add, (self._asked(element, name, component) for element in self.mechanism.one_way), 0)
 
-
-def component_names(element: OneWay, part: FrictionPart) -> Iterator[str]:
-    """Yield the names of a part's components: `friction`, or `rolling`; with 1 and 2 where it has two."""
-    word = "friction" if part is element.frictions[0] else part.name.rpartition(".")[2]
-    return (f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1))
+    def _asked(self, element: OneWay, name: str, component: str) -> S:
+        if name not in exerted_by(element):
+            return 0
+        part = next((x for x in element.frictions if x.name == name and not element.unilateral), None)
+        if part is None:
+            return self.of(element).get(component, 0)
+        if component == PRESSING[element.kind]:
+            return self.pressing(element, part)
+        return dict(zip(components_of(part, FRICTION), self.friction(part), strict=True))[component]
 
 
 def _kinematic(mechanism: Mechanism) -> Iterator[Row]:

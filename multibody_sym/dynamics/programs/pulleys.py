@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.programs.tensions import ropes, tensions
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.ropes import segments, wheel_at
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply_transposed, scale, subtract
 

@@ -26,6 +26,7 @@ from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.switching import SwitchingValues, switchings
 from multibody_sym.dynamics.programs.tensions import tensions_by_name
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.quantities import OWN_CENTRE, SYSTEM
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import (
@@ -45,12 +46,12 @@ from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.loads import PlacePotential, PointPull
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, Pose
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, sqrt
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, dot, subtract
 
@@ -233,7 +234,7 @@ def _reaction(instant: Instant, element: str, component: str) -> S:
     if element in instant.motion.mechanism.joint_names:
         return instant.reactions[element][component]
     if component not in COMPONENTS:
-        return OneWayForces(instant.motion, instant.multipliers).of_contact(element, component)
+        return OneWayForces(instant.motion, instant.multipliers).asked(element, component)
     return instant.pulleys[element][component] if element in instant.pulleys else 0
 
 
@@ -277,17 +278,24 @@ def _place(instant: Instant, point: str, parts: Sequence[Momentum]) -> Vec:
 
 def _generalized_momentum(instant: Instant, freedom: str) -> S:
     """Return dT/du for a speed, or for the rate of a coordinate."""
-    mechanism = instant.motion.mechanism
-    leaf = mechanism.symbols.get(symbol(freedom))
-    rates = dict(pair for body in mechanism.bodies for pair in body.rate_pairs)
-    place = None
-    if leaf is not None and leaf.op == "slot":
-        place = leaf.data[1] if leaf.data[0] == "u" else rates.get(leaf.data[1])
+    named = f"generalized_momentum({freedom})"
+    return instant.generalized_momenta[_speed(instant, freedom, named)]
+
+
+def _speed(instant: Instant, freedom: str, named: str) -> int:
+    """Return the place of a speed, or of the speed that is a coordinate's rate. Raises ModelError where it has none."""
+    place = instant.motion.mechanism.speed_place(freedom)
     if place is None:
-        raise ModelError(
-            f"generalized_momentum({freedom}): {freedom!r} is no speed here, and its rate is none", number="M112"
-        )
-    return instant.generalized_momenta[place]
+        raise ModelError(f"{named}: {freedom!r} is no speed here, and its rate is none", number="M112")
+    return place
+
+
+def _rate(instant: Instant, speed: str) -> S:
+    return instant.udot[_speed(instant, speed, f"{speed}'")]
+
+
+def _second_rate(instant: Instant, coordinate: str) -> S:
+    return instant.udot[_speed(instant, coordinate, f"{coordinate}''")]
 
 
 def _kinetic(instant: Instant, *whole: str) -> S:
@@ -345,6 +353,8 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "angular_velocity": _angular_velocity,
     "angular_acceleration": _angular_acceleration,
     "distance": _distance,
+    "'": _rate,
+    "''": _second_rate,
     "span": _span,
     "span_rate": _span_rate,
     "place": _place_of,

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.guides.across import force_across
 from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.loads import add_drive, applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion, tooth_wrenches
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Mechanism
+from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
 from multibody_sym.model.mechanism.rows import CutJoint
 from multibody_sym.scalars.vectors import (
     S,

@@ -207,7 +207,7 @@ class OnCurve(Element):
     """A point of one body stays on a `curve` of another, `on` a body, point or frame of it (ground).
 
     Its multipliers `x`, `y` and `z` are the components of the force on the point, along the axes of what carries the
-    curve; `reaction(NAME.foot, normal)` is the force across it. The parameter is a coordinate; at the start it is found
+    curve; `normal(NAME.foot)` is the force across it. The parameter is a coordinate; at the start it is found
     from where the point is: where the curve is nearest.
     """
 

@@ -84,7 +84,7 @@ _EXTREME: Final = re.compile(r"\b(max|min)\s*\(")
 
 @dataclass(frozen=True)
 class EquationField:
-    """Two expressions with == between them: `least == 0`, `max(reaction(c, normal)) == 2*m*g`."""
+    """Two expressions with == between them: `least == 0`, `max(normal(c)) == 2*m*g`."""
 
     def accept(self, value: Any) -> Equation:
         if isinstance(value, Equation):
@@ -162,7 +162,7 @@ class Ask(Element):
     }
 
     value: Node | None = holds(
-        Scalar(), None, says="an expression, at the start, at a moment (when) or after a time", such="reaction(A, fx)"
+        Scalar(), None, says="an expression, at the start, at a moment (when) or after a time", such="fx(A)"
     )
     of: str | None = holds(Text(), None, says="the body whose path, displacement or speed is asked for", such="block")
     after: Node | None = holds(Scalar("s"), None, says="the time that has passed", such="4 s")

@@ -93,7 +93,7 @@ class System(Element):
         says="inputs by name: expressions of t and parameters, or tables",
     )
     outputs: Mapping[str, Node] = holds(
-        MapOf(Scalar()), None, such='{pull: "reaction(hinge, fy)"}',
+        MapOf(Scalar()), None, such="{pull: fy(hinge)}",
         says="outputs by name: expressions that runs report; solve tells those that ask names",
     )
     stop: Mapping[str, Node | StateCondition] = holds(

@@ -24,11 +24,9 @@ from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, Row
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.node import ZERO, Node, slot
+from multibody_sym.scalars.node import ZERO, Node, slot, symbol
 
 TIME: Final = slot("t", 0)
-COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
-"""The components of a reaction: force and moment."""
 NORMAL: Final = "normal"
 """What else there is of the reaction of a joint that guides along a curve: the force across it."""
 
@@ -152,13 +150,13 @@ class Withheld:
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
 
-    `symbols` gives the slot of each name that expressions may use, or what it measures; `markers` every named point and
-    frame. `stops` are functions that become positive where the run ends, `kinks` functions at whose zeros forces or
-    inputs bend or jump, `fades` those at whose zeros they become as good as constant. In absolute coordinates
-    `relative` is the same system in those of its joints, in which its start is declared. `minimum_norm`:
-    where rows are redundant, multipliers of least norm are asked for. `withheld`: by joint, reactions that are not
-    determined; `untold` outputs name such and are not among `outputs`.
-    `run_outputs` name what adds up along a run, work and impulses, and are not among `outputs` either.
+    `symbols` gives the slot of each name that expressions may use, or what it measures, first of rates such as `phi'`,
+    which have a name of their own, too; `markers` every named point and frame. `stops` are functions that become
+    positive where the run ends, `kinks` functions at whose zeros forces or inputs bend or jump, `fades` those at whose
+    zeros they become as good as constant. In absolute coordinates `relative` is the same system in those of its
+    joints, in which its start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are
+    asked for. `withheld`: by joint, reactions that are not determined; `untold` outputs name such and are not among
+    `outputs`. `run_outputs` name what adds up along a run, work and impulses, and are not among `outputs` either.
     `driving_inputs` are those that motions and constraints name, where their expressions stand.
     Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
     places `held` stay zero. `state_stops` end the run where an element begins to be in a state. `impact` is what
@@ -208,6 +206,14 @@ class Mechanism:
     def drives(self) -> tuple[str, ...]:
         """The joints (and ground) that move as prescribed, and so do work on the system."""
         return tuple(body.joint_name for body in self.bodies if body.driven)
+
+    def speed_place(self, name: str) -> int | None:
+        """Return the place of a speed, or of the speed that is the rate of a coordinate; None of what is measured."""
+        leaf = self.symbols.get(symbol(name))
+        if leaf is None or leaf.op != "slot":
+            return None
+        rates = dict(pair for body in self.bodies for pair in body.rate_pairs)
+        return leaf.data[1] if leaf.data[0] == "u" else rates.get(leaf.data[1])
 
     def row_path(self, row: int) -> tuple[str, str]:
         """Return where the model declares a row: the joint that was cut, or the constraint."""

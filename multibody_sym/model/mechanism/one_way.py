@@ -86,6 +86,51 @@ class OneWay:
             yield from part.rows
 
 
+PRESSING: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
+"""The component with which elements of a kind press, pull or stop."""
+FRICTION: Final = "friction"
+
+
+def components_of(part: FrictionPart, word: str) -> list[str]:
+    """Return the names of a part's components by a word, with 1, 2 .. where it has several."""
+    return [f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1)]
+
+
+def component_names(element: OneWay, part: FrictionPart) -> list[str]:
+    """Return the names of a part's components among those of its element: `friction`, or the last word of its name."""
+    return components_of(part, FRICTION if part.name == element.name else part.name.rpartition(".")[2])
+
+
+def exerted_by(element: OneWay) -> dict[str, dict[str, Row]]:
+    """Return what an element exerts by name and component, as expressions ask it, each with a row along which it acts.
+
+    Corners are asked alone and by their contact's name, friction in joints by its parts, as two pads. Ropes have
+    tensions.
+    """
+    if element.kind == "rope":
+        return {}
+    found: dict[str, Row] = {PRESSING[element.kind]: element.normals[0]}
+    parts = element.frictions
+    if not element.unilateral:
+        return {x.name: found | dict(zip(components_of(x, FRICTION), x.rows, strict=True)) for x in parts}
+    for part in parts:
+        found |= zip(component_names(element, part), part.rows, strict=True)
+    return dict.fromkeys((element.name, element.group) if element.kind == "contact" else (element.name,), found)
+
+
+def row_forces(element: OneWay) -> Iterator[tuple[str, str, str]]:
+    """Yield for the rows of an element the name of what exerts their force, and of the component; not for ropes."""
+    if element.kind == "rope":
+        return
+    if element.unilateral:
+        yield element.normals[0].name, element.name, PRESSING[element.kind]
+    for part in element.frictions:
+        if not element.unilateral:
+            yield from ((element.normals[k].name, part.name, PRESSING[element.kind]) for k in part.normals)
+        for row, component in zip(part.rows, component_names(element, part), strict=True):
+            yield row.name, element.name, component
+
+
 @dataclass(frozen=True)
 class Share:
     """What rows of one element carry where forces are not unique: `forces` at first (N, of turning N m), by its rows.

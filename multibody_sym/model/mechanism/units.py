@@ -7,13 +7,16 @@ were declared with. A row's multiplier times the derivative of the row by a coor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.known_units import PURE, Kind, Known, kind_of, known
 from multibody_sym.expressions.quantities import component_kind, quantity_known
 from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, MASS, TIME, Dimension, Turning
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Mechanism
+from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
+from multibody_sym.model.mechanism.one_way import exerted_by
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.model.mechanism.rows import ExpressionRow, Row, VelocityRow
 from multibody_sym.records import dataclass
@@ -36,7 +39,8 @@ class MechanismUnits:
     def state(self) -> dict[str, str]:
         """Of each coordinate and speed, measured ones too; a quaternion's is empty."""
         relative = {} if self.mechanism.relative is None else self._declared.state
-        named = {name.data: node for name, node in self.mechanism.symbols.items() if node.op != "slot"}
+        symbols = ((name, node) for name, node in self.mechanism.symbols.items() if name.op == "symbol")
+        named = {name.data: node for name, node in symbols if node.op != "slot"}
         measured = {name: node for name, node in named.items() if name not in relative}
         found = dict(zip(measured, map(_unit, known(measured.values(), self._leaf)), strict=True))
         coordinates = {c.name: c.unit for c in self.mechanism.coordinates}
@@ -89,6 +93,11 @@ class MechanismUnits:
             function, arguments = leaf.data
             if function == "generalized_momentum":
                 return None
+            if function in ("'", "''"):
+                place = self.mechanism.speed_place(arguments[0])
+                return None if place is None else Known(kind_of(f"{self.mechanism.speeds[place].unit}^2"))
+            if arguments in self._exerted:
+                return self._of_alone(self._exerted[arguments])
             return quantity_known(function, arguments) or self._named_multiplier(arguments)
         return self._slot(*leaf.data) if leaf.op == "slot" else None
 
@@ -129,6 +138,16 @@ class MechanismUnits:
         """What is known of each input, which may be a force that is given by motion or time and a plain number."""
         found = known(self.mechanism.inputs.values(), self._leaf)
         return [x if x is not None and x.firm else None for x in found]
+
+    @cached_property
+    def _exerted(self) -> dict[tuple[str, ...], Row]:
+        """The rows of what one-way elements exert, by name and component."""
+        pairs = (pair for element in self.mechanism.one_way for pair in exerted_by(element).items())
+        return {(name, component): row for name, rows in pairs for component, row in rows.items()}
+
+    def _of_alone(self, row: Row) -> Known | None:
+        """Return what is known of the force of a row that acts in some modes."""
+        return MechanismUnits(replace(self.mechanism, rows=(row,)))._multiplier(row)
 
     # --- multipliers ----------------------------------------------------------------------------------------------
 

@@ -18,11 +18,13 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.components import COMPONENTS
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.model.declaration.constraints import CONSTRAINTS, Gear
 from multibody_sym.model.declaration.joints import Prismatic
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody, Withheld
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody, Withheld
 from multibody_sym.model.mechanism.rows import ExpressionRow, VelocityRow
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.spanning_tree import body_part
@@ -52,7 +54,7 @@ def with_withheld(resolved: Mechanism, system: System) -> Mechanism:
         for joint, component in _undetermined(found, node):
             with at("stop", name):
                 because = reasons({joint: found[joint]})[0]
-                raise ModelError(f"reaction({joint}, {component}) is not determined: {because}", number="M112")
+                raise ModelError(f"{force_name(joint, component)} is not determined: {because}", number="M112")
     declared = {**resolved.outputs, **resolved.run_outputs}
     untold = tuple(name for name, node in declared.items() if _undetermined(found, node))
     outputs, of_run = (

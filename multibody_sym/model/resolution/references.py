@@ -18,7 +18,7 @@ from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rows import Drive, ExpressionRow, Row, VelocityRow
 from multibody_sym.model.mechanism.start_constants import Measure
-from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.model.resolution.spanning_tree import body_part, rate_pairs, speed_names
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, symbol
@@ -151,7 +151,7 @@ class References:
             known = self.freedoms(joint) if name is not None else self._one_freedom(joint)
         if name is None:
             return next(iter(known.values()))
-        by_coordinate = {q: known[u] for q, u in self._rate_pairs(joint)}
+        by_coordinate = {q: known[u] for q, u in rate_pairs(joint, self.system.joints[joint])}
         named = {**known, **by_coordinate}
         if name not in named:
             with at("freedom"):
@@ -191,7 +191,7 @@ class References:
         self.verify_joint(joint)
         speeds = speed_names(joint, self.system.joints[joint])
         found = {u: Freedom(joint, None, self._named(u)) for u in speeds}
-        for q, u in self._rate_pairs(joint):
+        for q, u in rate_pairs(joint, self.system.joints[joint]):
             found[u] = Freedom(joint, self._named(q), self._named(u))
         return found
 
@@ -209,9 +209,3 @@ class References:
                     factor = derivative(row.zero, named)
                     found += [Drive(k, freedom.rate, factor)] if factor is not ZERO else []
         return tuple(found)
-
-    def _rate_pairs(self, joint: str) -> list[tuple[str, str]]:
-        """Return the names of a joint's coordinates whose rates are speeds, with the names of these."""
-        declared = self.system.joints[joint]
-        coordinates, speeds = coordinate_names(joint, declared), speed_names(joint, declared)
-        return [(coordinates[q], speeds[u]) for free in declared.free_steps for q, u in free.rate_pairs]

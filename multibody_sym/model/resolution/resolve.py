@@ -42,15 +42,16 @@ from multibody_sym.model.resolution.spanning_tree import (
     body_part,
     coordinate_names,
     ground_moves,
+    rate_names,
     spanning_tree,
     speed_names,
     used_joints,
 )
 from multibody_sym.model.resolution.start_constants import with_constants
-from multibody_sym.model.resolution.vocabulary import meanings, verify_curves, verify_expressions
+from multibody_sym.model.resolution.vocabulary import meanings, verify_curves, verify_expressions, verify_forces
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import fading_functions, switching_function, switching_functions
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, quantity, slot, symbol
 from multibody_sym.scalars.traversal import leaves
 
 
@@ -106,10 +107,10 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         rows=_in_slots(told, tuple(rows)),
         limits=tuple(_limits(resolved, {**slots, **told})),
         cuts=_in_slots(told, tuple(cuts)),
-        symbols={**slots, **told},
+        symbols={**_rates(told, rate_names(system)), **slots, **told},
         driving_inputs=driving_inputs(system),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
-        one_way=(one_way := _in_slots(told, one_way_elements(references, loose))),
+        one_way=(one_way := _verified(system, _in_slots(told, one_way_elements(references, loose)))),
         state_stops=_state_stops(resolved, one_way),
         impact=_in_slots(told, struck_impacts(references, one_way, rows, cuts)),
     )
@@ -174,6 +175,12 @@ def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateC
         with at("stop", name):
             condition.verify(known)
     return found
+
+
+def _verified(system: System, elements: tuple[OneWay, ...]) -> tuple[OneWay, ...]:
+    """Return one-way elements. Raises ModelError where expressions ask forces of what has none."""
+    verify_forces(system, elements)
+    return elements
 
 
 def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:
@@ -271,7 +278,12 @@ def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[S
         "inputs": list(system.inputs),
     }
     slots = {symbol(name): slot(array, i) for array, names in tables.items() for i, name in enumerate(names)}
-    return {symbol("t"): TIME, **slots}
+    return {**_rates(slots, rate_names(system)), symbol("t"): TIME, **slots}
+
+
+def _rates(known: Mapping[Node, Node], pairs: Iterable[tuple[str, str]]) -> dict[Node, Node]:
+    """Return the rates of coordinates, as `phi'` names them, that are among what is known."""
+    return {quantity("'", (q,)): known[symbol(u)] for q, u in pairs if symbol(u) in known}
 
 
 def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVector:

@@ -81,6 +81,17 @@ def speed_names(name: str, joint: Joint) -> tuple[str, ...]:
     return tuple(f"u_{coordinates[k]}" if suffix is None else name + suffix for k, suffix in pairs)
 
 
+def rate_names(system: System) -> list[tuple[str, str]]:
+    """Return the names of all coordinates whose rates are speeds, with the names of these."""
+    return [pair for name, joint in system.joints.items() for pair in rate_pairs(name, joint)]
+
+
+def rate_pairs(name: str, joint: Joint) -> list[tuple[str, str]]:
+    """Return the names of a joint's coordinates whose rates are speeds, with the names of these."""
+    coordinates, speeds = coordinate_names(name, joint), speed_names(name, joint)
+    return [(coordinates[q], speeds[u]) for free in joint.free_steps for q, u in free.rate_pairs]
+
+
 def used_joints(system: System) -> set[str]:
     """Return the joints that start values, forces, constraints or expressions refer to by a coordinate or speed."""
     named = {leaf.data for leaf in leaves([written.node for written in expressions(system)], "symbol")}

@@ -7,20 +7,22 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at
+from multibody_sym.expressions.components import COMPONENTS, FORCE_NAMES
+from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.curves.follow import guides
 from multibody_sym.model.declaration.curves.foot import Foot
-from multibody_sym.model.declaration.system import RESERVED, System, Written, expressions, verify_symbol
+from multibody_sym.model.declaration.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Coordinate, Speed
-from multibody_sym.model.resolution.contacts.elements import contact_names
+from multibody_sym.model.mechanism.mechanism import NORMAL, Coordinate, Speed
+from multibody_sym.model.mechanism.one_way import OneWay, exerted_by
 from multibody_sym.model.resolution.dimensions import Dimensions
 from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.ropes.runs import run_names, tension_names
-from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
+from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, rate_names, speed_names
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
 
@@ -79,10 +81,9 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
-CONTACT_COMPONENTS: Final = ("normal", "friction", "friction_1", "friction_2", "rolling", "rolling_1", "rolling_2")
-"""The components of what a contact exerts: two of friction and of rolling resistance in space."""
 _KINDS: Final[Mapping[str, str]] = {
-    "joint": "no joint and no contact",
+    "moving": "no speed, and no coordinate whose rate is a speed",
+    "coordinate": "no coordinate whose rate is a speed",
     "whole": "no body, nor the word system",
     "about": "no point, nor the word com",
     "store": "no body and no force",
@@ -241,22 +242,17 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         name: tension_names(system, name) if isinstance(element, Rope) else rows[name]
         for name, element in system.constraints.items()
     }
-    contacts = contact_names(system.contacts)
     return {
         "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
         "body": list(bodies),
-        "joint": [
-            *system.joints,
-            *([GROUND] if ground_moves(system.bodies) else ()),
-            *(name for name, pulley in system.pulleys.items() if pulley.is_held),
-            *contacts,
-        ],
-        "contact": contacts,
         "rope": [x for name, names in tensions.items() if name in pulling for x in names],
         "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
-        "component": [*COMPONENTS, *CONTACT_COMPONENTS],
-        "guide": [name for name, joint in system.joints.items() if guides(joint)],
+        "coordinate": [q for q, _ in rate_names(system)],
+        "moving": [
+            *(q for q, _ in rate_names(system)),
+            *(speed for name, joint in system.joints.items() for speed in speed_names(name, joint)),
+        ],
         **_of_theorems(system),
     }
 
@@ -288,7 +284,9 @@ def _asked(node: Node) -> list[Node]:
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
     function, arguments = leaf.data
     if section not in _MAY_ASK:
-        raise ModelError(f"{leaf} can be asked in outputs, stop and ask only", number="M112")
+        raise ModelError(f"{text(leaf)} can be asked in outputs, stop and ask only{_speed_of(leaf)}", number="M112")
+    if function == "reaction":  # see verify_forces
+        return
     if QUANTITIES[function].of_mode:
         _verify_mode(leaf, section)
         return
@@ -298,13 +296,15 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
             if runs:
                 each = f"{function}({name}, 1) to {function}({name}, {runs})"
                 raise ModelError(
-                    f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}",
+                    f"{text(leaf)}: {name!r} has a tension on each side of wheels that turn with it; ask {each}",
                     number="M112",
                 )
             what = _KINDS.get(kind, f"no {kind}")
-            raise ModelError(f"{leaf}: {name!r} is {what}", number="M106", word=name, known=vocabulary[kind])
-    if function == "reaction":
-        _verify_component(leaf, arguments[0], arguments[1], vocabulary)
+            raise ModelError(f"{text(leaf)}: {name!r} is {what}", number="M106", word=name, known=vocabulary[kind])
+
+
+def _speed_of(leaf: Node) -> str:
+    return f"; here the speed is u_{leaf.data[1][0]}" if leaf.data[0] == "'" else ""
 
 
 def _adding_outputs(system: System) -> set[str]:
@@ -338,22 +338,49 @@ def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Col
 def _verify_mode(leaf: Node, section: str) -> None:
     """Raise ModelError for a frequency or period that is not of a mode by its number, or not in ask."""
     if section != "ask":
-        raise ModelError(f"{leaf} is one of small oscillations: it can be asked in ask only", number="M110")
+        raise ModelError(f"{text(leaf)} is one of small oscillations: it can be asked in ask only", number="M110")
     if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
-        raise ModelError(f"{leaf}: name a mode by its number; 1 is the one with the lowest frequency", number="M112")
+        message = f"{text(leaf)}: name a mode by its number; 1 is the one with the lowest frequency"
+        raise ModelError(message, number="M112")
 
 
-def _verify_component(leaf: Node, element: str, component: str, vocabulary: Mapping[str, Collection[str]]) -> None:
-    """Raise ModelError where a contact is asked for a joint's component, or a joint for a contact's."""
-    known: tuple[str, ...] = COMPONENTS
-    if element in vocabulary["contact"]:
-        what, known = "a contact", CONTACT_COMPONENTS
-    elif element in vocabulary["guide"]:
-        what, known = "a joint that guides along a curve", (*COMPONENTS, NORMAL)
-    else:
-        what = "a joint"
-    if component not in known:
-        raise ModelError(f"{leaf}: {element!r} is {what}, which has {', '.join(known)}", number="M112")
+def verify_forces(system: System, elements: Iterable[OneWay]) -> None:
+    """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks."""
+    known = _components(system, elements)
+    for written in expressions_in(system, _MAY_ASK):
+        for leaf in _asked(written.node) if written.node.shadow is None else ():
+            if leaf.data[0] == "reaction":
+                with at(*written.path):
+                    _verify_component(leaf, known)
+
+
+_EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "friction"}
+
+
+def _components(system: System, elements: Iterable[OneWay]) -> dict[str, tuple[str, Sequence[str]]]:
+    """Return by the names by which they are asked what exerts forces, in words, and its components."""
+    one_way = {name: (_EXERTING[x.kind], tuple(rows)) for x in elements for name, rows in exerted_by(x).items()}
+    ground = [GROUND] if ground_moves(system.bodies) else []
+    pulleys = [name for name, pulley in system.pulleys.items() if pulley.is_held]
+    joints = dict.fromkeys((*pulleys, *ground, *system.joints), ("a joint", COMPONENTS))
+    wires = dict.fromkeys(
+        (name for name, joint in system.joints.items() if guides(joint)),
+        ("a joint that guides along a curve", (*COMPONENTS, NORMAL)),
+    )
+    return {**one_way, **joints, **wires}
+
+
+def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]) -> None:
+    element, component = leaf.data[1]
+    if element not in known:
+        what = "no joint, contact, stop or friction"
+        raise ModelError(f"{text(leaf)}: {element!r} is {what}", number="M106", word=element, known=list(known))
+    what, components = known[element]
+    if component not in FORCE_NAMES:
+        message = f"{text(leaf)}: {component!r} is no component"
+        raise ModelError(message, number="M106", word=component, known=list(components))
+    if component not in components:
+        raise ModelError(f"{text(leaf)}: {element!r} is {what}, which has {', '.join(components)}", number="M112")
 
 
 def _listed(words: tuple[str, ...]) -> str:

@@ -18,8 +18,8 @@ from multibody_sym.drawing.draw import draw as draw_scene
 from multibody_sym.drawing.figure import Figure
 from multibody_sym.drawing.shown import Shown
 from multibody_sym.dynamics.derivation.letters import component_label
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.scene.items import ArrowItem
 from multibody_sym.scene.scene import Scene, scene_of
 

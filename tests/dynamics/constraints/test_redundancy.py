@@ -89,7 +89,8 @@ def test_row_that_holds_nothing_is_left_over() -> None:
         joints={"j": Prismatic("ground", "b", axis="x", q="x")},
         constraints={"nothing": Expression("0*x"), "hold": Expression("x")},
     )
-    assert found_in(system) == Redundancy(1, ("nothing",), ("nothing",), (("nothing",),), {"nothing": ()})
+    alone, named = ("nothing",), ("multiplier(nothing)",)
+    assert found_in(system) == Redundancy(1, alone, alone, (alone,), {"nothing": ()}, ambiguous_forces=named)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])

@@ -15,6 +15,7 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
 from multibody_sym.dynamics.formalisms.newton_euler import free_bodies, newton_euler
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
@@ -24,7 +25,6 @@ from multibody_sym.model.declaration.constraints import VelocityConstraint
 from multibody_sym.model.declaration.forces import Torque
 from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.writing.derivation import derivation_data, derivation_text
 
 SEEDS = range(15)

@@ -16,6 +16,7 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.impacts.impulsive import Blow, pose, struck_rows
 from multibody_sym.dynamics.impacts.strike import strike
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.impacts import resting
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, from_parent, motion_of
@@ -27,7 +28,7 @@ from multibody_sym.model.mechanism.impacts import MeetingRow, StruckImpacts
 from multibody_sym.model.mechanism.loads import BodyTorque, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import real

@@ -17,12 +17,13 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, accelerations, motion_of, pose
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, TIME
+from multibody_sym.model.mechanism.mechanism import TIME
 
 Floats = np.ndarray
 

@@ -97,12 +97,6 @@ def contacts(references: References) -> tuple[OneWay, ...]:
     return tuple(found)
 
 
-def contact_names(declared: Mapping[str, Contact]) -> list[str]:
-    """Return the names of contacts, those that repeat by their numbers, and the name that they share."""
-    names = [name for declared_name, contact in declared.items() for name, _ in copies(declared_name, contact)]
-    return list(dict.fromkeys((*names, *declared)))
-
-
 def _together(declared: str, copies: Sequence[tuple[OneWay, ...]], taken: set[str]) -> Iterator[OneWay]:
     """Yield contacts that repeat, as the legs of one table: those of one part each between the same two bodies.
 

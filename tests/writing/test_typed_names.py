@@ -1,0 +1,145 @@
+"""Every name that commands print is a name that expressions take, and it has the printed number."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.expressions.parser import parse
+from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.writing.check import check_text
+from multibody_sym.writing.solution import solution_text
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+STOPPED = """
+multibody_sym: 1
+name: told
+gravity: [0, -9.81, 0]
+bodies: {ground: {}, a: {mass: 2}}
+joints: {s: {type: prismatic, parent: ground, child: a, axis: y, q: y, limits: {lower: 0, acts: true}}}
+"""
+BOX = """
+multibody_sym: 1
+name: told
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  box: {shape: {box: [1, 0.5, 1], mass: 3}}
+joints: {j: {type: planar, parent: ground, child: box, q: [x, y, phi], initial: {q: [0, 0.25, 0]}}}
+forces: {pull: {type: force, on: box, value: [4, 0, 0]}}
+contacts: {c: {between: [box, ground.floor], static: 0.5}}
+"""
+CROSS = """
+multibody_sym: 1
+name: told
+gravity: [0, 0, -9.81]
+bodies: {ground: {}, bob: {mass: 2, com: [0.1, 0.2, -0.5], inertia: {Ixx: 0.2, Iyy: 0.3, Izz: 0.1}}}
+joints: {J: {type: universal, parent: ground, child: bob, q: [a, b], initial: {q: [0.4, 0.3], u: [1, -2]}}}
+forces: {rub: {type: friction, joint: J, radius: 0.02, kinetic: 0.3}}
+"""
+ROWS = """
+multibody_sym: 1
+name: told
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m: 2 kg}
+bodies: {ground: {points: {o: [0, 1, 0]}}, a: {mass: m}, b: {mass: 3}}
+joints:
+  A: {type: point, parent: ground, child: a, q: [ax, ay], initial: {q: [0, 0]}}
+  B: {type: point, parent: ground, child: b, q: [bx, by], initial: {q: [1, 0]}}
+constraints:
+  string: {type: rope, path: [ground.o, a]}
+  rod: {type: distance, between: [a, b], value: 1}
+  shelf: {type: point_in_plane, point: b, plane: {through: ground, normal: y}}
+"""
+MODELS = [
+    "textbook/t2_rough_plane", "textbook/ladder", "textbook/capstan", "textbook/ball_in_socket",
+    "textbook/heavy_pulley",
+    "textbook/across_the_slope", "textbook/bracket_on_column", "textbook/movable_pulley", "rolling_coin", "gyroscope",
+    "guides/bead_on_a_parabola",
+]  # fmt: skip
+NAMED = re.compile(r"  (\w+'+|\w+\([^=]*\)) = ")
+
+
+def printed(text: str) -> Iterator[str]:
+    """Yield the names before a value, but for those of another question."""
+    for line in text.splitlines():
+        if (match := NAMED.match(line)) and "not unique" not in line:
+            yield match[1]
+
+
+def read(model: str) -> mbs.System:
+    return mbs.loads(model) if "\n" in model else mbs.load(EXAMPLES / f"{model}.yaml")
+
+
+@pytest.mark.parametrize("model", [STOPPED, BOX, CROSS, ROWS, *MODELS])
+def test_solve_answers_every_name_that_it_prints_with_the_same_number(model: str) -> None:
+    """Typed as questions the printed names give the numbers that stand behind them."""
+    system = read(model)
+    names = list(printed(solution_text(mbs.solve(system))))
+    assert names
+    told = numbers(mbs.solve(asking(system, "ask", names)))
+    for k, name in enumerate(names):
+        assert told[f"said{k}"] == told[name], name
+
+
+@pytest.mark.parametrize("model", [BOX, CROSS, "textbook/capstan"])
+def test_runs_have_columns_of_every_name_that_solve_prints(model: str) -> None:
+    """The first sample of each column is the number that `solve` prints, to the digits there."""
+    system = read(model)
+    told = numbers(mbs.solve(system))
+    names = list(printed(solution_text(mbs.solve(system))))
+    run = mbs.simulate(asking(system, "outputs", names), t_end=1e-3, samples=2, backend="python")
+    for k, name in enumerate(names):
+        assert run.outputs[f"said{k}"][0] == pytest.approx(float(told[name].split()[0]), rel=1e-8, abs=1e-9), name
+
+
+@pytest.mark.parametrize("model", ["three_cranks", "four_bar"])
+def test_forces_that_check_calls_not_unique_can_be_asked(model: str) -> None:
+    system = read(model)
+    found = mbs.check(system)
+    assert f"forces that are not unique: {', '.join(found.ambiguous_forces)}" in check_text(found)
+    answers = mbs.solve(asking(system, "ask", found.ambiguous_forces)).answers
+    assert all(answers[f"said{k}"].value is None for k in range(len(found.ambiguous_forces)))
+
+
+def test_friction_in_space_has_two_components_and_stops_have_a_force() -> None:
+    system = read("textbook/across_the_slope")
+    with pytest.raises(mbs.InputError, match="'c' is a contact, which has normal, friction_1, friction_2"):
+        mbs.solve(asking(system, "ask", ["friction(c)"]))
+    assert mbs.solve(asking(read(STOPPED), "ask", ["force(s.lower)"])).answers["said0"].value == pytest.approx(19.62)
+
+
+def test_primes_are_rates_of_coordinates_and_speeds() -> None:
+    """phi' is the speed, phi'' and the prime of the speed the acceleration -3 g sin(phi)/(2 l) of a rod."""
+    model = """
+multibody_sym: 1
+name: rod
+gravity: [0, -9.81, 0]
+bodies: {ground: {}, rod: {mass: 2, com: [0, -0.5, 0], inertia: {Izz: 1/6}}}
+joints: {A: {type: revolute, parent: ground, child: rod, q: phi, initial: {q: 0.5, u: 3}}}
+"""
+    answers = mbs.solve(asking(mbs.loads(model), "ask", ["phi'", "phi''", "u_phi'", "phi'^2*2"])).answers
+    acceleration = -1.5 * 9.81 * math.sin(0.5)
+    assert [x.value for x in answers.values()] == pytest.approx([3.0, acceleration, acceleration, 18.0], rel=1e-12)
+    assert [x.unit for x in answers.values()][:3] == ["rad/s", "rad/s^2", "rad/s^2"]
+    with pytest.raises(mbs.InputError, match="stop and ask only; here the speed is u_phi"):
+        mbs.solve(mbs.loads(model + "forces: {M: {type: torque, on: rod, value: [0, 0, phi']}}\n"))
+
+
+def numbers(solution: mbs.Solution) -> dict[str, str]:
+    """Return the last of the numbers with its unit that stands behind each name."""
+    lines = (line.strip().split(" = ") for line in solution_text(solution).splitlines())
+    return {name: others[-1] for name, *others in lines if others}
+
+
+def asking(system: mbs.System, where: str, names: Sequence[str]) -> mbs.System:
+    """Return a system with outputs or questions of these names beside its own."""
+    nodes = {f"said{k}": parse(name) for k, name in enumerate(names)}
+    asked = nodes if where == "outputs" else {name: Ask(value=node) for name, node in nodes.items()}
+    return replace(system, **{where: {**getattr(system, where), **asked}})
