@@ -27,12 +27,13 @@ class _Equation:
 def exact_solve(matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient]) -> list[Quotient]:
     """Return x with matrix x = right; unknowns that dependent equations leave open are 0.
 
-    Raises NoClosedFormError where equations contradict, or depend on each other at the sample only.
+    No equations have no unknowns. Raises NoClosedFormError where equations contradict, or depend on each other at the
+    sample only.
     """
     done, waiting = _eliminated(matrix, right)
     if any(equation.coefficients or not equation.right.is_zero for equation in waiting):
         raise NoClosedFormError("at the given values the equations depend on each other, which they do not in general")
-    return _back_substituted(done, [right[0].field.constant(0)] * len(matrix[0]))
+    return _back_substituted(done, [right[0].field.constant(0)] * len(matrix[0]) if matrix else [])
 
 
 def conditions_left(matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient]) -> list[Quotient]:

@@ -94,7 +94,7 @@ def _solved(
         places = tuple(len(udot) + k for k in vectors[0])
         solved, left = _by_length(left, wanted, len(udot), places)
     else:
-        solved = exact_solve(left, wanted) if rows else []
+        solved = exact_solve(left, wanted)
     known.update(zip((*udot, *multipliers), solved, strict=True))
     return ClosedForms(field, solved[: len(udot)], solved[len(udot) :], known, left)
 

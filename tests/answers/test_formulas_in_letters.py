@@ -284,3 +284,59 @@ def test_a_loop_whose_closure_is_long_is_left_before_it_is_written() -> None:
     )
     with pytest.raises(NoClosedFormError, match="how a loop closes is too long"):
         letters.simplified(as_node(sum(names)))
+
+
+DRIVEN = """
+multibody_sym: 1
+name: driven
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {O: [0.689, 0, 0]}}
+  crank: {mass: 0.838, inertia: {Izz: 0.01}, points: {pin: [0.249, 0, 0]}}
+  coupler: {mass: 7.15, inertia: {Izz: 0.2}, points: {pin: [0.62, 0, 0]}}
+  rocker: {mass: 1.99, inertia: {Izz: 0.05}, points: {pin: [0.565, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: crank, motion: 1.707 + 3.94*t}
+  B: {type: revolute, parent: crank.pin, child: coupler, q: psi, initial: {q: -1.22}}
+  D: {type: revolute, parent: ground.O, child: rocker, q: phi, initial: {q: 1.89}}
+  C: {type: revolute, parent: coupler.pin, child: rocker.pin, cut: true}
+"""
+TRIPOD = """
+multibody_sym: 1
+name: tripod
+gravity: [0, 0, -g]
+parameters: {g: 9.81 m/s^2, m: 2 kg, h: {value: 1.2 m, positive: true}, r: {value: 0.6 m, positive: true}}
+bodies:
+  ground: {points: {A: [r, 0, 0], B: [-r/2, r*sqrt(3)/2, 0], C: [-r/2, -r*sqrt(3)/2, 0]}}
+  head: {mass: m}
+joints: {free: {type: point, axes: xyz, parent: ground, child: head, q: [x, y, z], initial: {q: [0, 0, 1.2 m]}}}
+constraints:
+  la: {type: distance, between: [ground.A, head], value: sqrt(r^2 + h^2)}
+  lb: {type: distance, between: [ground.B, head], value: sqrt(r^2 + h^2)}
+  lc: {type: distance, between: [ground.C, head], value: sqrt(r^2 + h^2)}
+forces: {wind: {type: force, on: head, value: [5, 0, 0]}}
+"""
+
+
+def test_a_driven_linkage_without_freedom_accelerates_as_its_closure() -> None:
+    """Loop closure as complex numbers, differentiated twice; the letters have no freedom to solve for."""
+    found = mbs.solve(mbs.loads(DRIVEN))
+    alpha, w, a, b, c = 1.707, 3.94, 0.249, 0.62, 0.565
+    beta, delta = alpha + found.coordinates["psi"], found.coordinates["phi"]
+    p, q, s = b * 1j * np.exp(1j * beta), -c * 1j * np.exp(1j * delta), a * np.exp(1j * alpha)
+    assert abs(s + p / 1j + q / 1j - 0.689) < 1e-13
+    matrix = np.array([[p.real, q.real], [p.imag, q.imag]])
+    u = np.linalg.solve(matrix, [-(1j * w * s).real, -(1j * w * s).imag])
+    left = w**2 * s - 1j * p * u[0] ** 2 - 1j * q * u[1] ** 2
+    turned = np.linalg.solve(matrix, [left.real, left.imag])
+    values = [found.accelerations[x].value for x in ("psi", "phi")]
+    assert values == pytest.approx([turned[0], turned[1]], rel=1e-11)
+
+
+def test_a_head_on_three_rods_is_held_by_statics() -> None:
+    found = mbs.solve(mbs.loads(TRIPOD))
+    assert [x.value for x in found.accelerations.values()] == pytest.approx([0, 0, 0], abs=1e-13)
+    tops = np.array([[0.6, 0, 0], [-0.3, 0.3 * 3**0.5, 0], [-0.3, -0.3 * 3**0.5, 0]]) - [0, 0, 1.2]
+    pulls = np.linalg.solve((tops / np.linalg.norm(tops, axis=1)[:, None]).T, [-5, 0, 2 * 9.81])
+    values = [found.reactions[name]["tension"].value for name in ("la", "lb", "lc")]
+    assert values == pytest.approx(list(pulls), rel=1e-12)

@@ -139,7 +139,7 @@ class _Slopes:
         """Find the multipliers at the state; return whether all accelerations vanish identically there."""
         matrix, right = linear_equations(self.motion)
         left, wanted = self._exact(matrix), self._exact([right])[0]
-        solved = exact_solve(left, wanted) if left else []
+        solved = exact_solve(left, wanted)
         udot, multipliers = solved[: self.size], solved[self.size :]
         if not all(x.is_zero for x in udot):
             rest = [[-row[self.size + k] for row in left[: self.size]] for k in range(len(self.rows))]
