@@ -97,7 +97,8 @@ def test_every_quantity_of_the_language_is_known() -> None:
     row = motion.mechanism.rows[0].name
     names = {"point": "b1", "body": "b1", "axis": "x", "joint": "j1", "component": "fx", "constraint": row}
     names |= {"whole": "b1", "about": "com", "store": "b1", "exerting": "weight"}
-    names["freedom"] = motion.mechanism.speeds[0].name
+    names |= dict.fromkeys(("freedom", "moving"), motion.mechanism.speeds[0].name)
+    names["coordinate"] = motion.mechanism.coordinates[0].name
     for function, known in QUANTITIES.items():
         for arguments in (known.arguments, *known.others):
             if "rope" not in arguments and not known.of_mode:
