@@ -50,7 +50,8 @@ def verify_moves(some: Chosen, row: int, name: str) -> None:
     problem = some.problem
     defining = np.abs(problem.coupling).sum(axis=1) > 0.0
     kept = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and not defining[k]]
-    if rank(problem.matrix[[*kept, row]], ROUNDED) > rank(problem.matrix[kept], ROUNDED):
+    rows = scaled_rows(problem.matrix[[*kept, row]])[1]  # what is rounding beside the row that is struck holds nothing
+    if rank(rows, ROUNDED) > rank(rows[:-1], ROUNDED):
         return
     message = (
         f"{name} closes, but constraints and prescribed motions alone determine its speed: no impulse stops it "
