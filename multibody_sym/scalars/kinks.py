@@ -17,6 +17,8 @@ from multibody_sym.scalars.traversal import leaves, postorder
 _COMPARISONS: Final = ("less", "less_equal")
 _FADED: Final = 36  # exp(-36) is round-off beside 1
 _SATURATED: Final = 20  # so is 1 - tanh(20)
+FEW_KNOTS: Final = 64
+"""Knots of a table up to which each has a function of its own, so that no step leads over a narrow pulse unseen."""
 _JOINED: Final = {"min": minimum, "max": maximum}
 
 
@@ -43,12 +45,21 @@ def switching_functions(nodes: Iterable[Node]) -> list[Node]:
     found: dict[Node, None] = {}
     for n in postorder(nodes):
         if n.op == "table":
-            found[table(n.data[0].bends, 0, n.args[0])] = None
+            found.update(dict.fromkeys(at_knots(n)))
             continue
         sides = _sides(n)
         if sides is not None and subtract(*sides) not in found:
             found[subtract(sides[1], sides[0])] = None
     return [g for g in found if g.shadow is None]
+
+
+def at_knots(n: Node) -> list[Node]:
+    """Return the functions that change their signs where the slope of a table jumps: one each, or one of many knots."""
+    bends = n.data[0].bends
+    knots = bends.columns[0]
+    if len(knots) > FEW_KNOTS:
+        return [table(bends, 0, n.args[0])]
+    return [subtract(n.args[0], number(knot)) for knot in knots]
 
 
 def known_zeros(g: Node, time: Node, values: Mapping[Node, float]) -> Sequence[float] | None:

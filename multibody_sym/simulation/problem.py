@@ -14,10 +14,12 @@ from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.pairing import Pairing
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Loop, Problem
+from multibody_sym.scalars.kinks import known_zeros
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.traversal import postorder
 from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, run_settings
 
@@ -67,12 +69,24 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         + (False,) * (len(mechanism.kinks) + len(mechanism.fades))
         + (True,) * len(margins),
         margins=margins,
+        moments=_knots(mechanism, settings.t_end),
         pairs=_pairing(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None or ready.state.declared.one_way:
         return problem
     alpha, beta = settings.baumgarte.chosen(lambda: own_coefficient(problem))
     return replace(problem, parameters=ready.stabilised_by(alpha, beta))
+
+
+def _knots(mechanism: Mechanism, t_end: float) -> tuple[float, ...]:
+    """Return the knots of long tables of time, rising, over which no step leads: one function tells of all of them."""
+    tables = [g for g in mechanism.kinks if g.op == "table" and _letters(g) == [TIME]]
+    found = {t for g in tables for t in known_zeros(g, TIME, {}) or ()}
+    return tuple(sorted(t for t in found if 0.0 < t < t_end))
+
+
+def _letters(node: Node) -> list[Node]:
+    return [n for n in postorder([node]) if not n.args and n.shadow is None]
 
 
 def _start_values(ready: Runnable) -> dict[Node, float]:

@@ -102,7 +102,7 @@ double mbs_longest(mbs_run *r)
 {
     const mbs_system *s = r->system;
     if (s->switches == 0)
-        return HUGE_VAL;
+        return to_moment(s, r->state->t);
     double count = mbs_largest(r->n, r->slope) > 0.0 ? LEAST_STEPS : STANDING;
     double longest = (r->problem->t_end - r->problem->t0) / count, t = r->state->t, seen = r->past[0];
     double way = to_moment(s, t);

@@ -131,7 +131,7 @@ typedef struct {
                               exceed zero: the run stops where it exceeds that, from whichever side it starts; if that is
                               negative, once it has been below it */
     int switches, limiting; /* how many they are, and how many of them, the first, keep adaptive steps short */
-    const double *moments;  /* times, rising, over which no adaptive step of a run with such functions leads */
+    const double *moments;  /* times, rising, over which no adaptive step of a run with events leads */
     int moment_count;
 } mbs_system;
 

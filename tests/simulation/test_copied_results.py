@@ -73,16 +73,27 @@ def test_results_of_every_public_call_are_copied_and_pickled(tmp_path: Path, mon
     assert kinds >= {"System", "Mechanism", "Trajectory", "SymbolicEquations", "Solution", "Linearization", "RightSide"}
 
 
+PARTS_OF_ERRORS = ("message", "where", "excerpt", "number", "word", "known", "meant")
+
+
 def test_every_error_comes_back_whole() -> None:
     kinds, found = [MultibodyError], []
     while kinds:
         kind = kinds.pop()
         kinds += kind.__subclasses__()
-        if list(inspect.signature(kind).parameters) == ["message", "where", "excerpt", "number"]:
+        if inspect.signature(kind).parameters.keys() == {*PARTS_OF_ERRORS}:
             found.append(kind)
-            error = kind("wrong", where=Where("a.yaml", 3, 4, ("joints", "A")), excerpt="x\n^", number="M101")
+            error = kind(
+                "wrong",
+                where=Where("a.yaml", 3, 4, ("joints", "A")),
+                excerpt="x\n^",
+                number="M101",
+                word="mas",
+                meant="mass",
+            )
             back = pickled(error)
             assert (type(back), str(back), back.as_json()) == (kind, str(error), error.as_json())
+            assert (back.word, back.meant) == ("mas", "mass")
     assert len(found) > 8
 
 

@@ -81,6 +81,15 @@ def test_pulses_narrower_than_a_step_push(backend: str, wave: str) -> None:
     assert 2 * run["u_x"][-1] == pytest.approx(PULSES[wave], rel=1e-6)
 
 
+@LOOPS
+def test_no_step_leads_over_a_pulse_of_a_long_table(backend: str) -> None:
+    """Of 200 rows 4 make a rectangle a millisecond wide, with edges of a microsecond, at every 2 s."""
+    starts = range(1, 99, 2)
+    rows = [[t + dt, w] for t in starts for dt, w in ((0, 0), (1e-6, 1000), (1e-3, 1000), (1.001e-3, 0))]
+    run = mbs.simulate(mbs.loads(PUSHED.replace("WAVE", f"{{table: {rows}}}")), t_end=100, backend=backend, samples=2)
+    assert 2 * run["u_x"][-1] == pytest.approx(len(starts), rel=1e-6)
+
+
 METHODS = {
     "dormand_prince": {},
     "dormand_prince_8": {},

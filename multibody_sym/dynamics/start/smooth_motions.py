@@ -20,9 +20,8 @@ from multibody_sym.numerics.sign_changes import PIECES, Function, zeros
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.branches import Branch, branches, poles
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.elementary import table
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.kinks import known_zeros, switching_functions
+from multibody_sym.scalars.kinks import at_knots, known_zeros, switching_functions
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.rounding import Bounded, bounded
 from multibody_sym.scalars.traversal import leaves, postorder
@@ -149,8 +148,9 @@ def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
 
 def _jumping(motion: _Motion) -> Iterator[_Place]:
     """Yield where an expression and its rate may jump."""
+    tables = {g for n in postorder([motion.node]) if n.op == "table" for g in at_knots(n)}
     for g in switching_functions([motion.node]):
-        if g.op != "table" and _T in leaves([g], "symbol"):
+        if g not in tables and _T in leaves([g], "symbol"):
             yield from _switching(g, dict(motion.known), motion.t_end)
     for branch in branches([motion.node], _T):
         if _T in leaves([branch.switch], "symbol"):
@@ -161,7 +161,7 @@ def _at_knots(node: Node, motion: _Motion) -> Iterator[_Place]:
     """Yield the knots of tables whose derivatives stand in an expression: they may jump there, tables do not."""
     for n in postorder([node]):
         if n.op == "table" and n.data[1] > 0 and _T in leaves([n], "symbol"):
-            for g in switching_functions([table(n.data[0], 0, n.args[0])]):
+            for g in at_knots(n):
                 yield from _switching(g, dict(motion.known), motion.t_end)
 
 

@@ -11,6 +11,7 @@ import sympy
 from scipy.interpolate import CubicSpline
 
 from multibody_sym.expressions.printer import text
+from multibody_sym.scalars import kinks
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD, table
 from multibody_sym.scalars.functions import evaluate, evaluate_float
@@ -51,15 +52,21 @@ def test_lines_are_those_of_numpy_and_exact_for_exact_arguments() -> None:
     assert table(thirds, 0, number(Fraction(1, 2))) is number(Fraction(1, 6))
 
 
-def test_its_slope_jumps_where_one_function_changes_its_sign() -> None:
+def test_its_slope_jumps_where_a_function_of_each_knot_changes_its_sign() -> None:
+    found = switching_functions([tabulated("linear")])
+    assert [known_zeros(g, T, {}) for g in found] == [[x] for x in X]
+    ends = switching_functions([tabulated("cubic")])
+    assert [known_zeros(g, T, {}) for g in ends] == [[X[0]], [X[-1]]]
+
+
+def test_its_slope_jumps_where_one_function_changes_its_sign(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kinks, "FEW_KNOTS", 2)
     (knots,) = switching_functions([tabulated("linear")])
     middles = np.concatenate([[-1.0], (X[1:] + X[:-1]) / 2, [4.0]])
     assert list(np.sign(at(knots, middles))) == [-1.0 if k % 2 == 0 else 1.0 for k in range(len(X) + 1)]
     assert not at(knots, X).any()
     moved = evaluate([knots], {T: 2 * T - number(1)})[0]
     assert known_zeros(moved, T, {}) == pytest.approx((X + 1) / 2)
-    (ends,) = switching_functions([tabulated("cubic")])
-    assert known_zeros(ends, T, {}) == [X[0], X[-1]]
 
 
 def test_it_comes_back_from_sympy_and_from_a_pickle() -> None:
