@@ -16,8 +16,8 @@ from multibody_sym.analysis.struck import from_impact
 from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, theorems
 from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.analysis.theorems.short_run import short_run_misses
+from multibody_sym.checking.hint import Hint
 from multibody_sym.checking.hints import declared_hints
-from multibody_sym.checking.odd_numbers import Hint
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.left_over import Redundancy

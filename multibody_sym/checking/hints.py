@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.checking.odd_numbers import EXACT, Hint, Values, known_values, number_hints
+from multibody_sym.checking.hint import Hint
+from multibody_sym.checking.odd_numbers import EXACT, Values, known_values, number_hints
 from multibody_sym.dynamics.start.undefined import value_or_none
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Gear, Pulley, Rope

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, Final, Self
+from typing import Any, Final
 
+from multibody_sym.checking.hint import Hint
 from multibody_sym.dynamics.start.undefined import value_or_none
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.tokens import plain_number
@@ -31,18 +32,6 @@ _ABOUT_AN_END: Final = {4.0 / 3.0: 1.0 / 3.0, **{ratio: ratio for ratio in (3.0 
 """Moments about the end of a rod and the rims of disc, ring, sphere and shell in m*c^2, c to the centre; as written."""
 
 Values = Mapping[Node, float]
-
-
-class Hint(str):
-    """The text of a hint; `path` is the part of the model that it is about."""
-
-    path: tuple[str, ...]
-
-    def __new__(cls, told: str, *path: str) -> Self:
-        """Return the text with its path."""
-        hint = super().__new__(cls, told)
-        hint.path = path
-        return hint
 
 
 def number_hints(system: System, known: Values) -> Iterator[Hint]:

@@ -9,8 +9,8 @@ from dataclasses import fields
 from functools import partial
 from typing import Any, Final
 
+from multibody_sym.checking.hint import Hint
 from multibody_sym.checking.hints import declared_hints
-from multibody_sym.checking.odd_numbers import Hint
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import examined, numbers_of

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
 from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
 from multibody_sym.dynamics.programs.law_rows import every_row, friction_parts
-from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -141,11 +140,11 @@ class Facts:
 
     @cached_property
     def _reach_of_speeds(self) -> Floats:
-        """How far (nu,) from zero each speed would lead to the coordinates: along the rates that it gives them."""
-        units = np.eye(len(self.u)).tolist()
-        rates = np.array([coordinate_rates(self.laws.mechanism, self.q.tolist(), unit) for unit in units], dtype=float)
-        rates = np.abs(rates.reshape(len(self.u), len(self.q)))
-        reached: Floats = rates @ np.abs(self.q) / (rates * rates).sum(axis=1)
+        """How far (nu,) from zero the coordinates are whose rates the speeds are; 2 rad for a unit quaternion's."""
+        reached = np.full(len(self.u), 2.0)
+        for body in self.laws.mechanism.bodies:
+            for coordinate, speed in body.rate_pairs:
+                reached[speed] = abs(self.q[coordinate])
         return reached
 
     def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:

@@ -1,0 +1,17 @@
+"""A hint about a model: what its author may have meant, and where."""
+
+from __future__ import annotations
+
+from typing import Self
+
+
+class Hint(str):
+    """The text of a hint; `path` is the part of the model that it is about."""
+
+    path: tuple[str, ...]
+
+    def __new__(cls, told: str, *path: str) -> Self:
+        """Return the text with its path."""
+        hint = super().__new__(cls, told)
+        hint.path = path
+        return hint
