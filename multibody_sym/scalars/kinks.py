@@ -56,10 +56,9 @@ def switching_functions(nodes: Iterable[Node]) -> list[Node]:
 def at_knots(n: Node) -> list[Node]:
     """Return the functions that change their signs where the slope of a table jumps: one each, or one of many knots."""
     bends = n.data[0].bends
-    knots = bends.columns[0]
-    if len(knots) > FEW_KNOTS:
+    if len(bends.rows) > FEW_KNOTS:
         return [table(bends, 0, n.args[0])]
-    return [subtract(n.args[0], number(knot)) for knot in knots]
+    return [subtract(n.args[0], knot) for knot, _ in bends.rows]
 
 
 def known_zeros(g: Node, time: Node, values: Mapping[Node, float]) -> Sequence[float] | None:

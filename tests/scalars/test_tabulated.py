@@ -13,9 +13,9 @@ from scipy.interpolate import CubicSpline
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars import kinks
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.elementary import BUILD, table
+from multibody_sym.scalars.elementary import BUILD, PI, table
 from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.kinks import known_zeros, switching_functions
+from multibody_sym.scalars.kinks import at_knots, known_zeros, switching_functions
 from multibody_sym.scalars.node import Node, number, symbol
 from multibody_sym.scalars.rows import Kind, Rows, Tabulated
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
@@ -91,3 +91,13 @@ def test_names_tell_tables_apart_and_their_numbers_do_not_order_sums() -> None:
     assert repr(first) == "<2 rows from 0.0 to 1.0>"
     assert BUILD["add"](a, b) is BUILD["add"](b, a)
     assert BUILD["add"](c, b).args.index(c) == BUILD["add"](a, b).args.index(a)
+
+
+def test_knots_are_exact_numbers_that_later_expressions_share() -> None:
+    """A float would take the place of the equal integer or fraction wherever that is written from then on."""
+    x = [number(7919), number(Fraction(15841, 2)), 2523 * PI]
+    rows = Rows([7919.0, 7920.5, 2523 * np.pi], [0.0, 1.0, 2.0], {(2, 0): x[2]})
+    assert at_knots(table(Tabulated("way", rows, "linear"), 0, T)) == [T - each for each in x]
+    knots = at_knots(table(Tabulated("way", Rows([6007.0, 6008.5], [0.0, 1.0], {}), "linear"), 0, T))
+    assert knots == [T - 6007, T - Fraction(12017, 2)]
+    assert [type(number(value).data) for value in (6007, Fraction(12017, 2))] == [int, Fraction]
