@@ -7,6 +7,7 @@ described in E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential 
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 from typing import Final
 
 from multibody_sym.integrators.methods.runge_kutta import RungeKutta, Weights
@@ -75,6 +76,7 @@ _DENSE: Final = """
 """
 
 
+@cache  # its orders are checked when it is made, which takes longer than a step
 def dormand_prince_8() -> RungeKutta:
     """Return the method; its error estimates are of order 5 (b - b_hat given) and 3 (b_hat given)."""
     rows = ((), *_rows(_A))

@@ -8,6 +8,7 @@ length of a Program of many like parts, such as four-bar linkages in a row, foll
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
@@ -45,8 +46,10 @@ def rolled(program: Program, long: int | None = None) -> Program:
     size = sum(len(s.nodes) for s in program.statements if isinstance(s, Assign))
     if size < (_LONG if long is None else long) or any(isinstance(s, Scan) for s in program.statements):
         return program
-    made, left = rolled_up(program)
-    return made if _SHORTER * left <= size else program
+    try:
+        return rolled_up(program, size // _SHORTER)[0]
+    except _TooLongError:
+        return program
 
 
 def all_rolled(programs: Mapping[str, Program]) -> dict[str, Program]:
@@ -65,9 +68,16 @@ def all_rolled(programs: Mapping[str, Program]) -> dict[str, Program]:
     return {name: once(program) for name, program in programs.items()}
 
 
-def rolled_up(program: Program) -> tuple[Program, int]:
-    """Return a Program of assignments, solves and calls by loops, however long, and the operations in its text."""
-    rolling = _Rolling(program)
+class _TooLongError(Exception):
+    """The operations in the text are more than may be: what is left of the loops need not be made."""
+
+
+def rolled_up(program: Program, most: float = math.inf) -> tuple[Program, int]:
+    """Return a Program of assignments, solves and calls by loops, and the operations in its text.
+
+    Raises _TooLongError as soon as these are more than `most`.
+    """
+    rolling = _Rolling(program, most)
     return rolling.program(), rolling.size
 
 
@@ -87,8 +97,8 @@ class _Class:
 class _Rolling:
     """Builds the Program stage by stage: a scan of what the next solve needs, the solve, at the end the outputs."""
 
-    def __init__(self, program: Program) -> None:
-        self.given = program
+    def __init__(self, program: Program, most: float) -> None:
+        self.given, self.most = program, most
         self.trace = Trace(program.name, program.inputs)
         self.atoms: dict[Node, Node] = {leaf: leaf for array in program.inputs for leaf in array.slots}
         self.places: Places = {}
@@ -148,10 +158,11 @@ class _Rolling:
         roots = [node for node in dict.fromkeys(wanted) if node.shadow is None and node not in self.atoms]
         if not roots:
             return
-        stage = _Stage(_Classes(roots, self.uses, self.places).found, self.places, self._outside(roots))
+        classes = _Classes(roots, self.uses, self.places, self.most - self.size)
+        self.size += classes.size
+        stage = _Stage(classes.found, self.places, self._outside(roots))
         given = [*self.arrays, *([stage.constants] if stage.constants else [])]
         (found,) = self.trace.scan(given, [len(stage.stored)], [], stage.loops(len(self.arrays), len(given)))
-        self.size += stage.size
         self.atoms.update(zip(stage.stored, found, strict=True))
         self._readable(found, stage.stored)
 
@@ -169,7 +180,6 @@ class _Stage:
     """Classes in groups that one loop computes, member by member: what a member reads of its own group is at hand."""
 
     def __init__(self, classes: Sequence[_Class], places: Places, outside: set[Node]) -> None:
-        self.size = 0
         self.constants = tuple(
             dict.fromkeys(x for c in classes for reads in c.reads for x in reads if x.shadow is not None)
         )
@@ -251,8 +261,7 @@ class _Stage:
                 read = tuple(places[x] for x in column)
                 array = inputs.setdefault(read, Array(f"given_{_letters(len(inputs))}"))
                 known[first] = array.slots[0]
-            values[number], size = _substituted(c.members[0], known)
-            self.size += size
+            values[number] = _substituted(c.members[0], known)
             if number in self._kept:
                 outputs[f"value_{_letters(len(outputs))}"] = ((), [values[number]])
                 writes.append(
@@ -290,12 +299,15 @@ def _uses(program: Program) -> dict[Node, int]:
 class _Classes:
     """The classes of the values with names below roots, those that are `done` left aside.
 
+    `size` are the operations in the texts of all. Raises _TooLongError as soon as these are more than `most`.
     Of each value without a name `_text` is the number of how it is computed, `_below` what it reads, `_levels` after
     how many others it can be.
     """
 
-    def __init__(self, roots: Sequence[Node], uses: dict[Node, int], done: Places) -> None:
+    def __init__(self, roots: Sequence[Node], uses: dict[Node, int], done: Places, most: float) -> None:
         self.found: list[_Class] = []
+        self.size = 0
+        self._most = most
         self._done = done
         self._numbers: dict[Any, int] = {}
         self._text: dict[Node, int] = {}
@@ -318,6 +330,9 @@ class _Classes:
         number = self._numbers.setdefault(whole, len(self.found))
         if number == len(self.found):
             self.found.append(_Class(level, [], []))
+            self.size += sum(1 for _ in _postorder([node], dict.fromkeys(distinct)))
+            if self.size > self._most:
+                raise _TooLongError
         self.found[number].members.append(node)
         self.found[number].reads.append(distinct)
         self._order[node] = min(map(self._place, distinct))
@@ -367,14 +382,12 @@ def _postorder(roots: Sequence[Node], done: Mapping[Node, Any]) -> Iterable[Node
             stack += [(a, False) for a in reversed(node.args)]
 
 
-def _substituted(root: Node, known: dict[Node, Node]) -> tuple[Node, int]:
-    """Return an expression in which `known` stand for what they are, and how many operations it has besides."""
+def _substituted(root: Node, known: dict[Node, Node]) -> Node:
+    """Return an expression in which `known` stand for what they are."""
     values: dict[Node, Node] = dict(known)
-    count = 0
     for node in _postorder([root], values):
         values[node] = BUILD[node.op](*node.own, *(values.get(a, a) for a in node.args))
-        count += 1
-    return values.get(root, root), count
+    return values.get(root, root)
 
 
 def _letters(k: int) -> str:
