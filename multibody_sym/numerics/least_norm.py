@@ -6,6 +6,8 @@ The text of this file stands in exported Python, and imports NumPy and the stand
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from operator import mul
 
 import numpy as np
 
@@ -25,13 +27,13 @@ class Solution:
 
 @dataclass(frozen=True)
 class _Factors:
-    """Householder vectors and triangular factor of the kept rows, in `rows` (s x n, one row of A each) and `diagonal`.
+    """Householder vectors and triangular factor of the rows in `order`, the kept ones first.
 
-    `order[k]` is the row kept k-th; row `order[j]` holds R[k, j] in entry k < min(j, rank) and, where it was kept, the
-    vector of reflection j from entry j on. Reflection k is E - factors[k] v v^T.
+    Row j of `rows` (s x n) holds R[k, j] in entry k < min(j, rank) and, where it was kept, the vector v of reflection j
+    from entry j on. Reflection k is E - factors[k] v v^T.
     """
 
-    rows: Floats
+    rows: list[list[float]]
     order: list[int]
     diagonal: list[float]
     factors: list[float]
@@ -59,16 +61,20 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
     count, size = matrix.shape
-    scale, rows = scaled_rows(matrix)
-    if not (np.isfinite(scale).all() and np.isfinite(right).all()):
+    lengths, rows = scaled_rows(matrix)
+    scale, given = lengths.tolist(), right.tolist()
+    if not all(map(math.isfinite, (*scale, *given))):
         return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
-    factors = _in_order(rows.copy()) if count <= min(size, most) else None
+    factors = _in_order(rows) if count <= min(size, most) else None
     if factors is None:
         factors = _longest_first(rows, exact(matrix), most)
-    scaled_right = right / scale
-    halfway = _forward(factors, scaled_right)
-    multipliers = _backward(factors, halfway) / scale
-    return Solution(_rotated(factors, halfway, size), multipliers, _report(factors, scale, scaled_right, halfway))
+    scaled = [given[j] / scale[j] for j in factors.order]
+    halfway = _forward(factors, scaled)
+    multipliers = np.zeros(count)
+    for j, value in zip(factors.order, _backward(factors, halfway), strict=False):
+        multipliers[j] = value / scale[j]
+    report = _report(factors, [scale[j] for j in factors.order], scaled, halfway)
+    return Solution(np.array(_rotated(factors, halfway, size)), multipliers, np.array(report))
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
@@ -79,79 +85,77 @@ def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
 
 def _in_order(rows: Floats) -> _Factors | None:
     """Return the factors of the rows as they come, None where one of them might depend on those before it."""
-    factors = _Factors(rows, list(range(len(rows))), [], [])
-    for k, row in enumerate(rows):
-        length = math.sqrt(float(row[k:] @ row[k:]))
-        if not length > CLEAR:
-            return None
-        _reflect(factors, k, length)
-    return factors
+    turned, factors = np.linalg.qr(rows.T, mode="raw")
+    diagonal = turned.diagonal().tolist()
+    if not all(abs(length) > CLEAR for length in diagonal):
+        return None
+    np.fill_diagonal(turned, 1.0)
+    return _Factors(turned.tolist(), list(range(len(rows))), diagonal, factors.tolist())
 
 
 def _longest_first(rows: Floats, tolerance: float, most: float) -> _Factors:
-    order = list(range(rows.shape[0]))
-    factors = _Factors(rows, order, [], [])
+    rows, order = rows.copy(), list(range(len(rows)))
+    diagonal, factors = list[float](), list[float]()
     for k in range(min(rows.shape)):
-        lengths = [math.sqrt(float(rows[j, k:] @ rows[j, k:])) for j in order[k:]]
-        first = abs(factors.diagonal[0]) if k else max(lengths)
-        if max(lengths) <= tolerance * first or k >= most:
+        rest = rows[k:, k:]
+        lengths = np.sqrt((rest * rest).sum(axis=1)).tolist()
+        longest = max(lengths)
+        if longest <= tolerance * (abs(diagonal[0]) if k else longest) or k >= most:
             break
-        chosen = next(i for i, length in enumerate(lengths) if length >= (1.0 - TIE) * max(lengths))
+        chosen = next(i for i, length in enumerate(lengths) if length >= (1.0 - TIE) * longest)
         order.insert(k, order.pop(k + chosen))
-        _reflect(factors, k, lengths[chosen])
-    return factors
+        if chosen:
+            rows[k : k + chosen + 1] = np.roll(rows[k : k + chosen + 1], 1, axis=0)
+        length, first = lengths[chosen], float(rest[0, 0])
+        diagonal.append(-length if first > 0.0 else length)
+        factors.append(1.0 / (length * (length + abs(first))))
+        rest[0, 0] = first - diagonal[k]
+        rest[1:] -= np.multiply.outer(rest[1:] @ rest[0], factors[k] * rest[0])
+    return _Factors(rows.tolist(), order, diagonal, factors)
 
 
-def _reflect(factors: _Factors, k: int, length: float) -> None:
-    """Turn the pivot's remaining part onto the k-th axis, and with it that of every row still to come."""
-    rows, pivot = factors.rows, factors.order[k]
-    first = float(rows[pivot, k])
-    diagonal = -length if first > 0.0 else length
-    factors.diagonal.append(diagonal)
-    factors.factors.append(1.0 / (length * (length + abs(first))))
-    rows[pivot, k] = first - diagonal
-    vector = rows[pivot, k:]
-    for j in factors.order[k + 1 :]:
-        rows[j, k:] -= factors.factors[k] * float(vector @ rows[j, k:]) * vector
+def _dot(first: Iterable[float], second: Iterable[float]) -> float:
+    """Return the product of as many numbers as the shorter one has."""
+    return sum(map(mul, first, second), 0.0)
 
 
-def _forward(factors: _Factors, right: Floats) -> Floats:
+def _forward(factors: _Factors, right: list[float]) -> list[float]:
     """Solve R^T y = r over the kept rows."""
-    y = np.zeros(factors.rank)
-    for k, diagonal in enumerate(factors.diagonal):
-        row = factors.order[k]
-        y[k] = (right[row] - factors.rows[row, :k] @ y[:k]) / diagonal
+    y = list[float]()
+    for row, value, diagonal in zip(factors.rows, right, factors.diagonal, strict=False):
+        y.append((value - _dot(y, row)) / diagonal)
     return y
 
 
-def _backward(factors: _Factors, y: Floats) -> Floats:
-    """Solve R lambda = y; the multipliers of rows that were not kept are zero."""
-    multipliers = np.zeros(len(factors.order))
-    rest = y.copy()
+def _backward(factors: _Factors, y: list[float]) -> list[float]:
+    """Solve R lambda = y."""
+    rest, multipliers = y, list[float]()
     for k in reversed(range(factors.rank)):
-        row = factors.order[k]
-        multipliers[row] = rest[k] / factors.diagonal[k]
-        rest[:k] -= factors.rows[row, :k] * multipliers[row]
-    return multipliers
+        value = rest[k] / factors.diagonal[k]
+        rest = [a - b * value for a, b in zip(rest[:k], factors.rows[k], strict=False)]
+        multipliers.append(value)
+    return multipliers[::-1]
 
 
-def _rotated(factors: _Factors, y: Floats, size: int) -> Floats:
+def _rotated(factors: _Factors, y: list[float], size: int) -> list[float]:
     """Return Q (y, 0)."""
-    x = np.zeros(size)
-    x[: factors.rank] = y
+    x = [0.0] * (size - factors.rank)
     for k in reversed(range(factors.rank)):
-        vector = factors.rows[factors.order[k], k:]
-        x[k:] -= factors.factors[k] * float(vector @ x[k:]) * vector
+        x, vector = [y[k], *x], factors.rows[k][k:]
+        by = factors.factors[k] * _dot(vector, x)
+        x = [a - by * b for a, b in zip(x, vector, strict=True)]
     return x
 
 
-def _report(factors: _Factors, lengths: Floats, right: Floats, y: Floats) -> Floats:
+def _report(factors: _Factors, lengths: list[float], right: list[float], y: list[float]) -> list[float]:
+    """Return the report; lengths and right-hand sides are in the order of the factors."""
     rank = factors.rank
-    kept = lengths[factors.order[:rank]].tolist()
+    kept = lengths[:rank]
     least = min(abs(d) * length for d, length in zip(factors.diagonal, kept, strict=True)) / max(kept) if rank else 0.0
-    largest = float(np.abs(right).max(initial=0.0))
-    residual = max((abs(right[j] - factors.rows[j, :rank] @ y) for j in factors.order[rank:]), default=0.0)
-    return np.array([float(rank), least, residual / largest if largest else 0.0])
+    largest = max(map(abs, right), default=0.0)
+    beside = zip(right[rank:], factors.rows[rank:], strict=True)
+    residual = max((abs(value - _dot(y, row)) for value, row in beside), default=0.0)
+    return [float(rank), least, residual / largest if largest else 0.0]
 
 
 def solve_lists(
