@@ -81,20 +81,28 @@ def known(
     return replace(recalled.compiled, wanted=backend, native=native, remake=again)
 
 
-def compiled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> Compiled:
-    """Return the Programs `inputs` and `laws` of a mechanism in no mode, ready to be called; recalled likewise."""
+def recalled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> loading.Recalled:
+    """Return the Programs `inputs` and `laws` of a mechanism in no mode, recalled likewise, ready to be called.
+
+    With them are the places of the entries of each of its matrices (see `law_program`).
+    """
     key = structure_key(mechanism, "laws")
     recalled = loading.recall(key, native=native, backend=backend)
-    again = partial(compiled_laws, mechanism)
+    again = partial(_compiled_laws, mechanism)
     if recalled is not None:
-        return replace(recalled.compiled, wanted=backend, native=native, remake=again)
+        return replace(recalled, compiled=replace(recalled.compiled, wanted=backend, native=native, remake=again))
     from multibody_sym.dynamics.programs.law_rows import law_program
     from multibody_sym.dynamics.programs.system import inputs_program
 
-    derived = {"inputs": inputs_program(mechanism), "laws": law_program(mechanism)}
+    program, places = law_program(mechanism)
+    derived = {"inputs": inputs_program(mechanism), "laws": program}
     made = loading.load(derived, native=native, backend=backend)
-    loading.remember(key, made, {})
-    return replace(made, remake=again)
+    loading.remember(key, made, places)
+    return loading.Recalled(replace(made, remake=again), places)
+
+
+def _compiled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> Compiled:
+    return recalled_laws(mechanism, native=native, backend=backend).compiled
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

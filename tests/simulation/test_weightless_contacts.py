@@ -12,7 +12,7 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.model.resolution.resolve import mechanism as resolved
 from multibody_sym.simulation.one_way.facts import Laws
-from multibody_sym.simulation.recall import compiled_laws
+from multibody_sym.simulation.recall import recalled_laws
 
 _ROD = """
 multibody_sym: 1
@@ -82,6 +82,7 @@ def test_a_ladder_lifted_off_the_floor_falls_back_on_it_along_its_wall(start: di
 
 def test_forces_are_measured_by_the_weight_of_what_touches_and_not_of_what_falls_elsewhere() -> None:
     mechanism = resolved(mbs.loads(_STONE))
-    laws = Laws(mechanism, compiled_laws(mechanism), np.array([10.0]))
+    recalled = recalled_laws(mechanism)
+    laws = Laws(mechanism, recalled.compiled, recalled.metadata, np.array([10.0]))
     facts = laws.at(0.0, np.zeros(3), np.zeros(3), Scale(1.0, 1.0))
     assert facts.weights([0]) == pytest.approx(np.sqrt(1.0 / (1.0 / 3.0 + 1.0 / 2.0)) * np.sqrt(3.0 + 2.0) * 10.0)

@@ -24,6 +24,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.program.program import Program
+from multibody_sym.program.rolling.rolled import rolled
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
@@ -43,14 +44,15 @@ def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], .
     return tuple((x, part) for x, part in pairs if part.enough or not (part.static is part.kinetic is ZERO))
 
 
-def law_program(mechanism: Mechanism) -> Program:
-    """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode.
+def law_program(mechanism: Mechanism) -> tuple[Program, dict[str, list[int]]]:
+    """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode, and where the entries of its matrices stand.
 
     `phi`, `phidot` (m; zero where a row has none), `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D (m, m),
     `right` r (m) of every row, `driven` (m) how long G M^-1 f is over all that it is joined to: a force, divided by how
     long its row of C is; `coefficients` (parts, 2: static, kinetic), `bounces`, `returns` and `reaches` (elements:
     restitution, normal and tangential, and how far the next end of a face is); `inverse` G^-1 (n, n), `free` M^-1 f
-    (n), `energy` (J).
+    (n), `energy` (J). Of the matrices H, A, C, D and G^-1 the outputs are the entries that may differ from zero, of C
+    those that may differ from A's; their places count row by row.
     """
     trace = Trace("laws", arrays(mechanism))
     state = slot_state(mechanism)
@@ -64,32 +66,42 @@ def law_program(mechanism: Mechanism) -> Program:
     right = [row.gamma - sum(h * x for h, x in zip(row.jacobian, free, strict=True)) for row in rows]
     parts = [part for _, part in friction_parts(mechanism)]
     elements = mechanism.one_way
+    matrix = [weighted(row.jacobian) for row in rows]
+    sparse = {
+        "jacobian": _entries([row.jacobian for row in rows]),
+        "matrix": _entries(matrix),
+        "exerted": _entries([weighted(row.forces) for row in rows], beside=matrix),
+        "coupling": {k * count + j: as_node(x) for k, row in enumerate(rows) for j, x in sorted(row.coupling.items())},
+        "inverse": _entries([[column[k] for column in columns] for k in range(size)]),
+    }
 
-    def block(values: Sequence[Sequence[S]], width: int) -> tuple[tuple[int, int], list[Node]]:
-        return (len(values), width), [as_node(x) for row in values for x in row]
+    def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
+        nodes = [as_node(x) for x in values]
+        return (len(nodes),), nodes
 
-    def column(values: Sequence[S]) -> tuple[tuple[int], list[Node]]:
-        return (len(values),), [as_node(x) for x in values]
-
-    return trace.finish(
+    program = trace.finish(
         {
+            **{name: column(entries.values()) for name, entries in sparse.items()},
             "phi": column([row.phi if row.holonomic else ZERO for row in rows]),
             "phidot": column([row.phidot if row.kinematic else ZERO for row in rows]),
-            "jacobian": block([row.jacobian for row in rows], size),
-            "matrix": block([weighted(row.jacobian) for row in rows], size),
-            "exerted": block([weighted(row.forces) for row in rows], size),
-            "coupling": block([[row.coupling.get(k, ZERO) for k in range(count)] for row in rows], count),
             "right": column(right),
             "driven": column(_driven(mechanism, rows, columns, dynamics.forcing, free)),
-            "coefficients": block([_coefficients(part, whole, rows) for part in parts], 2),
+            "coefficients": ((len(parts), 2), [as_node(x) for part in parts for x in _coefficients(part, whole, rows)]),
             "bounces": column([element.restitution for element in elements]),
             "returns": column([element.tangential_restitution for element in elements]),
             "reaches": column([_reach(element, whole) for element in elements]),
-            "inverse": block([[columns[j][k] for j in range(size)] for k in range(size)], size),
             "free": column(free),
             "energy": ((), [as_node(kinetic_energy(whole))]),
         }
     )
+    return rolled(program), {name: list(entries) for name, entries in sparse.items()}
+
+
+def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None = None) -> dict[int, Node]:
+    """Return by their places the entries of a matrix that may differ from zero, or from those of another one."""
+    nodes = [as_node(x) for row in matrix for x in row]
+    others = [ZERO] * len(nodes) if beside is None else [as_node(x) for row in beside for x in row]
+    return {k: node for k, (node, other) in enumerate(zip(nodes, others, strict=True)) if node is not other}
 
 
 def _driven(

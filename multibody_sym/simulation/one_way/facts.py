@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -28,10 +28,13 @@ _NONE: Final = np.zeros(0)
 
 @dataclass(frozen=True, eq=False)
 class Laws:
-    """The laws of a mechanism in no mode: the Program `laws` compiled, and the parameters (np,)."""
+    """The laws of a mechanism in no mode: the Program `laws` compiled, where the entries of its matrices stand, and the
+    parameters (np,).
+    """
 
     mechanism: Mechanism
     compiled: Compiled
+    entries: Mapping[str, Sequence[int]]
     parameters: Floats
 
     @cached_property
@@ -87,8 +90,23 @@ class Laws:
         """Return the numbers at an instant."""
         known = t, q, u, self.parameters
         inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else _NONE
-        found = self.compiled["laws"](*known, inputs, _NONE)
-        return Facts(self, t, q, u, scale, dict(zip(self._outputs, found, strict=True)))
+        found = dict(zip(self._outputs, self.compiled["laws"](*known, inputs, _NONE), strict=True))
+        return Facts(self, t, q, u, scale, {**found, **self._matrices(found)})
+
+    def _matrices(self, found: dict[str, Floats]) -> dict[str, Floats]:
+        """Return the matrices of which the Program computes entries."""
+        rows, speeds = len(self.places), len(self.mechanism.speeds)
+        shapes = dict.fromkeys(("jacobian", "matrix", "exerted"), (rows, speeds))
+        shapes |= {"coupling": (rows, rows), "inverse": (speeds, speeds)}
+        made: dict[str, Floats] = {}
+        for name, shape in shapes.items():
+            made[name] = made["matrix"].copy() if name == "exerted" else np.zeros(shape)
+            made[name].flat[self._entries[name]] = found[name]
+        return made
+
+    @cached_property
+    def _entries(self) -> dict[str, NDArray[np.intp]]:
+        return {name: np.array(places, dtype=np.intp) for name, places in self.entries.items()}
 
 
 @dataclass(frozen=True, eq=False)

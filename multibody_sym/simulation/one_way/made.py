@@ -17,7 +17,7 @@ from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.one_way.tips import first_normal, with_tips
 from multibody_sym.simulation.problem import own_coefficient
-from multibody_sym.simulation.recall import compiled, compiled_laws
+from multibody_sym.simulation.recall import compiled, recalled_laws
 from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, form_of
 
@@ -31,7 +31,8 @@ def one_way_run(
     begun = ready.mechanism, ready.compiled
     make = partial(_made, begun, ready.system.simulation, ready.formalism, native, backend)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
-    laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), np.array(values, dtype=float))
+    recalled = recalled_laws(declared, native=native, backend=backend)
+    laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
     scale = ready.state.posed.rows.scale
