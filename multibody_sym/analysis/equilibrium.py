@@ -46,7 +46,8 @@ class Equilibrium:
     `speeds_left_out`: speeds of the start, which is taken at rest. `units`: the unit of each coordinate. `closed`: for
     each position the contacts, ropes and stops that press or pull there, with their states, and what touches without
     force, which may leave open whether it is stable. `friction_left_out`: what rubs and might hold other positions.
-    `sets`: how many sets of contacts, ropes and stops were tried closed, and how many there are.
+    `sets`: how many sets of contacts, ropes and stops were tried closed, and how many there are. `errors`: how far the
+    coordinates of each position may be off.
     """
 
     positions: tuple[Mapping[str, float], ...]
@@ -62,6 +63,7 @@ class Equilibrium:
     closed: tuple[Mapping[str, str], ...] = ()
     friction_left_out: tuple[str, ...] = ()
     sets: tuple[int, int] = (1, 1)
+    errors: tuple[Mapping[str, float], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
@@ -79,6 +81,7 @@ class Equilibrium:
             "closed": [dict(words) for words in self.closed],
             "friction_left_out": list(self.friction_left_out),
             "sets": list(self.sets),
+            "errors": [dict(each) for each in self.errors],
         }
 
 
@@ -107,7 +110,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     resolved = examined(system)
     begin = start(resolved, project=system.simulation.project)
     if not resolved.speeds:  # nothing moves: the one position is at rest, whatever acts
-        at_rest = Equilibrium(({},), (True,), ((),), True, ((),), one_sided=(False,), closed=({},))
+        at_rest = Equilibrium(({},), (True,), ((),), True, ((),), one_sided=(False,), closed=({},), errors=({},))
         return replace(at_rest, friction_left_out=left_out(resolved))
     rested = rests(resolved, begin, formalism, project=system.simulation.project)
     found, first = rested.found, rested.first
@@ -131,6 +134,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         tuple(_closed(resolved, x) for x in found),
         left_out(resolved),
         rested.sets,
+        tuple(dict(zip(names, x.search.errors(x.q), strict=True)) for x in found),
     )
 
 

@@ -123,7 +123,8 @@ class Solved:
             closed = unique and name in nodes
             told = unique or (self.mechanism.minimum_norm and not self.beyond)
             known = self.value(as_node(nodes[name]), near, rounding) if closed else Value(near if told else None)
-            found[name] = replace(known, unique=unique, unit=units.get(name, ""))
+            error = 0.0 if known.value is None or known.expression is not None else rounding
+            found[name] = replace(known, unique=unique, unit=units.get(name, ""), error=error)
         return found
 
     @cached_property

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from multibody_sym.errors import ArgumentError, ExpressionError, InputError, shown
+from multibody_sym.expressions.held_digits import MOST, held
 from multibody_sym.records import dataclass
 
 if TYPE_CHECKING:  # SI needs none of it
@@ -50,9 +51,10 @@ class Units:
         assert size is not None
         return size
 
-    def said(self, number: float, unit: str, form: str = ".10g") -> str:
-        """Return a number in an SI unit as text, with the unit in which it is told."""
-        return f"{self.value(number, unit):{form}} {self.of(unit)}".rstrip()
+    def said(self, number: float, unit: str, digits: int = MOST, error: float = 0.0) -> str:
+        """Return a number in an SI unit, off by at most `error`, as text with the unit in which it is told."""
+        size = self.size(unit)
+        return f"{held(number / size, error / size, digits)} {self.of(unit)}".rstrip()
 
     def named(self, name: str, unit: str) -> str:
         """Return a name with the unit in which it is told, in brackets."""

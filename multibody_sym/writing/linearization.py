@@ -50,7 +50,7 @@ def _sizes(found: Linearization, names: Sequence[str], units: Units) -> Floats:
 
 def multipliers_text(found: Multipliers, units: Units = SI) -> str:
     """Return the multipliers over one period, pure numbers, for a person to read."""
-    period = units.said(found.period, "s", "g")
+    period = units.said(found.period, "s", 6)
     lines = [f"in {', '.join(found.states)}, over one period of {period}", "multipliers"]
     for x in found.multipliers:
         if abs(x.imag) <= _ROUNDING * abs(x):
@@ -63,7 +63,7 @@ def multipliers_text(found: Multipliers, units: Units = SI) -> str:
 def _place(found: Linearization, units: Units) -> list[str]:
     """Return the state about which the system was linearised."""
     clear = {name: x if abs(x) > _ZERO else 0.0 for name, x in found.at.items()}
-    told = [f"{name} = {units.said(x, found.units[name], '.6g')}" for name, x in clear.items()]
+    told = [f"{name} = {units.said(x, found.units[name], 6)}" for name, x in clear.items()]
     return [f"about {', '.join(told)}"] if told else []
 
 
@@ -71,7 +71,7 @@ def _notes(found: Linearization, units: Units) -> list[str]:
     """Return what to know of the state and of what was held."""
     notes = []
     independent = {name: x for name, x in found.accelerations.items() if not found.steady or name in found.states}
-    rates = {name: units.said(x, f"{found.units[name]}^2", ".6g") for name, x in independent.items()}
+    rates = {name: units.said(x, f"{found.units[name]}^2", 6) for name, x in independent.items()}
     moving = ", ".join(f"{name}' = {rates[name]}" for name, x in independent.items() if abs(x) > _ROUNDING)
     if not found.steady:
         notes.append(f"note: {NO_EIGENVALUES} ({moving}): its eigenvalues are not given")

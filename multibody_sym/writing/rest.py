@@ -67,6 +67,6 @@ def _notes(found: RangeOfRest, units: Units) -> list[str]:
     low, high = found.searched
     if low in (None, 0.0) and high is None:
         return []
-    told = [units.said(x or 0.0, found.unit, ".6g") for x in (low, high)]
+    told = [units.said(x or 0.0, found.unit, 6) for x in (low, high)]
     turn = found.unit == "rad" and low is not None and high is not None and isclose(high - low, 2 * pi)
     return [f"note: looked for {'through a whole turn, ' if turn else ''}from {told[0]} to {told[1]}"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from sys import float_info
 from typing import Any, Final
 
 import numpy as np
@@ -20,8 +19,12 @@ from multibody_sym.writing.withheld import withheld_text
 
 _MOST: Final = 20
 _MOST_NAMED: Final = 6
+_GROWN: Final = 100
+"""By how much errors of a run are larger than the tolerances of its steps; sensitive motions have more."""
 _UNRESOLVED: Final = 1e-3
 """The part of a run's absolute tolerance that is told as nothing: the run does not tell it from zero."""
+_OF_STEPS: Final = 6
+"""Digits of a run with steps of a given length."""
 _ROUNDING: Final = 1e-14
 """The part of the largest kinetic energy that a sum of energies has from rounding."""
 _TAKEN: Final = 1e-13
@@ -61,18 +64,33 @@ def _stop(run: Trajectory) -> list[str]:
 
 
 def _time(t: float, units: Units) -> str:
-    return units.said(t, "s", "g")
+    return units.said(t, "s", 6)
 
 
 def _end(run: Trajectory, units: Units) -> list[str]:
     known = run.ready.told.state_units
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
     width = max(map(len, values), default=0)
-    least = 0.0 if run.problem.step else _UNRESOLVED * run.problem.atol
-    shown = {name: 0.0 if abs(value) <= least else value for name, value in values.items()}
-    lines = [f"  {name:{width}} {units.said(value, known[name], ' .10g')}" for name, value in shown.items()]
+    largest: dict[str, float] = {}
+    for name, value in values.items():
+        largest[known[name]] = max(largest.get(known[name], 0.0), abs(value))
+    told = {name: _number(run, value, known[name], largest[known[name]], units) for name, value in values.items()}
+    lines = [f"  {name:{width}} {text if text[0] == '-' else f' {text}'}" for name, text in told.items()]
     more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
     return [f"at t = {_time(run.t_final, units)}:", *lines[:_MOST], *more]
+
+
+def _number(run: Trajectory, value: float, unit: str, size: float, units: Units) -> str:
+    """Return a number of a run, where those with its unit are as large as `size`, with the digits that hold.
+
+    By the tolerances of steps, whose errors grow over a run; steps of a given length have no known error. One digit is
+    there of what the run tells from zero.
+    """
+    if run.problem.step:
+        return units.said(value, unit, _OF_STEPS)
+    if abs(value) <= _UNRESOLVED * run.problem.atol:
+        return units.said(0.0, unit)
+    return units.said(value, unit, error=min(_GROWN * (run.problem.rtol * size + run.problem.atol), abs(value) / 2))
 
 
 def _energy(run: Trajectory, units: Units) -> list[str]:
@@ -81,7 +99,7 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
     begin = 0.0 if abs(run.energy_at_start) <= _ROUNDING * _moving(run) else run.energy_at_start
     closes = math.isfinite(run.energy_residual)
     told = _account(run, units) if closes else f"; {_change(run, units)}"
-    return [f"total energy {units.said(begin, 'J', '.6g')} at the start{told}", *_taken(run, units)]
+    return [f"total energy {units.said(begin, 'J', 6)} at the start{told}", *_taken(run, units)]
 
 
 def _moving(run: Trajectory) -> float:
@@ -100,7 +118,7 @@ def _change(run: Trajectory, units: Units) -> str:
     if run.ready.told.drives:
         drives = ", ".join(run.ready.told.drives)
         return f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
-    told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
+    told = f"it changed by at most {units.said(run.drift['energy'], 'J', 2)}"
     rubbing = _beyond_rounding(run, {name: work.total for name, work in run.friction_work.items() if work.total < 0.0})
     lost = _beyond_rounding(run, run.impact_losses)
     acting = _named(list(dict.fromkeys((*run.ready.told.working, *rubbing, *lost))))
@@ -113,11 +131,11 @@ def _account(run: Trajectory, units: Units) -> str:
     account = run.modes.account
     rubbing = _beyond_rounding(run, {name: work.total for name, work in account.friction.items()})
     lost, acting = _beyond_rounding(run, run.impact_losses), run.ready.told.working
-    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', '.6g')} at {_named(rubbing)}"] if rubbing else []
-    told += [f"impacts took {units.said(sum(lost.values()), 'J', '.6g')} at {_named(lost)}"] if lost else []
-    told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', '.6g')}"] if acting else []
-    left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', '.2g')}"
-    return "; ".join([f", {units.said(float(run.energy[-1]), 'J', '.6g')} at the end", *told, left])
+    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', 6)} at {_named(rubbing)}"] if rubbing else []
+    told += [f"impacts took {units.said(sum(lost.values()), 'J', 6)} at {_named(lost)}"] if lost else []
+    told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', 6)}"] if acting else []
+    left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', 2)}"
+    return "; ".join([f", {units.said(float(run.energy[-1]), 'J', 6)} at the end", *told, left])
 
 
 def _named(names: Collection[str]) -> str:
@@ -132,11 +150,11 @@ def _taken(run: Trajectory, units: Units) -> list[str]:
     for name, work in run.friction_work.items():
         bodies = _beyond_rounding(run, work.bodies)
         if bodies or _beyond_rounding(run, {name: work.total}):
-            shares = [f"{units.said(x, 'J', '.6g')} on {body}" for body, x in bodies.items()]
+            shares = [f"{units.said(x, 'J', 6)} on {body}" for body, x in bodies.items()]
             told = f" ({', '.join(shares)})" if len(shares) > 1 else ""
-            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', '.6g')}{told}")
+            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', 6)}{told}")
     lost = _beyond_rounding(run, run.impact_losses)
-    lines += [f"  impact of {name} took {units.said(x, 'J', '.6g')}" for name, x in lost.items()]
+    lines += [f"  impact of {name} took {units.said(x, 'J', 6)}" for name, x in lost.items()]
     return [*lines[:_MOST], f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else lines
 
 
@@ -166,12 +184,12 @@ def _events(run: Trajectory, units: Units) -> list[str]:
     changes = [*run.begun, *run.changes]
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
     warnings = [_warning(event["kind"], event["element"], _time(event["t"], units)) for event in told]
-    return [*_changes(changes, units, run.t_final * float_info.epsilon), *_singular(run, units), *warnings]
+    return [*_changes(run, changes, units), *_singular(run, units), *warnings]
 
 
-def _changes(changes: Sequence[Mapping[str, Any]], units: Units, no_time: float) -> list[str]:
-    """Return what began to stick, slide, open or close, and when; `no_time` (s) is too short to be told from none."""
-    times = [units.said(event["t"] if abs(event["t"]) > no_time else 0.0, "s", ".10g") for event in changes]
+def _changes(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
+    """Return what began to stick, slide, open or close, and when."""
+    times = [_number(run, event["t"], "s", abs(event["t"]), units) for event in changes]
     told = [f"  t = {t}: {event['element']} {_change_word(event)}" for t, event in zip(times, changes, strict=True)]
     more = [f"  ... {len(told) - _MOST} more"] if len(told) > _MOST else []
     return ["changes of what holds one way only:", *told[:_MOST], *more] if told else []

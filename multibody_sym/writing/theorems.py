@@ -13,5 +13,5 @@ def theorems_text(misses: Mapping[str, Miss], units: Units = SI) -> list[str]:
     width = max(map(len, misses))
     head = "theorems along the run (largest miss, relative to the sum of absolute terms):"
     words = {name: name.replace("_", " ") for name in misses}
-    lines = (f"  {words[x]:{width}} {m.relative:.1e} at t = {units.said(m.t, 's', 'g')}" for x, m in misses.items())
+    lines = (f"  {words[x]:{width}} {m.relative:.1e} at t = {units.said(m.t, 's', 6)}" for x, m in misses.items())
     return [head, *lines]

@@ -119,7 +119,8 @@ simulation: {t_end: 6 s}
     solution = solved(model, "range: {value: x, when: y < 0}", "f: {find: a, so: range == 30 m}")
     steep = pi / 2 - solution.answers["f"].value
     told = next(each for each in solution.conditions if each.startswith("f: others are"))
-    assert float(told.split()[-1]) == pytest.approx(steep, rel=1e-9)
+    assert told.endswith(" rad")
+    assert float(told.split()[-2]) == pytest.approx(steep, rel=1e-9)
 
 
 def test_by_runs_it_is_told_that_others_were_not_looked_for() -> None:

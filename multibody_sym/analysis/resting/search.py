@@ -43,6 +43,8 @@ _TURNED: Final = 4
 _POLISHING: Final = 60
 _POLISHED: Final = 1e-9
 _SAME: Final = 1e-6
+_MEETING: Final = 8
+"""More roots than meet in a position that anyone asks for."""
 _BESIDE: Final = 0.1
 _EDGE: Final = 1e-5
 """How far beside a position forces are to have values, in m and rad: farther than it may be from their edge."""
@@ -317,6 +319,18 @@ class Search:
         closed = near is not None and np.abs(near - clear).max(initial=0.0) <= EPSILON
         rests = closed and self._rests(clear, max(_CONVERGED, self._size(q)))
         return [float(x) for x in (clear if rests else found)]
+
+    def errors(self, q: Floats) -> list[float]:
+        """Return how far each coordinate (nq) may be off: what a step of Newton's method moves, and rounding.
+
+        Where several roots meet, a step goes but a part of the way: `_MEETING` steps are taken for it.
+        """
+        try:
+            moved = np.abs(displaced(self.mechanism, q, self._newton_step(q)) - q)
+        except (*UNDEFINED, np.linalg.LinAlgError):
+            return [_SAME] * len(q)
+        found: list[float] = (_MEETING * (moved + EPSILON * np.maximum(1.0, np.abs(q)))).tolist()
+        return found
 
     def _rests(self, q: Floats, allowed: float) -> bool:
         """Return whether no acceleration beside a position is larger than allowed."""

@@ -36,6 +36,7 @@ from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.simulation.failures import FailedRunError
 
@@ -245,7 +246,7 @@ class _Motion:
         known = {**{x: answers[x] for x in asked}, **extremes}
         value, remarks = Search(self.solved, question, known, _answers_of).found()
         self.remarks.extend(f"{name}: {remark}" for remark in remarks)
-        return replace(value, unit=self._unit_of(symbol(question.find or "")))
+        return value
 
     # --- formulas of time -----------------------------------------------------------------------------------------
 
@@ -328,7 +329,7 @@ class _Motion:
             return Value(0.0)
         numbers = InNumbers(self.simulated)
         try:
-            found = numbers.answer(question)
+            found = numbers.with_error(question)
             if question.period_of is not None:
                 return self._with_formula(name, question.period_of, found, numbers.accuracy)
             time = found.t if found.t is not None else numbers.time(question)
@@ -339,13 +340,20 @@ class _Motion:
         forms = LaterForms(self.solved, self.simulated, self.courses)
         expression = forms.of(question, found, time)
         self.remarks.extend(f"{name}: {told}" for told in forms.told)
-        return replace(found, expression=expression)
+        return self._of_formula(found, expression)
+
+    def _of_formula(self, found: Value, expression: Node | None) -> Value:
+        """Return a value that has a formula as the formula's own."""
+        if expression is None:
+            return found
+        value = evaluate_float([expression], self.solved.sample)[0]
+        return replace(found, value=value, expression=expression, error=0.0)
 
     def _with_formula(self, name: str, coordinate: str, found: Value, told: list[str]) -> Value:
         """Return a period with its formula, which has one where the equation of the coordinate is linear."""
         formula = formula_of_period(self.solved, coordinate, found.value or 0.0)
         self.remarks.extend(f"{name}: {each}" for each in told if formula is None)
-        return replace(found, expression=formula)
+        return self._of_formula(found, formula)
 
 
 def _answers_of(system: System) -> tuple[Solved, Mapping[str, Value], list[str]]:

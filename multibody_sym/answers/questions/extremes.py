@@ -20,8 +20,8 @@ from multibody_sym.simulation.trajectory import Trajectory
 _BESIDE: Final = 4
 """So many samples on each side of the extreme one make the polynomial that is searched."""
 _REAL: Final = 1e-9
-_SAME: Final = 1e-9
-"""The part of what a value spans by which what is reached first may fall short of the extreme, as runs err."""
+_SAME: Final = 100
+"""By so many tolerances of what a value spans what is reached first may fall short of the extreme, as runs err."""
 _LIKELY: Final = 1e-6
 """The same for what the polynomials through samples tell."""
 _MOST_PEAKS: Final = 200
@@ -57,7 +57,7 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     found = _first(
         _likely(run, y, inside, begin),
         lambda t: ends[t] if t in ends else motion.value(asked, t),
-        _SAME * float(np.ptp(y[inside])),
+        _SAME * motion.rtol * float(np.ptp(y[inside])),
     )
     told = _cut_off(run, question, found.t, "largest" if largest else "least")
     told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()

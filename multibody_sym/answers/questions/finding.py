@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
-from math import copysign, isfinite, nan
+from math import copysign, isfinite, log2, nan
 from typing import Final
 
 import numpy as np
@@ -34,6 +34,10 @@ _BESIDE: Final = 0.1
 """The part of a bracket by which a function must vanish on from its end, for that to be in such a range."""
 _EDGE: Final = 1e-12
 """The part of the end of such a range to which it is looked for."""
+_SLOPE: Final = 1e-4
+"""How far beside a zero, relative to it, a function's growth is looked at."""
+_UNSURE: Final = 1e-6
+"""The part of a zero that is its error where its function has no growth that tells, or coarser runs end otherwise."""
 _SHRUNK: Final = 0.25
 """The part of a bracket that its parts need not be halved at."""
 
@@ -42,13 +46,37 @@ _SHRUNK: Final = 0.25
 class Zero:
     """Where a function vanishes, and what is left of it there; `through`: it does so all the way from there to here.
 
-    `ended`: beyond `through` it does not vanish any more, which is else as far as was looked.
+    `other`: the end of that range on the other side, None where `through` is as far as was looked.
+    `noise`: the part of the function's value that is none. `fine`: to which part of it the place was looked for.
     """
 
     at: float
     residual: float
     through: float | None = None
-    ended: bool = False
+    noise: float = 0.0
+    fine: float = 0.0
+    other: Zero | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Whether both ends of the range are known in which the function vanishes."""
+        return self.other is not None
+
+    def error(self, function: Callable[[float], float], noise: float) -> float:
+        """Return how far the place may be off where values of a function may be off by `noise`, or what is left there.
+
+        Beside its zero a function grows like |x|^p: what it takes there to grow by the noise is the error.
+        """
+        size = abs(self.at) or 1.0
+        sides = (1.0, -1.0) if self.through is None else (1.0,) if self.through <= self.at else (-1.0,)
+        unsure = max(noise, self.noise, abs(self.residual))
+        for side in sides if isfinite(unsure) else ():
+            way = side * _SLOPE * size
+            far, near = (abs(function(self.at + x) - self.residual) for x in (way, way / 2))
+            if far > near > 0.0 and isfinite(far):
+                power = max(log2(far / near), 1.0)
+                return self.fine * size + abs(way) * float((unsure / far) ** (1.0 / power))
+        return _UNSURE * size
 
 
 def zeros(
@@ -87,7 +115,7 @@ def _apart(found: list[Zero]) -> list[Zero]:
             ranges.append(zero)
         else:
             low, high = sorted((ranges[same], zero), key=lambda each: each.at)
-            ranges[same] = replace(high, through=low.at, ended=True)
+            ranges[same] = replace(high, through=low.at, other=low)
     alone = [each for each in found if each.through is None and not any(_overlap(each, x) for x in ranges)]
     order = [zero.at for zero in found]
     return sorted([*ranges, *alone], key=lambda each: order.index(each.at))
@@ -227,8 +255,8 @@ def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
     left = max(abs(zero[1]), abs(beside), seen.noise(zero[0], through))
     if not left <= min(seen.little, abs(other[1]) / _RISE):
         return None
-    inside = _last_within(function, zero, other, max(4 * left, _ROUNDING * seen.little))
-    return Zero(*inside, through)
+    little = max(4 * left, _ROUNDING * seen.little)
+    return Zero(*_last_within(function, zero, other, little), through, noise=little, fine=_EDGE)
 
 
 def _last_within(function: Callable[[float], float], inside: Point, outside: Point, little: float) -> Point:
@@ -263,7 +291,7 @@ def _last_within(function: Callable[[float], float], inside: Point, outside: Poi
 def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -> Zero | None:
     """Return the zero in a bracket, None where the function jumps there."""
     if a[1] == 0.0:
-        return Zero(a[0], 0.0)
+        return Zero(a[0], 0.0, fine=fine)
     from scipy.optimize import brentq  # scipy takes longer to import than most answers take
 
     known = dict((a, b))
@@ -278,7 +306,7 @@ def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -
     except ValueError:
         return None
     left = remembered(root)
-    return Zero(root, left) if abs(left) <= _NO_ROOT * max(abs(a[1]), abs(b[1])) else None
+    return Zero(root, left, fine=fine) if abs(left) <= _NO_ROOT * max(abs(a[1]), abs(b[1])) else None
 
 
 UNKNOWN: Final = nan

@@ -27,12 +27,14 @@ from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.settings import Ask, Equation
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import dimension_of_unit
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.dimensions import Dimensions
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, real, subtract, symbol
+from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.failures import FailedRunError
 
@@ -76,13 +78,33 @@ class Search:
         if not found:
             told = f"no value of {self.name} was found for which {self.equation} {self._where}{self._failing}"
             return Value(None), [told]
-        expression = self._by_formula_beside(found[0])
-        how = self._first(found, *([self._missed(found, "by runs")] if expression is None else []))
-        return self._value(found[0].at, expression), [*how, *self._told(found[0].at)]
+        value, *others = (self._by_runs(zero) for zero in found)
+        how = self._first(value, found, others, *([self._missed(found, "by runs")] if value.expression is None else []))
+        return value, [*how, *self._told(found[0].at)]
 
-    def _value(self, found: float, expression: Node | None) -> Value:
-        """Return a value that was found; where it has a formula, the formula's own value."""
-        return Value(found if expression is None else evaluate_float([expression], self.solved.sample)[0], expression)
+    def _by_runs(self, zero: Zero) -> Value:
+        """Return a value that runs found; where it has a formula, the formula's own value."""
+        expression = self._by_formula_beside(zero)
+        return self._number(zero, self.residual, self._noise(zero.at)) if expression is None else self._of(expression)
+
+    def _of(self, expression: Node) -> Value:
+        return Value(evaluate_float([expression], self.solved.sample)[0], expression, self._unit)
+
+    def _number(self, zero: Zero, function: Callable[[float], float], noise: float) -> Value:
+        return Value(zero.at, unit=self._unit, error=zero.error(function, noise))
+
+    def _noise(self, value: float) -> float:
+        """Return by how much left - right may be off at a value, as coarser runs show it; unknown where these fail."""
+        try:
+            coarse, _ = self._difference(self._changed(value), is_coarse=True)
+        except (MultibodyError, NeverError, *UNDEFINED):
+            return UNKNOWN
+        return Simulated(self._posed).part_of_coarser * abs(coarse - self.residual(value))
+
+    @cached_property
+    def _unit(self) -> str:
+        (unit,) = MechanismUnits(self.solved.mechanism).of([symbol(self.name)])
+        return unit
 
     @cached_property
     def _size(self) -> float:
@@ -158,26 +180,27 @@ class Search:
     def _missed(self, found: list[Zero], how: str) -> str:
         return f"{how}; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
 
-    def _first(self, found: list[Zero], *told: str) -> list[str]:
+    def _first(self, value: Value, found: list[Zero], others: list[Value], *told: str) -> list[str]:
         """Return that other values were not looked for, or which they are, after what is `told`."""
         if self.bounds is not None:
-            return [*told, *self._others(found)]
+            return [*told, *self._others(value, found, others)]
         first = f"the first on the way out from {self.sample:.6g}, others were not looked for (between: ..)"
-        return ["; ".join((*told, first)), *self._range(found[0])]
+        return ["; ".join((*told, first)), *self._range(value, found[0])]
 
-    def _others(self, found: list[Zero]) -> list[str]:
-        others = ", ".join(_place(zero) for zero in found[1:])
-        return [*self._range(found[0]), *([f"others are {others}"] if others else [])]
+    def _others(self, value: Value, found: list[Zero], others: list[Value]) -> list[str]:
+        told = [_place(*pair) for pair in zip(others, found[1:], strict=True)]
+        return [*self._range(value, found[0]), *([f"others are {', '.join(told)}"] if told else [])]
 
-    def _range(self, zero: Zero) -> list[str]:
+    def _range(self, value: Value, zero: Zero) -> list[str]:
         """Return that the equation holds in a whole range, of which the value is an end."""
         if zero.through is None:
             return []
-        if zero.ended:
-            return [f"{self.equation} holds for every {self.name} from {zero.through:.10g} to {zero.at:.10g}"]
+        if zero.other is not None:
+            low = self._by_runs(zero.other)
+            return [f"{self.equation} holds for every {self.name} from {low} to {value}"]
         side = "above" if zero.through > zero.at else "below"
         what = f"{self.equation} holds there and for every {self.name} {side}"
-        return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.10g}"]
+        return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.6g}"]
 
     def _verify(self) -> None:
         if any(question.find is not None for question in self._posed.ask.values()):
@@ -219,7 +242,7 @@ class Search:
 
     def _residual(self, value: float) -> float:
         try:
-            left, self._told_at[value] = self._difference(self._changed(value))
+            left, self._told_at[value] = self._difference(self._changed(value), is_coarse=False)
             return left
         except FailedRunError as failed:
             self._failed[value] = failed.message
@@ -238,9 +261,9 @@ class Search:
         """Why runs fail, by the values at which they do."""
         return {}
 
-    def _difference(self, system: System) -> tuple[float, list[str]]:
+    def _difference(self, system: System, *, is_coarse: bool) -> tuple[float, list[str]]:
         """Return left - right of a system, and what is to be said of the answers there."""
-        numbers, modes = InNumbers(Simulated(system)), AskedModes(system)
+        numbers, modes = InNumbers(Simulated(system, is_coarse)), AskedModes(system)
         answers: dict[str, Value] = {}
         there: list[str] = []
         for name in in_order(system.ask, self.solved.mechanism.symbols):
@@ -302,7 +325,14 @@ class Search:
             return None
         expression = self._root(node, symbol(self.name), found[0].at, self.solved)
         how = [] if expression is not None else [self._missed(found, "by its formula, in numbers")]
-        return self._value(found[0].at, expression), [*how, *self._others(found), *self._told(found[0].at)]
+        first, *others = (self._number(x, value, self._rounding(node, x.at)) for x in found)
+        first = first if expression is None else self._of(expression)
+        return first, [*how, *self._others(first, found, others), *self._told(found[0].at)]
+
+    def _rounding(self, node: Node, value: float) -> float:
+        """Return what rounding makes of a formula at a value."""
+        sample = {**self.solved.sample, symbol(self.name): value}
+        return bounded([node], {x: Bounded(y, EPSILON * abs(y)) for x, y in sample.items()})[0].bound
 
     def _confirmed(self, value: float) -> float:
         """Return left - right at a value by runs; where these fail, of answers there that hold without reservation."""
@@ -391,6 +421,6 @@ class Search:
         return None
 
 
-def _place(zero: Zero) -> str:
+def _place(value: Value, zero: Zero) -> str:
     """Return where a function vanishes, for people."""
-    return f"{zero.at:.10g}" if zero.through is None else f"{zero.at:.10g} to {zero.through:.10g}"
+    return str(value) if zero.through is None else f"{value} to {zero.through:.6g}"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
+from typing import Final
 
 import numpy as np
 
@@ -17,6 +18,10 @@ from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import STRIKES, Moment, StateCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
+from multibody_sym.simulation.failures import FailedRunError
+
+HALF_OF_THE_DIGITS: Final = 1e-6
+"""Relative, of numbers of runs: the root of their tolerance."""
 
 
 class NeverError(Exception):
@@ -31,8 +36,28 @@ class InNumbers:
     told: list[str] = field(default_factory=list)
     accuracy: list[str] = field(default_factory=list)
 
+    def with_error(self, question: Ask) -> Value:
+        """Return the answer to a question with its error: what coarser runs change, as far as finer ones have less.
+
+        Where coarser runs have no answer, half of the digits are known, as of what a motion hardly reaches. Raises
+        NeverError.
+        """
+        found = self.answer(question)
+        if found.error:
+            return found
+        assert found.value is not None
+        try:
+            coarse = InNumbers(self.motion.coarser).answer(question)
+        except (FailedRunError, NeverError):
+            half = HALF_OF_THE_DIGITS
+            return replace(found, error=half * abs(found.value), t_error=half * abs(found.t or 0.0))
+        part = self.motion.part_of_coarser
+        pairs = (found.value, coarse.value), (found.t, coarse.t)
+        error, t_error = (part * abs((a or 0.0) - (b or 0.0)) for a, b in pairs)
+        return replace(found, error=error, t_error=t_error)
+
     def answer(self, question: Ask) -> Value:
-        """Return the answer to a question, without unit. Raises NeverError."""
+        """Return the answer to a question, without unit and error. Raises NeverError."""
         if question.value is not None:
             return Value(self._value(question, question.value))
         if question.max is not None or question.min is not None:
@@ -42,7 +67,7 @@ class InNumbers:
             self.told.extend(found.told)
             return Value(found.value, t=found.t)
         if question.period_of is not None:
-            return Value(self._period(question.period_of))
+            return self._period(question.period_of)
         return Value(self._course(question))
 
     def _value(self, question: Ask, asked: Node) -> float:
@@ -53,14 +78,14 @@ class InNumbers:
             raise self._never(question.when)
         return found
 
-    def _period(self, coordinate: str) -> float:
+    def _period(self, coordinate: str) -> Value:
         try:
             with at("period_of"):
                 found = period_of(self.motion.system, coordinate)
         except NoPeriodError as reason:
             raise NeverError(str(reason)) from None
         self.accuracy.append(f"its number is known {found.how}")
-        return found.seconds
+        return found.value
 
     def time(self, question: Ask) -> float:
         """Return the time that a question names. Raises NeverError where its moment does not come."""

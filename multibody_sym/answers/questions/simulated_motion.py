@@ -25,10 +25,14 @@ ASKED: Final = "asked"
 _WHEN: Final = "when"
 _SHORT: Final = 1e-3
 """A run that is asked for its start alone ends after this time."""
-_SAMPLES: Final = 4001
+_SAMPLES: Final = 4000
 _RTOL: Final = 1e-11
 _ATOL: Final = _RTOL / 10
 """To which coordinates, and in a second paths, are known: less is no motion."""
+_COARSER: Final = 100
+"""How many times larger the tolerance is of runs that show the error of others."""
+_LEFT: Final = 0.1
+"""The part that is left of an error by a tolerance so much smaller, samples twice as many; errors fall faster."""
 _MET: Final = 1e-9
 """How near to a value, as contacts touch, a coordinate has it where a state changes."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -38,9 +42,28 @@ _SAME: Final = 1e-14
 
 @dataclass(frozen=True)
 class Simulated:
-    """The motion of a system, run again for each question."""
+    """The motion of a system, run again for each question.
+
+    `is_coarse`: with larger tolerances or steps and half of the samples, so that it shows the error of others.
+    """
 
     system: System
+    is_coarse: bool = False
+
+    @cached_property
+    def coarser(self) -> Simulated:
+        """The same motion, known less."""
+        return Simulated(self.system, is_coarse=True)
+
+    @property
+    def part_of_coarser(self) -> float:
+        """The part of the difference to coarser runs that bounds the error of this motion."""
+        return _LEFT if self.system.simulation.step is None else 1.0
+
+    @property
+    def rtol(self) -> float:
+        """The relative tolerance of runs whose steps are chosen."""
+        return _COARSER * _RTOL if self.is_coarse else _RTOL
 
     @cached_property
     def whole(self) -> Trajectory:
@@ -202,10 +225,17 @@ class Simulated:
         """Return a run; one that was made before is the same again."""
         key = (tuple(system.outputs.items()), duration, tuple((stop or {}).items()))
         if key not in self._known:
-            plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _ATOL}
             asked = replace(system, stop=stop or Names())
-            self._known[key] = simulate(asked, t_end=duration, samples=_SAMPLES, **plain)
+            samples = _SAMPLES // 2 if self.is_coarse else _SAMPLES
+            self._known[key] = simulate(asked, t_end=duration, samples=samples + 1, **self._accuracy)
         return self._known[key]
+
+    @cached_property
+    def _accuracy(self) -> dict[str, Any]:
+        step = self.system.simulation.step
+        if step is None:
+            return {"rtol": self.rtol, "atol": self.rtol / 10}
+        return {"step": 2 * self.number(step)} if self.is_coarse else {}
 
     @cached_property
     def _known(self) -> dict[Any, Trajectory]:

@@ -16,10 +16,12 @@ import numpy as np
 from multibody_sym.answers.small_motions.quadrature import Energy
 from multibody_sym.answers.small_motions.told_of_model import named_with_time, period_of_drive
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import TWO, multiply
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
 
@@ -37,7 +39,12 @@ _ALIKE: Final = 1e-4
 _STILL: Final = 1e-13
 """A speed that is rounding."""
 _CORRECTIONS: Final = 3
-_BY_RUNS: Final = "by runs, to about 1e-11"
+_BY_RUNS: Final = "by runs"
+_COARSER: Final = 100
+"""How many times larger the tolerance is of runs that show the error of others."""
+_LEFT: Final = 0.1
+"""The part that is left of their difference, at most; errors fall faster."""
+_FINEST: Final = 1e-15
 
 
 class NoPeriodError(Exception):
@@ -46,10 +53,21 @@ class NoPeriodError(Exception):
 
 @dataclass(frozen=True)
 class Period:
-    """A period in s; `how` it was found, and how well it is known."""
+    """A period in s; `means` by which it was found, and to which part of it, `missed`, it is known."""
 
     seconds: float
-    how: str
+    means: str
+    missed: float
+
+    @property
+    def how(self) -> str:
+        """How it was found, and how well it is known, in words."""
+        return f"{self.means}, to {self.missed:.0e}"
+
+    @property
+    def value(self) -> Value:
+        """The period with its error."""
+        return Value(self.seconds, unit="s", error=self.missed * self.seconds)
 
 
 def period_of(system: System, coordinate: str) -> Period:
@@ -59,11 +77,15 @@ def period_of(system: System, coordinate: str) -> Period:
 
 @dataclass(frozen=True)
 class Swing:
-    """The motion of one coordinate of a system; `around`: it is an angle, which may go around."""
+    """The motion of one coordinate of a system; `around`: it is an angle, which may go around.
+
+    `is_coarse`: with larger tolerances or steps, so that it shows the error of others.
+    """
 
     system: System
     coordinate: str
     around: bool
+    is_coarse: bool = False
 
     @classmethod
     def of(cls, system: System, coordinate: str) -> Swing:
@@ -90,7 +112,18 @@ class Swing:
         exactly = self._by_energy(run, swings=len(turns) >= _TURNS)
         if exactly is not None:
             return exactly
-        return Period(self._swung(run, turns) if len(turns) >= _TURNS else self._around(run), _BY_RUNS)
+        seconds = self._by_runs(run, turns)
+        try:
+            coarse = replace(self, is_coarse=True)
+            run = coarse._long_enough()
+            other = coarse._by_runs(run, coarse._turns(run))
+        except NoPeriodError:
+            return Period(seconds, _BY_RUNS, _SAME)
+        part = _LEFT if self.system.simulation.step is None else 1.0
+        return Period(seconds, _BY_RUNS, max(part * abs(other - seconds) / seconds, _FINEST))
+
+    def _by_runs(self, run: Trajectory, turns: list[float]) -> float:
+        return self._swung(run, turns) if len(turns) >= _TURNS else self._around(run)
 
     def _by_energy(self, run: Trajectory, *, swings: bool) -> Period | None:
         """Return the period by quadrature, None where energy does not tell the speed."""
@@ -99,7 +132,7 @@ class Swing:
             return None
         q = run[self.coordinate]
         found = energy.of_swing(float(q.min()), float(q.max())) if swings else energy.of_turn()
-        return None if found is None else Period(found[0], f"by quadrature, to {max(found[1], 1e-15):.0e}")
+        return None if found is None else Period(found[0], "by quadrature", max(found[1], _FINEST))
 
     def _swung(self, run: Trajectory, turns: list[float]) -> float:
         """Return the time from one turn to the next but one."""
@@ -141,11 +174,17 @@ class Swing:
         return run
 
     def _run(self, duration: float | None) -> Trajectory:
-        plain: dict[str, Any] = {} if self.system.simulation.step is not None else dict(_EXACTLY)
-        if plain and self.system.simulation.method == _PLAIN:
-            plain["method"] = "dormand_prince_8"
         quiet = replace(self.system, stop=Names(), outputs=Names())
-        return simulate(quiet, t_end=duration, samples=_SAMPLES, **plain)
+        return simulate(quiet, t_end=duration, samples=_SAMPLES, **self._accuracy)
+
+    @property
+    def _accuracy(self) -> dict[str, Any]:
+        settings = self.system.simulation
+        if settings.step is not None:
+            return {"step": multiply(TWO, settings.step)} if self.is_coarse else {}
+        more = _COARSER if self.is_coarse else 1
+        method = {"method": "dormand_prince_8"} if settings.method == _PLAIN else {}
+        return {**method, **{name: more * x for name, x in _EXACTLY.items()}}
 
     def _turns(self, run: Trajectory) -> list[float]:
         """Return the first times at which the speed changes its sign; those of a start at rest begin with 0.

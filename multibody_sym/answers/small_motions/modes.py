@@ -55,6 +55,6 @@ def _with_period(found: Modes, asked: System, coordinate: str) -> Modes:
     try:
         period = period_of(asked, coordinate)
         told = (*found.notes, f"the period of {coordinate} is known {period.how}")
-        return replace(found, period=Value(period.seconds, None, "s"), notes=told)
+        return replace(found, period=period.value, notes=told)
     except NoPeriodError as reason:
         return replace(found, period=Value(None, None, "s"), notes=(*found.notes, f"no period is told: {reason}"))
