@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,12 @@ def test_the_first_model_has_eight_lines_and_prints_what_the_readme_shows(
     printed = capsys.readouterr().out.splitlines()
     assert len(model.splitlines()) == 8
     assert [line for line in shown.splitlines() if line not in printed] == []
+
+
+def test_the_readme_names_the_version_and_the_licence() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"Version {project['version']}, {project['license']} licence" in text
 
 
 def test_set_up_lines_stand_in_a_line_each() -> None:

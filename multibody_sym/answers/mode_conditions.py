@@ -23,6 +23,7 @@ from multibody_sym.expressions.quantities import force_name
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import coefficients
+from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import with_coefficients
@@ -136,7 +137,7 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
         rate = acting.rows[rows[0]].phidot if moves else acting.acceleration(rows[0])
         what = "velocity" if moves else "acceleration"
         told = f"{name} slides: its {what} along the tangent {'>' if slip > 0 else '<'} 0"
-        broken = f"{name} does not slide {'+' if slip > 0 else '-'}"
+        broken = f"{name} does not slide {WAYS['+' if slip > 0 else '-']}"
         yield Inequality("more", _nodes(rate if slip > 0 else -rate), told, broken, rows)
 
 

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, r
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.rows import coefficients
+from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
@@ -76,7 +77,7 @@ def _closing(solved: Solved) -> dict[str, Value]:
 def _lines(
     solved: Solved, acting: Acting, element: OneWay, words: Mapping[str, str], needed: Mapping[str, Value]
 ) -> Iterator[str]:
-    """Yield `c1 slides -: ...` for an element and its parts."""
+    """Yield `c1 slides backward: ...` for an element and its parts."""
     acts = is_active(acting.mechanism, element)
     if not acts and element.group != element.name and element.name not in solved.decided.touching:
         return  # a corner in the air
@@ -96,9 +97,9 @@ def _standing(element: OneWay, word: str) -> str:
 
 
 def _verb(word: str) -> str:
-    """Return a word such as slide- as a verb: slides -."""
+    """Return a word such as slide- as a verb: slides backward."""
     plain = word.rstrip("+-")
-    return f"{plain}s {word[len(plain) :]}".rstrip()
+    return f"{plain}s {WAYS.get(word[len(plain) :], '')}".rstrip()
 
 
 def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, needed: Mapping[str, Value]) -> str:

@@ -27,7 +27,7 @@ from multibody_sym.answers.questions.separable_courses import BySpeed
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.timed_courses import WithTime
 from multibody_sym.errors import ExpressionError
-from multibody_sym.model.declaration.states import VERBS
+from multibody_sym.model.declaration.states import VERBS, WAYS
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
@@ -218,7 +218,7 @@ def held_until(motion: Simulated) -> str:
 def _begun(element: str, kind: str) -> str:
     """Return what an element begins to do, for people."""
     verb = min((verb for verb, words in VERBS.items() if kind in words), key=lambda x: len(VERBS[x]), default=kind)
-    return f"{element} {verb} {kind[-1]}" if kind[-1] in "+-" else f"{element} {verb}"
+    return f"{element} {verb} {WAYS.get(kind[-1], '')}".rstrip()
 
 
 def formula_of_period(solved: Solved, coordinate: str, number: float) -> Node | None:

@@ -31,6 +31,8 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     STRIKES: ("impact",),
 }
 """What an element begins to do, and the words of the states in which it does: a rope closes as it becomes taut."""
+WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
+"""Along an axis or tangent, or against it, in sentences: words of states end with these signs."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
 _STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(VERBS)})\s*")
 _TWO_WORDS: Final = re.compile(r"\s*([A-Za-z][\w.]*)\s+(?!and\b|or\b)([A-Za-z]+)\s*")
