@@ -155,14 +155,17 @@ def _stopped_behind(latest: Progress, stop: Stopped, samples: Floats, legs: list
 def shortly(problem: Problem, time: float) -> Floats:
     """Return the state (nq + nu,) of a run shortly after its start, or before it, by one step of order 4."""
     step = time - problem.start
-    if step == 0.0:
-        return problem.x0
-    half, whole = problem.start + 0.5 * step, problem.start + step
-    k1 = problem.rates(problem.start, problem.x0)
-    k2 = problem.rates(half, problem.x0 + 0.5 * step * k1)
-    k3 = problem.rates(half, problem.x0 + 0.5 * step * k2)
-    k4 = problem.rates(whole, problem.x0 + step * k3)
-    state: Floats = problem.x0 + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    return problem.x0 if step == 0.0 else stepped(problem.rates, problem.start, problem.x0, step)
+
+
+def stepped(rates: Callable[[float, Floats], Floats], t: float, x: Floats, step: float) -> Floats:
+    """Return the state (nq + nu,) a step (s) after a state x at time t, of order 4."""
+    half, whole = t + 0.5 * step, t + step
+    k1 = rates(t, x)
+    k2 = rates(half, x + 0.5 * step * k1)
+    k3 = rates(half, x + 0.5 * step * k2)
+    k4 = rates(whole, x + step * k3)
+    state: Floats = x + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
     return state
 
 

@@ -239,7 +239,7 @@ class OneWayRun:
         facts = self._touched(facts, element)
         blow = bounced(facts, element, (*aside, *self._hidden))
         udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
-        before = Before(now.mode, udot, None, self._bounces)
+        before = Before(now.mode, udot, now.problem.rates, None, self._bounces)
         if blow is None or before.late(facts, [element]):
             found = self._decided(t, x, cause, None)
             blow, facts, u = found.blow, found.facts, found.facts.u
@@ -309,7 +309,7 @@ class OneWayRun:
         facts, closed = self._at(t, x, cause)
         beyond = [cause.element.name] if cause.ends == "leaves" else []
         beyond += self._tips.aside(facts, now.active)
-        before = Before(now.mode, now.udot_at(facts), guess, self._bounces)
+        before = Before(now.mode, now.udot_at(facts), now.problem.rates, guess, self._bounces)
         return self._tips.resting(decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden)))
 
     def _seen(self, t: float, x: Floats) -> Facts:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Final
 
@@ -12,11 +12,11 @@ from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.runtime.chain import stepped
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
@@ -97,10 +97,14 @@ class Decided:
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """The mode in which a run came to a switch, its accelerations (nu,) there, a mode that may follow, what bounces."""
+    """The mode in which a run came to a switch, its accelerations (nu,) there, a mode that may follow, what bounces.
+
+    `rates` are those (nq + nu,) of the mode at a time and a state (nq + nu,).
+    """
 
     mode: Mode
     udot: Floats
+    rates: Callable[[float, Floats], Floats]
     guess: Mode | None
     bounces: Bounces
 
@@ -291,12 +295,13 @@ def _ahead(
 ) -> tuple[LawState | None, Mode | None]:
     """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
 
-    It is the same where nothing else is found; on the way there the forces of the mode go on to change.
+    It is the same where nothing else is found; on the way there the forces of the mode go on to change, and what sticks
+    or touches in it goes on to do so.
     """
-    mechanism = facts.laws.mechanism
-    rates = np.array(coordinate_rates(mechanism, facts.q.tolist(), facts.u.tolist()), dtype=float)
+    now = np.concatenate([facts.q, facts.u])
     for soon in (part * facts.scale.time for part in SOON):
-        later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * before.udot, facts.scale)
+        q, u = np.split(stepped(before.rates, facts.t, now, soon), [len(facts.q)])
+        later = facts.laws.at(facts.t + soon, q, u, facts.scale)
         there = posed(later, touching)
         found = _found(there, before.mode).states
         following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
