@@ -55,6 +55,17 @@ def test_a_weight_that_lands_and_is_jerked_up_again_and_again_rests(m1: float, m
     assert run["E"][0] - run["E"][-1] == pytest.approx((m2 - m1) * 9.81 * 0.8, rel=1e-12)
 
 
+def test_what_bounces_on_landing_in_each_cycle_rests_at_the_same_limit() -> None:
+    """b bounces to rest while a flies: infinitely many bounces in each of infinitely many cycles, as long as before."""
+    bounces = mbs.loads(MACHINE.replace("open: true", "open: true, restitution: 0.45"))
+    for m1, m2 in ((2, 3), (1, 4), (2, 2.5)):
+        end = rest(m1, m2)
+        run = mbs.simulate(bounces, parameters={"m1": m1, "m2": m2}, t_end=1.1 * end, samples=12)
+        last = {event["element"]: event["t"] for event in run.events}
+        assert last == {x: pytest.approx(end, rel=1e-10) for x in ("c", "s")}, (m1, m2)
+        assert run["E"][0] - run["E"][-1] == pytest.approx((m2 - m1) * 9.81 * 0.8, rel=1e-12)
+
+
 def test_questions_about_what_strikes_in_turn_have_answers() -> None:
     """It is highest as b has landed and a flies on: 0.8 + v^2/(2 g) above where it was, v^2 = 2 (g/5) 0.8."""
     answers = mbs.solve(mbs.loads(MACHINE + "simulation: {t_end: 3}\n")).answers

@@ -38,6 +38,8 @@ _APART: Final = 1.9
 """How much longer one cycle lasts than the next one from which the limit is taken: near ones amplify rounding."""
 _DEGREES: Final = 10
 """Cycles from which the limit is taken."""
+_SURE: Final = 1e-9
+"""The part of the sizes of a run by which the limit may be off: what rests at its last impact is off by less."""
 _EXPECTED: Final = 0.5
 """The part by which times that are left may differ, of several elements or from a geometric series."""
 _ALIKE: Final = 1e-2
@@ -229,33 +231,38 @@ class Rhythm:
             return None
         places = places[:_DEGREES]
         values = np.array([[ends[k].time - now.time, *ends[k].x] for k in places])
-        (left, *x), _ = at_zero(lasted[places], values, sizes)
+        (left, *x), error = at_zero(lasted[places], values, sizes)
         expected = lasted[0] ** 2 / (lasted[1] - lasted[0])
-        return (now.time + float(left), np.array(x)) if abs(left - expected) < _EXPECTED * expected else None
+        known = error < _SURE and abs(left - expected) < _EXPECTED * expected
+        return (now.time + float(left), np.array(x)) if known else None
 
     def _ends(self, now: Hit, ending: frozenset[str], resting: frozenset[str]) -> list[Hit]:
-        """Return the ends of the cycles of impacts and modes that are alike, the latest first, `now` the first."""
-        hits, last = self._hits, len(self._hits)
-        for size in range(1, min(_LONGEST, last) + 1):
-            taking = frozenset[str]().union(*(hits[k].names for k in range(last - size, last)))
-            if not now.names <= hits[last - size].names or not ending <= taking <= ending | resting:
-                continue
-            first = last - size
-            while first >= size and all(hits[k].names == hits[k - size].names for k in range(first, first + size)):
-                first -= size
-            ends = [now, *(hits[k] for k in range(last - size, first - 1, -size))]
-            between = self._between([each.time for each in ends])
-            alike = next((k for k, modes in enumerate(between) if modes != between[0]), len(between))
-            if alike > 1:
-                return ends[: alike + 1]
+        """Return the ends of the cycles that are alike, the latest first, `now` the first.
+
+        The same strikes at the end of each, in the same mode. What bounces within a cycle may come to rest there, after
+        fewer and fewer impacts that are resolved.
+        """
+        hits, own = list(self._hits), self._mode_before(now.time)
+        ends = [k for k, x in enumerate(hits) if now.names <= x.names and self._mode_before(x.time) == own]
+        ends = [*ends, len(hits)][::-1]
+        within = [{(x.names, self._mode_before(x.time)) for x in hits[first:end]} for end, first in pairwise(ends)]
+        for size in range(1, min(_LONGEST, len(within) // 2) + 1):
+            taking = frozenset[str]().union(*(names for part in within[:size] for names, _ in part))
+            pairs = zip(within, within[size:], strict=False)
+            alike = size + next((k for k, each in enumerate(pairs) if not _fewer(*each)), len(within) - size)
+            if alike >= 2 * size and ending <= taking <= ending | resting:
+                return [now, *(hits[k] for k in ends[size : alike + 1 : size])]
         return [now]
 
-    def _between(self, times: list[float]) -> list[list[object]]:
-        """Return the modes that have begun between times, the latest first, from each on until before the next."""
-        begun = [time for time, _ in self._modes]
-        places = [bisect_left(begun, time) for time in times]
-        keys = [key for _, key in self._modes]
-        return [keys[first:end] for end, first in pairwise(places)]
+    def _mode_before(self, time: float) -> object:
+        """Return the mode that ended at a time, or went on."""
+        place = bisect_left(self._modes, time, key=lambda each: each[0])
+        return self._modes[place - 1][1] if place else None
+
+
+def _fewer(now: set[tuple[frozenset[str], object]], before: set[tuple[frozenset[str], object]]) -> bool:
+    """Return whether the same has struck as before, in the same modes or fewer of them."""
+    return now <= before and {names for names, _ in now} == {names for names, _ in before}
 
 
 @dataclass
@@ -306,10 +313,11 @@ class Bounces:
     ) -> Facts | None:
         """Return what holds once all impacts have struck after which elements rest that are `late` (s).
 
-        It follows from what held at the impacts before; None where these are too few, or not alike. Of the others
-        only those take part that are `resting`.
+        It follows from what held at the impacts before; None where these are too few, or not alike. What is 0 s late
+        strikes as others do, and rests with them. Of the others only those take part that are `resting`.
         """
-        if not min(late.values(), default=0.0) > (1.0 - _EXPECTED) * max(late.values(), default=0.0) > 0.0:
+        own = [left for left in late.values() if left]
+        if not min(own, default=0.0) > (1.0 - _EXPECTED) * max(own, default=0.0):
             return None
         now = Hit(facts.t, frozenset(x.name for x in closing), np.concatenate([facts.q, facts.u]))
         found = self.rhythm.limit(now, (frozenset(late), resting), facts.sizes)
