@@ -251,8 +251,22 @@ class Simulation:
     # --- which mode follows
 
     def _chosen(self, near: list[int]) -> Choice:
-        """Return the mode that follows: that which fits, and still fits a little later."""
-        found = self._fitting(near)
+        """Return the mode that follows; what begins to slide has its kinetic coefficient from then on."""
+        slips = self.geometry.rows(self.q, self.u, near).tangent @ self.u
+        kinetic = frozenset(k for k, v in zip(near, slips, strict=True) if self._rubs(k) and abs(v) > SLOW)
+        while True:
+            choice = self._lasting(near, self._fitting(near, kinetic))
+            slides = {k for k, word in choice.mode.items() if word[:5] == "slide"}
+            if not self._unlike(slides - choice.kinetic):
+                return choice
+            kinetic |= choice.kinetic | slides
+
+    def _unlike(self, contacts: set[int]) -> set[int]:
+        """Return the contacts the two coefficients of which differ."""
+        return {k for k in contacts if self.geometry.elements[k].static != self.geometry.elements[k].kinetic}
+
+    def _lasting(self, near: list[int], found: list[Choice]) -> Choice:
+        """Return that of the modes that fit which still fits a little later."""
         if not found:
             raise SeveralError("no mode fits")
         found.sort(key=lambda choice: -sum(2 if word in ("on", "stick") else 1 for word in choice.mode.values()))
@@ -267,11 +281,10 @@ class Simulation:
             found = good or found
         raise SeveralError("several modes fit")
 
-    def _fitting(self, near: list[int]) -> list[Choice]:
+    def _fitting(self, near: list[int], moving: frozenset[int]) -> list[Choice]:
         """Return all modes that fit: at rest by static coefficients first, what slips then has its kinetic one."""
         rows = self.geometry.rows(self.q, self.u, near)
         slips = rows.tangent @ self.u
-        moving = frozenset(k for k, v in zip(near, slips, strict=True) if self._rubs(k) and abs(v) > SLOW)
         queue, seen, ends = [moving], set[frozenset[int]](), list[Choice]()
         while queue:
             kinetic = queue.pop()
@@ -280,12 +293,13 @@ class Simulation:
             seen.add(kinetic)
             for choice in self._modes(near, slips, kinetic):
                 after = rows.tangent @ choice.udot + rows.tangent_rate
-                new = {
-                    k
-                    for k, a in zip(near, after, strict=True)
-                    if choice.mode.get(k, "")[:5] == "slide" and k not in kinetic and abs(a) > 1e-7
-                }
-                new = {k for k in new if self.geometry.elements[k].static != self.geometry.elements[k].kinetic}
+                new = self._unlike(
+                    {
+                        k
+                        for k, a in zip(near, after, strict=True)
+                        if choice.mode.get(k, "")[:5] == "slide" and k not in kinetic and abs(a) > 1e-7
+                    }
+                )
                 if new:
                     queue.append(kinetic | new)
                 else:
