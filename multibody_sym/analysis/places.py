@@ -143,7 +143,7 @@ class Places:
 
     def energy(self, q: Floats) -> float:
         """Return the potential energy."""
-        return self.flow.poses(q)[1]
+        return self._placed(q)[1]
 
     def level(self, a: float, b: float) -> bool:
         """Return whether two potential energies are the same, as they are in positions that are one."""
@@ -177,7 +177,19 @@ class Places:
 
     def _poses(self, q: Floats) -> Floats:
         """Return all bodies' attitudes and places, and angles that count whole turns."""
-        return np.concatenate([self.flow.poses(q)[0] / self._units, self._turns(q)])
+        return np.concatenate([self._placed(q)[0] / self._units, self._turns(q)])
+
+    def _placed(self, q: Floats) -> tuple[Floats, float]:
+        """Return poses and the potential energy, which are asked anew for each other position."""
+        key = q.tobytes()
+        if key not in self._known:
+            self._known[key] = self.flow.poses(q)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[bytes, tuple[Floats, float]]:
+        """Poses and potential energies that were asked for, by coordinates."""
+        return {}
 
     @cached_property
     def _units(self) -> Floats:
