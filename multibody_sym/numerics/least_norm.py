@@ -8,12 +8,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from operator import mul
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import CLEAR, TIE, exact, scaled_rows
 from multibody_sym.records import dataclass
+
+_FEW: Final = 6
+"""Rows up to which lists are quicker than arrays."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class _Factors:
-    """Householder vectors and triangular factor of the rows in `order`, the kept ones first.
+    """Householder vectors and triangular factor of the rows in `order`, the kept ones first, divided by `lengths` (s).
 
     Row j of `rows` (s x n) holds R[k, j] in entry k < min(j, rank) and, where it was kept, the vector v of reflection j
     from entry j on. Reflection k is E - factors[k] v v^T.
@@ -37,13 +41,14 @@ class _Factors:
     order: list[int]
     diagonal: list[float]
     factors: list[float]
+    lengths: list[float]
+    """Those of the rows as they are declared."""
 
     @property
     def rank(self) -> int:
         return len(self.diagonal)
 
 
-@np.errstate(all="ignore")
 def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
@@ -60,58 +65,97 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
-    count, size = matrix.shape
-    lengths, rows = scaled_rows(matrix)
-    scale, given = lengths.tolist(), right.tolist()
-    if not all(map(math.isfinite, (*scale, *given))):
-        return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
-    factors = _in_order(rows) if count <= min(size, most) else None
+    found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most)
+    return Solution(*(np.array(values, dtype=float) for values in found))
+
+
+def solve_lists(
+    matrix: list[list[float]], right: list[float], columns: int, most: float
+) -> tuple[list[float], list[float], list[float]]:
+    """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
+    factors = _few_in_order(matrix) if 0 < len(right) <= min(_FEW, columns, most) else None
     if factors is None:
-        factors = _longest_first(rows, exact(matrix), most)
-    scaled = [given[j] / scale[j] for j in factors.order]
+        factors = _factored(np.array(matrix, dtype=float).reshape(len(right), columns), most)
+    if factors is None or not all(map(math.isfinite, right)):
+        return [math.nan] * columns, [math.nan] * len(right), [math.nan] * 3
+    scaled = [right[j] / factors.lengths[j] for j in factors.order]
     halfway = _forward(factors, scaled)
-    multipliers = np.zeros(count)
+    multipliers = [0.0] * len(right)
     for j, value in zip(factors.order, _backward(factors, halfway), strict=False):
-        multipliers[j] = value / scale[j]
-    report = _report(factors, [scale[j] for j in factors.order], scaled, halfway)
-    return Solution(np.array(_rotated(factors, halfway, size)), multipliers, np.array(report))
+        multipliers[j] = value / factors.lengths[j]
+    return _rotated(factors, halfway, columns), multipliers, _report(factors, scaled, halfway)
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
     """Return which rows of a finite matrix (s, n) are independent, the longest taken first, in increasing order."""
-    factors = _longest_first(scaled_rows(matrix)[1], exact(matrix), most)
+    factors = _longest_first(*scaled_rows(matrix), exact(matrix), most)
     return sorted(factors.order[: factors.rank])
 
 
-def _in_order(rows: Floats) -> _Factors | None:
+def _few_in_order(matrix: list[list[float]]) -> _Factors | None:
+    """Return what `_in_order` does, None also where a row is small beside others; three times as quickly."""
+    largest = [max(map(abs, row)) for row in matrix]
+    if not min(largest) > CLEAR * max(largest):
+        return None
+    units = [[x / size for x in row] for row, size in zip(matrix, largest, strict=True)]
+    lengths = [math.sqrt(_dot(row, row)) for row in units]
+    left = [[x / length for x in row] for row, length in zip(units, lengths, strict=True)]
+    found = _Factors([], list(range(len(left))), [], [], [a * b for a, b in zip(largest, lengths, strict=True)])
+    heads: list[list[float]] = [[] for _ in left]
+    for k, row in enumerate(left):
+        length, first = math.sqrt(_dot(row, row)), row[0]
+        if not length > CLEAR:
+            return None
+        found.diagonal.append(-length if first > 0.0 else length)
+        found.factors.append(1.0 / (length * (length + abs(first))))
+        vector = [first - found.diagonal[k], *row[1:]]
+        found.rows.append([*heads[k], *vector])
+        for j in range(k + 1, len(left)):
+            by = found.factors[k] * _dot(vector, left[j])
+            head, *left[j] = [a - by * b for a, b in zip(left[j], vector, strict=True)]
+            heads[j].append(head)
+    return found
+
+
+@np.errstate(all="ignore")
+def _factored(matrix: Floats, most: float) -> _Factors | None:
+    """Return the factors of any rows, None where a number is not finite."""
+    lengths, rows = scaled_rows(matrix)
+    if not np.isfinite(lengths).all():
+        return None
+    factors = _in_order(lengths, rows) if len(rows) <= min(rows.shape[1], most) else None
+    return factors or _longest_first(lengths, rows, exact(matrix), most)
+
+
+def _in_order(lengths: Floats, rows: Floats) -> _Factors | None:
     """Return the factors of the rows as they come, None where one of them might depend on those before it."""
     turned, factors = np.linalg.qr(rows.T, mode="raw")
     diagonal = turned.diagonal().tolist()
     if not all(abs(length) > CLEAR for length in diagonal):
         return None
     np.fill_diagonal(turned, 1.0)
-    return _Factors(turned.tolist(), list(range(len(rows))), diagonal, factors.tolist())
+    return _Factors(turned.tolist(), list(range(len(rows))), diagonal, factors.tolist(), lengths.tolist())
 
 
-def _longest_first(rows: Floats, tolerance: float, most: float) -> _Factors:
+def _longest_first(lengths: Floats, rows: Floats, tolerance: float, most: float) -> _Factors:
     rows, order = rows.copy(), list(range(len(rows)))
     diagonal, factors = list[float](), list[float]()
     for k in range(min(rows.shape)):
         rest = rows[k:, k:]
-        lengths = np.sqrt((rest * rest).sum(axis=1)).tolist()
-        longest = max(lengths)
+        left = np.sqrt((rest * rest).sum(axis=1)).tolist()
+        longest = max(left)
         if longest <= tolerance * (abs(diagonal[0]) if k else longest) or k >= most:
             break
-        chosen = next(i for i, length in enumerate(lengths) if length >= (1.0 - TIE) * longest)
+        chosen = next(i for i, length in enumerate(left) if length >= (1.0 - TIE) * longest)
         order.insert(k, order.pop(k + chosen))
         if chosen:
             rows[k : k + chosen + 1] = np.roll(rows[k : k + chosen + 1], 1, axis=0)
-        length, first = lengths[chosen], float(rest[0, 0])
+        length, first = left[chosen], float(rest[0, 0])
         diagonal.append(-length if first > 0.0 else length)
         factors.append(1.0 / (length * (length + abs(first))))
         rest[0, 0] = first - diagonal[k]
         rest[1:] -= np.multiply.outer(rest[1:] @ rest[0], factors[k] * rest[0])
-    return _Factors(rows.tolist(), order, diagonal, factors)
+    return _Factors(rows.tolist(), order, diagonal, factors, lengths.tolist())
 
 
 def _dot(first: Iterable[float], second: Iterable[float]) -> float:
@@ -147,20 +191,12 @@ def _rotated(factors: _Factors, y: list[float], size: int) -> list[float]:
     return x
 
 
-def _report(factors: _Factors, lengths: list[float], right: list[float], y: list[float]) -> list[float]:
-    """Return the report; lengths and right-hand sides are in the order of the factors."""
+def _report(factors: _Factors, right: list[float], y: list[float]) -> list[float]:
+    """Return the report, for right-hand sides in the order of the factors."""
     rank = factors.rank
-    kept = lengths[:rank]
+    kept = [factors.lengths[j] for j in factors.order[:rank]]
     least = min(abs(d) * length for d, length in zip(factors.diagonal, kept, strict=True)) / max(kept) if rank else 0.0
     largest = max(map(abs, right), default=0.0)
     beside = zip(right[rank:], factors.rows[rank:], strict=True)
     residual = max((abs(value - _dot(y, row)) for value, row in beside), default=0.0)
     return [float(rank), least, residual / largest if largest else 0.0]
-
-
-def solve_lists(
-    matrix: list[list[float]], right: list[float], columns: int, most: float
-) -> tuple[list[float], list[float], list[float]]:
-    """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
-    found = solve(np.array(matrix, dtype=float).reshape(len(right), columns), np.array(right, dtype=float), most)
-    return found.solution.tolist(), found.multipliers.tolist(), found.report.tolist()

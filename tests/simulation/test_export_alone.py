@@ -66,7 +66,9 @@ def exported(name: str, folder: Path, **options: Any) -> mbs.System:
 @pytest.mark.parametrize(("name", "fold"), [("four_bar", False), ("four_bar", True), ("rolling_coin", False)])
 def test_it_tests_itself_and_imports_numpy_at_most(tmp_path: Path, name: str, fold: bool) -> None:
     exported(name, tmp_path, fold=fold)
-    standard = {"__future__", "bisect", "collections", "dataclasses", "json", "math", "pathlib", "sys", "typing"}
+    standard = {
+        "__future__", "bisect", "collections", "dataclasses", "json", "math", "operator", "pathlib", "sys", "typing",
+    }
     for file in tmp_path.glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="ascii"))):
             if isinstance(node, (ast.Import, ast.ImportFrom)):
