@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from multibody_sym.checking.hint import Hint
 from multibody_sym.checking.hints import declared_hints
+from multibody_sym.checking.odd_numbers import known_values
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import examined, numbers_of
@@ -19,6 +20,7 @@ from multibody_sym.formats.reader import Places, load_with_places
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
+from multibody_sym.scalars.traversal import leaves
 
 SHARED: Final = (*(f.name for f in fields(Changes)), "formalism")
 """The arguments that every function takes beside a system."""
@@ -28,10 +30,22 @@ SHARED: Final = (*(f.name for f in fields(Changes)), "formalism")
 def model(options: argparse.Namespace) -> Iterator[System]:
     """Give the system of a command as its file declares it, for a function that takes the `shared` options.
 
-    Errors about the model that are raised inside name their place in the file, or the option they come from.
+    Errors about the model that are raised inside name their place in the file, or the option they come from. Settings
+    of runs are verified though the command makes none: commands that do read the same file.
     """
     with opened(options) as (system, _tables):
+        _verify_settings(changed(system, options))
         yield system
+
+
+def _verify_settings(system: System) -> None:
+    """Raise ModelError where a run cannot be done as the file says, as far as parameters have values."""
+    settings, known = system.simulation, known_values(system)
+    asked = settings.t_end, settings.step, settings.rtol, settings.atol, settings.samples
+    if all(leaf in known for leaf in leaves([x for x in asked if x is not None], "symbol")):
+        from multibody_sym.simulation.settings import run_settings  # methods take time to import
+
+        run_settings(settings, known)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from multibody_sym.checking.check import CheckReport
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
-from multibody_sym.writing.solution import SEVERAL
+from multibody_sym.writing.solution import SEVERAL_MOTIONS
 from multibody_sym.writing.withheld import withheld_text
 
 
@@ -44,7 +44,7 @@ def _start(found: CheckReport, units: Units) -> list[str]:
 def _several(found: CheckReport) -> list[str]:
     if found.verdict != "several":
         return []
-    taken = f"{SEVERAL}; all this is of {_states(found.states)}"
+    taken = f"{SEVERAL_MOTIONS}; all this is of {_states(found.states)}"
     return [taken, *(f"  another: {_states(other)}" for other in found.others)]
 
 

@@ -9,8 +9,8 @@ from multibody_sym.answers.impact.record import ImpactFound, ImpactStep
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.quantities import force_name
 from multibody_sym.expressions.values import Value
+from multibody_sym.writing.forces import NOT_UNIQUE, joint_lines, not_unique_lines
 
-_ROUNDING: Final = 1e-12
 _STEPS: Final = 50
 """So many impacts one after the other are told; JSON has all."""
 _JOINTS: Final = "impulses in joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
@@ -29,8 +29,12 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         ],
         "jumps of speeds": _equations(found.jumps, units, "jump of "),
         "speeds after": _equations(found.after, units),
-        _JOINTS: _joint_lines(found, units),
-        "not unique, because constraints depend on each other": _not_unique(found),
+        _JOINTS: joint_lines(found.joint_impulses, found.impulses, units),
+        NOT_UNIQUE: not_unique_lines(
+            (_called(name, part), value)
+            for name, parts in (*found.impulses.items(), *found.joint_impulses.items())
+            for part, value in parts.items()
+        ),
         "apparent masses along the normals": _equations(found.apparent_mass, units),
         "speeds of closing before": _equations(found.closing, units),
         "speeds of opening after": _equations(found.opening, units),
@@ -60,26 +64,8 @@ def _called(name: str, part: str) -> str:
     return force_name(f"{name}.{pad}".rstrip("."), numbered)
 
 
-def _not_unique(found: ImpactFound) -> list[str]:
-    every = (*found.impulses.items(), *found.joint_impulses.items())
-    unsure = [_called(name, part) for name, parts in every for part, value in parts.items() if not value.unique]
-    return [", ".join(unsure)] if unsure else []
-
-
 def _equations(values: Mapping[str, Value], units: Units, before: str = "") -> list[str]:
     return [f"{before}{name} = {value.told(units)}" for name, value in values.items()]
-
-
-def _joint_lines(found: ImpactFound, units: Units) -> list[str]:
-    every = (*found.joint_impulses.values(), *found.impulses.values())
-    sizes = [abs(x.value or 0.0) for parts in every for x in parts.values()]
-    least = _ROUNDING * max(sizes, default=0.0)
-    return [
-        f"{force_name(name, component)} = {value.told(units)}"
-        for name, parts in found.joint_impulses.items()
-        for component, value in parts.items()
-        if abs(value.value or 0.0) > least
-    ]
 
 
 def _energies(found: ImpactFound, units: Units) -> list[str]:

@@ -8,13 +8,12 @@ from typing import Final
 from multibody_sym.answers.solution import AT, OtherState, RowKind, Solution
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.quantities import force_name
-from multibody_sym.expressions.values import Value
+from multibody_sym.writing.forces import NOT_UNIQUE, joint_lines, not_unique_lines
 from multibody_sym.writing.impact import impact_lines
 from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
 
-_ROUNDING: Final = 1e-12
-SEVERAL: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
+SEVERAL_MOTIONS: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
 _IDLE: Final = ("open", "free")
 _STATES: Final = "the state, found by the laws of contact and friction: nobody gave directions"
 _WHERE: Final = "where, as formulas name it"
@@ -26,7 +25,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     sections: dict[str, Iterable[str]] = {
         _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
-        SEVERAL: _several(solution),
+        SEVERAL_MOTIONS: _several(solution),
         "start values that follow from the constraints": [
             f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
         ],
@@ -38,8 +37,15 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "forces of contacts, stops and friction": _one_way_lines(solution, units),
         "forces of constraints": _constraint_lines(solution, units, "rod", "force"),
         "multipliers": _constraint_lines(solution, units, "multiplier"),
-        _JOINTS: _joint_lines(solution.reactions, units),
-        "not unique, because constraints depend on each other": _not_unique(solution),
+        _JOINTS: joint_lines(
+            {name: x for name, x in solution.reactions.items() if "fx" in x}, solution.reactions, units
+        ),
+        NOT_UNIQUE: not_unique_lines(
+            (_named(solution, name, component), value)
+            for name, components in solution.reactions.items()
+            for component, value in components.items()
+            if component not in AT
+        ),
         "withheld, because constraints do not say where their forces act": withheld_lines(
             solution.withheld, solution.withheld_reasons
         ),
@@ -79,28 +85,6 @@ def _constraint_lines(solution: Solution, units: Units, *kinds: RowKind) -> list
         for name, kind in solution.kinds.items()
         if kind in kinds
         for part, value in solution.reactions[name].items()
-    ]
-
-
-def _not_unique(solution: Solution) -> list[str]:
-    """Return the names of the forces that are not unique, in a line; nothing where all are."""
-    unsure = [
-        _named(solution, name, component)
-        for name, components in solution.reactions.items()
-        for component, value in components.items()
-        if not value.unique and component not in AT
-    ]
-    return [", ".join(unsure)] if unsure else []
-
-
-def _joint_lines(reactions: Mapping[str, Mapping[str, Value]], units: Units) -> list[str]:
-    forces = [abs(x.value or 0.0) for values in reactions.values() for x in values.values()]
-    least = _ROUNDING * max(forces, default=0.0)
-    return [
-        f"{force_name(name, component)} = {value.told(units)}"
-        for name, values in reactions.items()
-        for component, value in values.items()
-        if "fx" in values and abs(value.value or 0.0) > least
     ]
 
 

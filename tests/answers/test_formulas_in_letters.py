@@ -340,3 +340,10 @@ def test_a_head_on_three_rods_is_held_by_statics() -> None:
     pulls = np.linalg.solve((tops / np.linalg.norm(tops, axis=1)[:, None]).T, [-5, 0, 2 * 9.81])
     values = [found.reactions[name]["tension"].value for name in ("la", "lb", "lc")]
     assert values == pytest.approx(list(pulls), rel=1e-12)
+    printed = solution_text(found)
+    assert "a_z" not in printed  # accelerations that vanish are no letters: their legend read a_z = 0 = -1.18e-30
+    for name in ("la", "lb", "lc"):
+        form = found.reactions[name]["tension"].expression
+        assert form is not None
+        known = {symbol(x): v for x, v in {"g": 9.81, "m": 2, "h": 1.2, "r": 0.6, "x": 0, "y": 0, "z": 1.2}.items()}
+        assert evaluate_float([form], known)[0] == pytest.approx(found.reactions[name]["tension"].value, rel=1e-12)

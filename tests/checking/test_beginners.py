@@ -260,6 +260,11 @@ OF_STARTS = [
         "no such state without friction", "static",
     ),
     ("simulate", PENDULUM, "", "simulation: {method: «rk45}", "there is no method 'rk45'", "did you mean RK45?"),
+    ("check", PENDULUM, "", "simulation: {method: «rk45}", "there is no method 'rk45'", "did you mean RK45?"),
+    ("solve", PENDULUM, "", "simulation: {t_end: «-1}", "simulation.t_end", "expected a positive number, got -1"),
+    ("draw", PENDULUM, "", "simulation: {t_end: «l - 2*l}", "simulation.t_end", "expected a positive number, got -0.5"),
+    ("derive", PENDULUM, "", "simulation: {samples: «0}", "expected a whole number, at least 2", "got 0"),
+    ("equilibrium", PENDULUM, "", "simulation: {rtol: «1e-30}", "finer than the numbers are", "ask for 1e-15 or more"),
 ]
 
 

@@ -92,6 +92,8 @@ class InLetters:
             x = every[k]
             unit = self._units.accelerations[self.coordinates.mechanism.speeds[x.u].name]
             form = self._form((found - self.letters.of([x.before[2]])[0]) * x.sense)
+            if found.is_zero:
+                known[x.letters[2]] = found
             self._keep(x.own[2], Definition(self.letters.values[x.own[2]], form, unit=unit))
             return known[x.letters[2]]
 
