@@ -67,6 +67,75 @@ def test_a_corner_that_nothing_presses_any_more_stays_closed_by_friction_alone()
     assert abs(run.outputs["N"][-1]) < 1e-5
 
 
+def test_a_corner_that_would_have_to_pull_as_the_motion_begins_slides_until_it_rests():
+    """Open it would go into the floor; once its slip has stopped it turns about the corner that something presses."""
+    angle, load, kept = 0.2, -60.0, {"rtol": 1e-11, "atol": 1e-12}
+    text = PRISM.replace(f"[{F},", f"[{load},").replace('"l*cos(pi/n)", 0]', f"{-corner(angle)[1]}, {angle}]")
+
+    def slipping(t, x):
+        return x[0] - x[2] * corner(x[1])[1]
+
+    slipping.terminal, slipping.direction = True, 1.0
+
+    def motion(t, x):
+        bend, friction = sliding(*x[1:])
+        return [(load + friction) / M, x[2], bend]
+
+    def pivoting(t, x):
+        dx, dy = corner(x[0])
+        return [x[1], (M * G * dx + load * dy) / (INERTIA + M * L**2)]
+
+    slid = solve_ivp(motion, (0.0, 0.3), [0.0, angle, 0.0], events=slipping, **kept)
+    _, angle, rate = slid.y[:, -1]
+    end = solve_ivp(pivoting, (slid.t[-1], 0.3), [angle, rate], **kept).y[:, -1]
+    run = mbs.simulate(mbs.loads(text), t_end=0.3)
+    (event,) = run.events
+    assert (event["element"], event["kind"], event["t"]) == ("c", "stick", pytest.approx(slid.t[-1], rel=1e-5))
+    assert (run["phi"][-1], run["u_phi"][-1]) == pytest.approx(tuple(end), rel=1e-5)
+    assert abs(run.energy_residual) < 1e-8
+
+
+STOOL = """\
+multibody_sym: 1
+name: stool
+gravity: [0, 0, -9.81]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: [0, 0, 1]}}}
+  stool:
+    mass: 1.88
+    inertia: {Ixx: 0.0376, Iyy: 0.0564, Izz: 0.0752}
+    points: {a: [-0.2532, -0.184, -0.234], b: [0.0967, -0.2977, -0.234]}
+contacts:
+  a: {between: [stool.a, ground.floor], static: enough, open: true}
+  b: {between: [stool.b, ground.floor], static: enough, open: true}
+joints:
+  free:
+    type: free
+    parent: ground
+    child: stool
+    initial: {q: [0, 0, 0.757, 1, 0, 0, 0], u: [1.372, -1.169, 0, 2.846, -1.243, 2.076]}
+outputs: {vx: "velocity(stool.b, x)", vy: "velocity(stool.b, y)", vz: "velocity(stool.b, z)", z: "position(stool.b, z)",
+  N: "reaction(b, normal)", F1: "reaction(b, friction_1)", F2: "reaction(b, friction_2)", E: "total_energy()"}
+simulation: {t_end: 0.6, samples: 601}
+"""
+
+
+def test_a_foot_in_space_slides_where_nothing_presses_it_until_its_friction_jams():
+    """It stays on the floor, friction is against its slip, and takes the energy: above 1e4 N in the last 1e-5 s."""
+    run = mbs.simulate(mbs.loads(STOOL))
+    assert [(event["element"], event["kind"]) for event in run.events][1:] == [("b", "slide"), ("b", "stick")]
+    begins, ends = (event["t"] for event in run.events[1:])
+    slides = (run.t > begins) & (run.t < ends)
+    v, force = (np.array([run[k][slides] for k in names]) for names in (("vx", "vy"), ("F1", "F2")))
+    size = np.linalg.norm(force, axis=0)
+    np.testing.assert_allclose((v * force).sum(axis=0), -np.linalg.norm(v, axis=0) * size, rtol=1e-9)
+    np.testing.assert_allclose(run["N"][slides], 1e-6 * size, rtol=1e-9)
+    assert np.abs(run["z"][slides]).max() < 1e-12
+    assert np.abs(run["vz"][slides]).max() < 1e-12
+    assert run.friction_work["b"].total < -2.0
+    assert abs(run.energy_residual) < 1e-7
+
+
 SPUN = """\
 multibody_sym: 1
 name: spun

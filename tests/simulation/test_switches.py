@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
 from multibody_sym.errors import NoSolutionError
@@ -275,10 +276,36 @@ def test_a_box_that_is_rough_enough_tips_where_its_weight_does_not_hold_it():
     assert (told(tips), tips["th"][-1] < 0.0) == ([], True)
 
 
-def test_where_a_load_that_ends_leaves_a_tipping_box_without_a_state_the_run_says_so():
-    """What never slips would have to pull at its corner: a coefficient, however large, has it slip."""
-    with pytest.raises(FailedRunError, match=r"nothing that may act, .* lower the friction, .* at t = 0\.1 s"):
-        pushed_over("200*(t < 0.1)", t_end=0.2)
+def test_where_a_load_that_ends_leaves_a_tipping_box_its_corner_slides_until_it_opens():
+    """What never slips would have to pull at its corner. Newton's and Euler's equations, by hand, at mu -> infinity."""
+    inertia, load = 2 * (0.4**2 + 0.1**2) / 12, 200.0
+
+    def corner(angle):
+        return 0.2 * np.cos(angle) + 0.05 * np.sin(angle), 0.2 * np.sin(angle) - 0.05 * np.cos(angle)
+
+    def turning(t, x):
+        dx, dy = corner(x[0])
+        return [x[1], (2 * G * dx + load * dy) / (inertia + 2 * (dx**2 + dy**2))]
+
+    def sliding(t, x):  # the corner has y'' = 0 without a normal force
+        dx, dy = corner(x[0])
+        bend = (G + x[1] ** 2 * dy) / dx
+        return [x[1], bend, -inertia * bend / dy / 2]
+
+    def opens(t, x):
+        return G + x[1] ** 2 * corner(x[0])[1]
+
+    opens.terminal = True
+    angle, rate = solve_ivp(turning, (0.0, 0.1), [0.0, 0.0], **EXACT).y[:, -1]
+    dx, dy = corner(angle)
+    slid = solve_ivp(sliding, (0.1, 0.2), [angle, rate, rate * dy], events=opens, **EXACT)
+    run = pushed_over("200*(t < 0.1)", t_end=0.2)
+    assert told(run) == [("c1.corner2", "slide-"), ("c1.corner2", "open")]
+    assert [event["t"] for event in run.events] == pytest.approx([0.1, slid.t[-1]], abs=1e-7)
+    dx, dy = corner(slid.y[0, -1])
+    flight = slid.y[2, -1], -slid.y[1, -1] * dx - G * (0.2 - slid.t[-1]), slid.y[1, -1]
+    assert run.u[-1] == pytest.approx(flight, rel=1e-6)
+    assert abs(run.energy_residual) < 1e-9  # the load's work ends where it jumps
 
 
 def test_a_box_that_falls_on_a_corner_comes_to_rest_on_its_side():

@@ -56,6 +56,7 @@ def chosen(problem: LawProblem, closed: Collection[int]) -> Chosen:
                     rows=tuple(place[k] for k in part.rows),
                     normals=tuple(place[k] for k in part.normals),
                     velocity=(0.0,) * len(part.rows),
+                    held=part.enough,
                 )
                 for part in frictions
             ),

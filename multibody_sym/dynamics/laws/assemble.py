@@ -313,7 +313,8 @@ def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: 
         kinetic,
         (0.0,) * len(velocity) if rests else velocity,
         part.norm,
-        part.enough and part.regularised is None,
+        part.enough,
+        part.enough and not element.unilateral,
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.on_a_line import may_hold
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.reduction import Reduced
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled, beyond
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
@@ -124,7 +124,7 @@ def _clusters(problem: Scaled, mu: Floats) -> Iterator[tuple[list[int], list[int
         if not mu[part.number]:
             continue
         normals = set(part.normals.tolist()) if not part.norm else set(part.normals.tolist()) & rows_left
-        own = {part.number} if part.rests and not part.enough else set[int]()
+        own = {part.number} if part.rests and not part.held else set[int]()
         touched = [group for group in groups if group[0] & normals]
         groups = [group for group in groups if group not in touched]
         groups.append((normals.union(*(g[0] for g in touched)), own.union(*(g[1] for g in touched))))
@@ -217,7 +217,7 @@ def _by_what_moves(problem: Scaled, mu: Floats, modes: Enumerated, a: Floats) ->
         if not part.rests or not mu[part.number]:
             continue
         touching = problem.two_sided[part.normals].any() | (sides[:, part.normals] > 0).any(axis=1)
-        stuck = part.enough | still[:, part.rows].all(axis=1) | ~touching
+        stuck = part.held | still[:, part.rows].all(axis=1) | ~touching
         if part.in_space:
             lengths = np.maximum(np.linalg.norm(a[:, part.rows], axis=1), 1e-300)
             ways = np.where(stuck[:, None], 0.0, a[:, part.rows] / lengths[:, None])
@@ -373,7 +373,7 @@ def _motion_fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: F
     for row in problem.unilateral:
         fits &= (modes.sides[:, row] > 0) | (a[:, row] >= -gap)
     for part in problem.parts:
-        if part.rests and not part.enough and mu[part.number]:
+        if part.rests and not part.held and mu[part.number]:
             along = (a[:, part.rows] * _ways(part, modes)).sum(axis=1)
             fits &= (modes.slips[:, part.number] == STICKS) | (along >= -gap)
     return fits
@@ -391,8 +391,8 @@ def _forces_fit(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, loose
         loads = part.base * z[:, part.normals]
         pressed = np.linalg.norm(loads, axis=1) if part.norm else np.abs(loads).sum(axis=1)
         slips = modes.slips[:, part.number] != STICKS
-        if part.rests and not part.enough:
-            over = np.linalg.norm(z[:, part.rows], axis=1) - mu[part.number] * pressed
+        if part.rests and not part.held:
+            over = beyond(np.linalg.norm(z[:, part.rows], axis=1), pressed, mu[part.number])
             fits &= slips | (over <= force)
         if not part.norm:
             for k in np.intersect1d(part.normals, problem.both):

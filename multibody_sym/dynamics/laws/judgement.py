@@ -9,7 +9,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.mode_solve import Trial, across_slip, active_rows
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled, beyond
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 
@@ -71,8 +71,8 @@ def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
         yield Violation("gap", int(k), float(-a[k] / (gap[k] / ACCEPTED)))
     touching = problem.touching(mode.sides) & (trial.mu != 0.0)
     sticks = touching & problem.table.rests & (mode.slips == STICKS)
-    over = problem.rubbing(z) - trial.mu * problem.pressed(z)
-    for number in np.flatnonzero(sticks & ~problem.table.enough & (over > force)):
+    over = beyond(problem.rubbing(z), problem.pressed(z), trial.mu)
+    for number in np.flatnonzero(sticks & ~problem.table.held & (over > force)):
         yield Violation("cone", int(number), float(over[number]) / (force / ACCEPTED))
     yield from _of_slips(problem, trial, touching & ~sticks, gap)
     pressing = problem.table.normals
@@ -158,7 +158,7 @@ def _slip(part: Part, trial: Trial, stands: bool, turned: bool) -> tuple[int, Fl
     `turned`: it touches in the trial's mode, so that its direction there was found.
     """
     nowhere = np.zeros(len(part.rows))
-    if part.enough and part.rests:
+    if part.held and part.rests:
         return STICKS, nowhere
     if not part.rests:
         return (IN_SPACE, nowhere) if part.in_space else (int(np.sign(part.velocity[0])), nowhere)

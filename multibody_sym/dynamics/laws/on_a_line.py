@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from multibody_sym.dynamics.laws.problem import STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Places, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Places, Scaled, beyond
 from multibody_sym.numerics.arrays import Floats
 
 
@@ -70,9 +70,9 @@ def _limits(
             continue
         ask(slip * a[:, row], slip != STICKS, force=False)
         sticks = (slip == STICKS) & (sides[:, part.normals] > 0).any(axis=1)
-        if not (part.enough or both.any()):
-            limit = mu[part.number] * (z[:, part.normals] @ part.base)
+        if not (part.held or both.any()):
             for sense in (1.0, -1.0):
-                ask(limit - sense * z[:, row], sticks, force=True)
+                over = beyond(sense * z[:, row], z[:, part.normals] @ part.base, mu[part.number])
+                ask(-over, sticks, force=True)
     shape = (len(z), len(found))
     return np.array(found).T.reshape(shape), np.array(forces, dtype=bool)

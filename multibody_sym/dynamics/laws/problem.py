@@ -55,7 +55,9 @@ class FrictionLaw:
 
     `rows` (1; 2 or 3 in space) are its tangents; N is the sum of |z| over the rows `normals`, or with `norm` the length
     of the vector of these z. It sticks with |z_t| <= static N and slides with z_t = -kinetic N v_t/|v_t|. `velocity`
-    (one value a row) is v_t: zeros, exactly, where it is at rest, and a_t decides. With `enough` it never slips.
+    (one value a row) is v_t: zeros, exactly, where it is at rest, and a_t decides. With `enough` any normal force will
+    do: from rest it slips only where nothing presses, and friction alone keeps a contact closed. What is `held` does
+    not even then: it is pressed from both sides, or its slip is stopped in an impact.
     Coefficients have the unit z_t / z_n (m for moments against forces).
     """
 
@@ -66,6 +68,7 @@ class FrictionLaw:
     velocity: tuple[float, ...] = (0.0,)
     norm: bool = False
     enough: bool = False
+    held: bool = False
 
     @property
     def rests(self) -> bool:

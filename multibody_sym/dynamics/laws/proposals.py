@@ -200,7 +200,7 @@ def _read_part(
     y, basic = solution
     columns, number = unknowns.edges[part.number], part.number
     pushing = basic[columns]
-    if part.enough or not basic[unknowns.slack[number]] or (not part.in_space and pushing.all()):
+    if part.held or not basic[unknowns.slack[number]] or (not part.in_space and pushing.all()):
         mode.slips[number] = STICKS
         carrying[part.rows] = pushing.any() if not part.in_space else True
         return

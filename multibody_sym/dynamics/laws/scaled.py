@@ -30,6 +30,7 @@ class Part:
     kinetic: float
     norm: bool
     enough: bool
+    held: bool
 
     @cached_property
     def rests(self) -> bool:
@@ -67,7 +68,7 @@ class PartTable:
     base: Floats
     senses: Floats
     rests: Flags
-    enough: Flags
+    held: Flags
     norm: Flags
 
 
@@ -117,7 +118,7 @@ class Scaled:
             np.concatenate([np.zeros(0), *(p.base for p in self.parts)]),
             np.sign([p.velocity[0] for p in self.parts], dtype=float),
             np.array([p.rests for p in self.parts], dtype=bool),
-            np.array([p.enough for p in self.parts], dtype=bool),
+            np.array([p.held for p in self.parts], dtype=bool),
             np.array([p.norm for p in self.parts], dtype=bool),
         )
 
@@ -195,6 +196,14 @@ def scaled(problem: LawProblem) -> Scaled:
     )
 
 
+def beyond(friction: Floats, pressing: Floats, mu: Floats) -> Floats:
+    """Return by how much friction is beyond mu N, or for mu > 1 by how much N is too small for it.
+
+    Either is exact to the rounding of forces: where a coefficient is large, that of N counts mu times in mu N.
+    """
+    return np.asarray((friction - mu * pressing) / np.maximum(mu, 1.0), dtype=float)
+
+
 def _without_rounding(rows: Floats) -> Floats:
     largest = np.abs(rows).max(axis=1, initial=0.0)
     return np.where((largest > ROUNDING * largest.max(initial=0.0))[:, None], rows, 0.0)
@@ -213,7 +222,7 @@ def _part(number: int, part: FrictionLaw, sizes: Floats) -> Part:
     rows, normals = np.array(part.rows, dtype=np.intp), np.array(part.normals, dtype=np.intp)
     velocity = np.array([*part.velocity, *[0.0] * (len(rows) - len(part.velocity))], dtype=float)
     base, numbers = sizes[rows[0]] / sizes[normals], (part.static, part.kinetic)
-    return Part(number, rows, normals, base, velocity, *numbers, part.norm, part.enough)
+    return Part(number, rows, normals, base, velocity, *numbers, part.norm, part.enough, part.held)
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ class States:
 
     def _slips_anywhere(self, mu: Floats) -> bool:
         """Return whether slip may begin in directions that Newton's method has to find: there may be more of them."""
-        return any(p.in_space and p.rests and not p.enough and mu[p.number] for p in self.problem.parts)
+        return any(p.in_space and p.rests and not p.held and mu[p.number] for p in self.problem.parts)
 
     def _basic(self, mode: Modes, mu: Floats) -> Iterator[Trial]:
         trial = solve_mode(self.problem, mode, mu)

@@ -21,7 +21,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.judgement import TIED, force_tolerance, gap_tolerance
 from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled, beyond
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, null_space
 from multibody_sym.records import dataclass
@@ -48,10 +48,11 @@ def tied(problem: Scaled, trial: Trial, mode: Modes, unsure: Flags) -> Ties:
     closed = problem.unilateral[mode.sides[problem.unilateral] > 0]
     still = (np.abs(trial.z[closed]) <= force) & (np.abs(trial.a[closed]) <= gap[closed]) & ~unsure[closed]
     table = problem.table
-    stuck = problem.of_all_rows(sticking(problem, mode, trial.mu) & ~unsure) & ~table.enough
-    bound, size = trial.mu * problem.pressed(trial.z), problem.rubbing(trial.z)
-    limit = np.abs(size - bound) <= 10.0 * TIED * np.maximum(size, bound) + force
-    parts = np.flatnonzero(stuck & (bound > force) & limit)
+    stuck = problem.of_all_rows(sticking(problem, mode, trial.mu) & ~unsure) & ~table.held
+    pressed, size = problem.pressed(trial.z), problem.rubbing(trial.z)
+    left = np.abs(beyond(size, pressed, trial.mu))
+    limit = left <= 10.0 * TIED * np.maximum(size, trial.mu * pressed) + force
+    parts = np.flatnonzero(stuck & (np.minimum(trial.mu, 1.0) * pressed > force) & limit)
     known = [int(k) for k in parts if not unsure[problem.parts[k].normals].any()]
     return Ties(tuple(int(k) for k in closed[still]), tuple(known))
 

@@ -76,22 +76,28 @@ class Stretch:
         return first, replace(self, problem=begin, steps=max(1, self.steps - reached.statistics.steps))
 
     def smooth_parts(self) -> list[Stretch]:
-        """Return the parts between kinks, at which forces bend or jump; they end and begin just beside them."""
+        """Return the parts between kinks, at which forces bend or jump; they end and begin just beside them.
+
+        A kink may end a mode: then the last one ends just before it.
+        """
         problem = self.problem
         if all(problem.terminal[: problem.switches]):
             return [self]
-        kinks = [event.time for event in self._run(self.until, 2).events if not event.terminal]
-        beside, found, rest = BESIDE * self.duration, [], self
+        beside, found, rest, end = BESIDE * self.duration, [], self, self.until
+        kinks = [event.time for event in self._run(end + beside, 2).events if not event.terminal]
         for time in kinks if len(kinks) <= MOST_KINKS else ():
             before, after = time - beside, time + beside
-            if before <= rest.problem.start or after >= self.until:
+            if before <= rest.problem.start:
                 continue
+            if after >= end:
+                end = before
+                break
             reached, part = rest._run(after, 2), (before - problem.start) / self.duration
             steps = max(1, round(part * self.steps))
             found.append(replace(rest, until=before, steps=steps))
             begin = replace(problem, t0=after, q0=reached.q_final, u0=reached.u_final, begun=None)
             rest = replace(rest, problem=begin)
-        return [*found, rest]
+        return [*found, replace(rest, until=end)]
 
 
 def integral(values: Floats, t: Floats) -> Floats:

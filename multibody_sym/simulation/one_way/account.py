@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
 from multibody_sym.dynamics.programs.law_rows import friction_parts
@@ -10,8 +13,30 @@ from multibody_sym.kinematics.energy import split
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.rows import VelocityRow
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
+from multibody_sym.runtime.loading import Compiled
 from multibody_sym.simulation.along.fine import Stretch, integral, with_program
 from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
+
+_SETTLED: Final = 1e-9
+"""Part of the work in a run by which half as many places may change it: Boole's rule is 64 times nearer."""
+_MOST_HALVINGS: Final = 60
+"""How often stretches are halved in all where places are too far apart."""
+
+
+@dataclass(frozen=True)
+class _Work:
+    """The work in a stretch: of friction parts (p), of these on each body (p, bodies), of loads (1).
+
+    `size` is the integral of absolute powers, `unsure` what half as many places change.
+    """
+
+    friction: Floats
+    shares: Floats
+    loads: Floats
+    size: float
+    unsure: float
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
@@ -21,22 +46,44 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> Energy
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    working = [stretch for stretch in stretches if _works(stretch.mechanism)]
-    for stretch, program in with_program(working, friction_power_program):
-        fine = stretch.fine()
-        values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
-        power, shares, loads = (integral(value, fine.t)[-1] for value in values)
-        account.loads += float(loads[0])
+    for one in _works(stretches):
+        account.loads += float(one.loads[0])
         for k, (_, part) in enumerate(parts):
             work = found[part.name]
-            work.total += float(power[k])
-            for body, share in zip(names, shares[k].tolist(), strict=True):
+            work.total += float(one.friction[k])
+            for body, share in zip(names, one.shares[k].tolist(), strict=True):
                 if told[k] and (share != 0.0 or body in work.bodies):
                     work.bodies[body] = work.bodies.get(body, 0.0) + share
     return account
 
 
-def _works(mechanism: Mechanism) -> bool:
+def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
+    """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end."""
+    working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
+    each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
+    allowed, left = _SETTLED * sum(work.size for *_, work in each), _MOST_HALVINGS
+    while each:
+        stretch, program, work = each.pop(0)
+        if work.unsure <= allowed or not left:
+            yield work
+            continue
+        left -= 1
+        each[:0] = [(half, program, _work(half, program)) for half in stretch.halves()]
+
+
+def _work(stretch: Stretch, program: Compiled) -> _Work:
+    fine = stretch.fine()
+    values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
+    friction, shares, loads = (integral(value, fine.t)[-1] for value in values)
+    powers = np.column_stack([values[0], values[2]])
+    size = float(integral(np.abs(powers), fine.t)[-1].sum())
+    if (len(fine.t) - 1) % 8:  # a sample is missing at the end: there is nothing to compare with
+        return _Work(friction, shares, loads, size, 0.0)
+    fewer = integral(powers[::2], fine.t[::2])[-1]
+    return _Work(friction, shares, loads, size, float(np.abs(fewer - np.append(friction, loads)).sum()))
+
+
+def _may_work(mechanism: Mechanism) -> bool:
     """Tell whether friction or loads may do work in a mode: not where nothing slides and nothing moves."""
     assert mechanism.mode is not None
     slides = any(slip != STICKS for slip in mechanism.mode.slips.values())

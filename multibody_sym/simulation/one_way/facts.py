@@ -271,7 +271,8 @@ def _laws(
                     kinetic,
                     (0.0,) * len(velocity) if rests else tuple(velocity),
                     part.norm,
-                    part.enough and not smooth,
+                    part.enough,
+                    part.enough and not element.unilateral,
                 )
             )
     return tuple(laws), tuple(frictions)
