@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from singular_mechanisms import MECHANISMS, Mechanism
 
 import multibody_sym as mbs
@@ -162,3 +163,25 @@ outputs: {{x: "position(crank0.end, x)", y: "position(crank0.end, y)"}}
     run = mbs.simulate(system, t_end=10, rtol=1e-11, atol=1e-11, samples=11)
     assert (run["x"][-1], run["y"][-1]) == pytest.approx((0.328458112, 0.944518538), abs=2e-8)
     assert len(passed(run)) == 10
+
+
+def test_angles_whose_first_and_third_turn_about_one_axis_are_named() -> None:
+    """A ball that turns uniformly passes that position after 1 s, at 1e-10 rad."""
+    turned, end = np.array([0.5, 1.0, 0.3]), Rotation.from_euler("XYZ", [0.3, np.pi / 2 - 1e-10, 0.0])
+    q = (Rotation.from_rotvec(-turned) * end).as_euler("XYZ")
+    axes = [
+        [1, 0, 0],
+        Rotation.from_euler("X", q[0]).apply([0, 1, 0]),
+        Rotation.from_euler("XY", q[:2]).apply([0, 0, 1]),
+    ]
+    joint = mbs.Spherical(
+        "ground",
+        "b",
+        angles="xyz",
+        initial={"q": q.tolist(), "u": np.linalg.solve(np.transpose(axes), turned).tolist()},
+    )
+    system = mbs.System(
+        "ball", bodies={"b": mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1})}, joints={"J": joint}
+    )
+    with pytest.raises(FailedRunError, match=r"J_1 and J_3 turn b about one axis there.*leave out angles: of joint J"):
+        mbs.simulate(system, t_end=2, backend="python")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -42,6 +43,9 @@ _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
 _MEETS: Final = 1e-3
 """The part of a distance at the start below which points meet where a run fails."""
+_TURNS: Final = 3
+_LOCKED: Final = 1e-3
+"""The volume that the axes of three turns span, below which they do not span space where a run fails."""
 _USED_UP: Final = 1e-2
 """The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
 _SIZED: Final = 20
@@ -68,7 +72,7 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 
 
 def _met(run: Trajectory, time: float) -> str:
-    """Return which points have come together between which a force acts, or else that there is a singularity."""
+    """Return whose angles have no rates, or which points with a force between them meet, or that it is not known."""
     mechanism, integration = run.ready.mechanism, run.integration
     unknown = "the motion has a jump or a singularity there"
     if integration.q_final is None or integration.u_final is None:
@@ -82,7 +86,25 @@ def _met(run: Trajectory, time: float) -> str:
         if now <= _MEETS * begun:
             a, b = load.line
             return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
-    return unknown
+    return next(_locked(mechanism, rows, integration.q_final), unknown)
+
+
+def _locked(mechanism: Mechanism, rows: Rows, q: Floats) -> Iterator[str]:
+    """Yield the joints of three successive turns in positions where the first and the third have one axis."""
+    size = len(mechanism.speeds)
+    at_rest = rows.motion(q, np.zeros(size))
+    for place, body in enumerate(mechanism.bodies):
+        turns = [free for free in body.free_steps if free.step.is_hinge]
+        if len(turns) != _TURNS:
+            continue
+        turned = [rows.motion(q, np.eye(size)[free.u[0]]).bodies[place].w_WB for free in turns]
+        axes = np.array(turned, dtype=float) - np.array(at_rest.bodies[place].w_WB, dtype=float)
+        if abs(np.linalg.det(axes)) <= _LOCKED:
+            first, _, third = (mechanism.coordinates[free.q[0]].name for free in turns)
+            yield (
+                f"{first} and {third} turn {body.name} about one axis there, and their rates have no bound: leave out "
+                f"angles: of joint {body.joint_name}, which then has a quaternion, or choose others"
+            )
 
 
 def _happened(run: Trajectory, failure: RunFailure) -> str:
