@@ -159,6 +159,8 @@ def seen_from(joint: JointMotion, R_BM: Mat, p_BM: Vec) -> JointMotion:
 
     M stands at p_BM from that point, turned by R_BM.
     """
+    if R_BM is UNIT_MATRIX and p_BM is ZERO_VECTOR:
+        return joint
     angular = tuple(apply(R_BM, w) for w in joint.angular)
     linear = tuple(subtract(apply(R_BM, v), cross(w, p_BM)) for v, w in zip(joint.linear, angular, strict=True))
     turning, angular_bias = apply(R_BM, joint.turning), apply(R_BM, joint.angular_bias)

@@ -191,9 +191,9 @@ def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], 
     Raises KeyError for a leaf that a mapping does not hold.
     """
     if scalar is float:
-        return list(evaluate_float(nodes, leaf if isinstance(leaf, Mapping) else _Looked(leaf)))
+        return evaluate_float(nodes, _Looked(leaf) if callable(leaf) else leaf)
     roots = list(nodes)
-    find = leaf.__getitem__ if isinstance(leaf, Mapping) else leaf
+    find = leaf if callable(leaf) else leaf.__getitem__
     constant = _same if scalar is Node else _sympy_constant
     values: dict[Node, Any] = {}
     for n in postorder(roots):
@@ -234,7 +234,14 @@ def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[fl
     """
     roots = list(nodes)
     values: dict[Node, float] = {}
-    stack = roots[::-1]
+    stack = []
+    for n in reversed(roots):  # most are constants and slots
+        if n.shadow is not None:
+            values[n] = n.shadow
+        elif n.args:
+            stack.append(n)
+        else:
+            values[n] = float(leaf[n])
     while stack:  # as `postorder`, but neither what is below a constant is visited nor what is not chosen
         n = stack[-1]
         if n in values:

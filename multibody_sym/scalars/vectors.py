@@ -41,7 +41,8 @@ def dot(a: Sequence[S], b: Sequence[S]) -> S:
 
 def cross(a: Sequence[S], b: Sequence[S]) -> Vec:
     """Return a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    (ax, ay, az), (bx, by, bz) = a, b
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def combination(vectors: Sequence[Vec], factors: Sequence[S]) -> Vec:
@@ -56,12 +57,18 @@ def apply(m: Mat, a: Sequence[S]) -> Vec:
     """Return M a."""
     if m is UNIT_MATRIX:
         return a[0], a[1], a[2]
-    return dot(m[0], a), dot(m[1], a), dot(m[2], a)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = m
+    x, y, z = a
+    return xx * x + xy * y + xz * z, yx * x + yy * y + yz * z, zx * x + zy * y + zz * z
 
 
 def apply_transposed(m: Mat, a: Sequence[S]) -> Vec:
     """Return M^T a."""
-    return apply(transpose(m), a)
+    if m is UNIT_MATRIX:
+        return a[0], a[1], a[2]
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = m
+    x, y, z = a
+    return xx * x + yx * y + zx * z, xy * x + yy * y + zy * z, xz * x + yz * y + zz * z
 
 
 def transpose(m: Mat) -> Mat:
@@ -77,12 +84,7 @@ def product(a: Mat, b: Mat) -> Mat:
         return b
     if b is UNIT_MATRIX:
         return a
-    columns = transpose(b)
-    return (
-        (dot(a[0], columns[0]), dot(a[0], columns[1]), dot(a[0], columns[2])),
-        (dot(a[1], columns[0]), dot(a[1], columns[1]), dot(a[1], columns[2])),
-        (dot(a[2], columns[0]), dot(a[2], columns[1]), dot(a[2], columns[2])),
-    )
+    return apply_transposed(b, a[0]), apply_transposed(b, a[1]), apply_transposed(b, a[2])
 
 
 def matrix_sum(a: Mat, b: Mat) -> Mat:
