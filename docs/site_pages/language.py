@@ -75,6 +75,8 @@ _FORCES: Final = (
     ("`normal(contact)`", "normal force of a contact, of one corner (`box.corner1`) or of all", "`N`"),
     ("`friction(contact)`", "friction of a contact; in space `friction_1`, `friction_2` along the tangents", "`N`"),
     ("`rolling(contact)`", "moment of rolling resistance; in space `rolling_1`, `rolling_2`", "`N*m`"),
+    ("`at_x(contact)` .. `at_z(contact)`",
+     "where the normal force of a contact acts; where none presses, the middle of its points", "`m`"),
     ("`force(joint.lower)`", "force of a stop, `lower` or `upper`", "by what is asked"),
     ("`friction(name)`, `normal(name)`", "friction in a joint and what presses there; of parts by name, `rub.pad1`",
      "by what is asked"),

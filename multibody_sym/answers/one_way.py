@@ -8,14 +8,11 @@ from typing import Final
 
 from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, is_active, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import coefficients
-from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.vectors import S, Vec
+from multibody_sym.scalars.vectors import S
 
 _ROUNDING: Final = 1e-10
 """Part of the largest force by which a force may be beyond its limit."""
@@ -73,11 +70,3 @@ class Acting(OneWayForces):
         slip, direction = slip_of(self.mechanism, part), self.begins(part)
         rates = [self.acceleration(row.name) for row in part.rows]
         return sum((d * a for d, a in zip(direction, rates, strict=True)), 0) if direction else slip * rates[0]
-
-    def place(self, element: OneWay) -> Vec | None:
-        """Return where a contact's force acts, if it is at a point of a body."""
-        row = element.normals[0]
-        if not isinstance(row, ContactRow):
-            return None
-        points = [skin.place for skin in row.skins if getattr(skin, "radius", None) is ZERO]
-        return position(self.motion, points[0]) if points else None

@@ -11,17 +11,15 @@ from typing import Any, Final
 from multibody_sym.answers.in_letters.told import told
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.answers.solution import AT
-from multibody_sym.dynamics.programs.one_way_forces import is_active
 from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.expressions.components import AT
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
 from multibody_sym.model.mechanism.one_way import PRESSING, OneWay, component_names
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.vectors import Vec
 
 Components = dict[str, Value]
 Ask = Callable[[Instant], Mapping[str, Any]]
@@ -155,13 +153,13 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
             return _summed(Acting.at(instant), elements)
 
         def places(instant: Instant, elements: list[OneWay] = elements) -> Mapping[str, Any]:
-            return _middle(Acting.at(instant), elements)
+            return Acting.at(instant).middle(elements)
 
         acting = Acting.at(solved.numbers)
         largest = max(abs(float(force)) for element in elements for force in acting.of(element).values())
         found[name] = told(solved, of_group, _units(solved.mechanism, elements[0]), least=_NOTHING * largest)
         normal = found[name]["normal"]
-        if not normal.unique and _places(acting, elements):  # it may be zero
+        if not normal.unique and acting.presses_at(elements):  # it may be zero
             found[name] |= dict.fromkeys(AT, Value(None, unit="m", unique=False))
         elif normal.value:
             found[name] |= told(solved, places, dict.fromkeys(AT, "m"))
@@ -173,15 +171,3 @@ def _summed(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
     return {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
 
 
-def _middle(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
-    """Return where the sum of normal forces acts, which is not zero; nothing where one of them is at no point."""
-    pairs = _places(acting, elements)
-    total = sum(force for force, _ in pairs)
-    return {name: sum(force * place[k] for force, place in pairs) / total for k, name in enumerate(AT) if pairs}
-
-
-def _places(acting: Acting, elements: list[OneWay]) -> list[tuple[Any, Vec]]:
-    """Return the normal force of each element that acts, and where; nothing where one of them is at no point."""
-    acts = [element for element in elements if is_active(acting.mechanism, element)]
-    found = [(acting.normal(x), place) for x in acts if (place := acting.place(x)) is not None]
-    return found if len(found) == len(acts) else []

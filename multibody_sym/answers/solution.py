@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.in_letters.record import Definition
 from multibody_sym.answers.worked.record import Worked
+from multibody_sym.expressions.components import AT
 from multibody_sym.expressions.values import Value
 from multibody_sym.records import dataclass
 
@@ -19,7 +20,6 @@ Contacts, stops and friction in joints have forces of several names.
 """
 
 
-AT: Final = ("at_x", "at_y", "at_z")
 """Where a normal force acts."""
 
 

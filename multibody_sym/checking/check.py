@@ -33,6 +33,7 @@ from multibody_sym.dynamics.start.sampling import sampled_states
 from multibody_sym.dynamics.start.start import Start, verify_regular_start
 from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.expressions.quantities import force_name
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.constraints import Rope
@@ -380,7 +381,8 @@ def _pulling(resolved: Mechanism, multipliers: Mapping[str, float], not_unique: 
     """Return the rolling wheels that their planes would have to pull at the start."""
     largest = max(map(abs, multipliers.values()), default=0.0)
     return [
-        f"rolling {name} would have to pull with {-multipliers[name]:.6g} N at the start: a real wheel lifts off"
+        f"{force_name(name, 'multiplier')} is {multipliers[name]:.6g} N at the start: the plane would have to pull, "
+        "and a real wheel lifts off"
         for name in normal_forces(resolved)
         if multipliers[name] < -NEGLIGIBLE * largest and name not in not_unique
     ]

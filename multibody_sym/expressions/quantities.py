@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from multibody_sym.expressions.components import FORCE_NAMES
+from multibody_sym.expressions.components import AT, FORCE_NAMES
 from multibody_sym.expressions.known_units import Kind, Known
 from multibody_sym.expressions.printer import text
-from multibody_sym.expressions.units import ENERGY, FORCE, Dimension
+from multibody_sym.expressions.units import ENERGY, FORCE, LENGTH, Dimension
 from multibody_sym.scalars.node import Node, quantity
 from multibody_sym.scalars.traversal import leaves
 
@@ -95,7 +95,9 @@ def force_name(element: str, component: str) -> str:
 
 
 def component_kind(component: str) -> Kind:
-    """Return the kind of a component of a reaction: a force, but for `mx` .. `mz` and what resists rolling."""
+    """Return the kind of a component of a reaction: a force, but for `mx` .. `mz`, what resists rolling and places."""
+    if component in AT:
+        return Kind(LENGTH)
     turns = component.startswith("m") or component.startswith("rolling")
     return Kind(ENERGY, angle=None) if turns else Kind(FORCE)
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.expressions.quantities import force_name
 
 if TYPE_CHECKING:  # a run needs none of it
     from multibody_sym.checking.check import CheckReport
+
+
+_ALONG: Final = {"x": "fx", "y": "fy", "z": "fz", "rx": "mx", "ry": "my", "rz": "mz"}
+"""The components of a joint's reaction along the rows of a cut joint."""
 
 
 def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
@@ -18,7 +23,7 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
     """
     if not found.redundant:
         return []
-    named, count = grouped(row.partition(".")[::2] for row in found.redundant), len(found.redundant)
+    named, count = _forces_of(found.redundant, found), len(found.redundant)
     if all(len(circuit) == 1 for circuit in found.dependencies) and found.dependencies:
         rows = "1 row" if count == 1 else f"{count} rows"
         why = f"({rows}, against which nothing could move anyway; the motion is unique)"
@@ -29,9 +34,9 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
     lines = [f"redundant constraints: {named} ({rows} left over; the motion is unique all the same)"]
     alone = [circuit[0] for circuit in found.dependencies if len(circuit) == 1]
     if alone:
-        lines.append(f"  nothing could move against {grouped(row.partition('.')[::2] for row in alone)} anyway")
+        lines.append(f"  nothing could move against {_forces_of(alone, found)} anyway")
     for circuit in dict.fromkeys(circuit for circuit in found.dependencies if len(circuit) > 1):
-        lines.append(f"  each of {_listed(circuit)} follows from the others")
+        lines.append(f"  each of {_forces_of(circuit, found)} follows from the others")
     return [*lines, *_forces(found)]
 
 
@@ -46,15 +51,17 @@ def _forces(found: Redundancy | CheckReport) -> list[str]:
     ]
 
 
-def grouped(pairs: Iterable[Sequence[str]]) -> str:
-    """Return (element, component) as text, elements with the same components together: `fz mx my of A, B`."""
-    parts: dict[str, list[str]] = {}
-    for name, component in pairs:
-        parts.setdefault(name, []).append(component)
-    names: dict[str, list[str]] = {}
-    for name, components in parts.items():
-        names.setdefault(" ".join(components), []).append(name)
-    return "; ".join(f"{which} of {_listed(each)}" if which else _listed(each) for which, each in names.items())
+def _forces_of(rows: Iterable[str], found: Redundancy | CheckReport) -> str:
+    """Return the forces of rows, none of which is unique, as expressions name them: `fz(C), tension(rod)`."""
+    return _listed([_force_of(row, found.ambiguous_forces) for row in rows])
+
+
+def _force_of(row: str, forces: Sequence[str]) -> str:
+    """Return the name of the force of a row among some; a row that has none there keeps its own name."""
+    owner, _, along = row.rpartition(".")
+    names = [force_name(owner, _ALONG[along])] if along in _ALONG else []
+    names += [force_name(row, component) for component in ("tension", "multiplier")]
+    return next((name for name in names if name in forces), row)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
-from multibody_sym.answers.solution import AT, OtherState, RowKind, Solution
+from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.components import AT
 from multibody_sym.expressions.quantities import force_name
 from multibody_sym.writing.forces import NOT_UNIQUE, joint_lines, not_unique_lines
 from multibody_sym.writing.impact import impact_lines
@@ -113,6 +114,5 @@ def _one_way_lines(solution: Solution, units: Units) -> list[str]:
         if kind in ("contact", "stop", "friction") and solution.states.get(name) not in _IDLE:
             forces = solution.reactions[name]
             lines += [f"{force_name(name, x)} = {value.told(units)}" for x, value in forces.items() if x not in AT]
-            place = [f"{x[-1]} = {forces[x].told(units)}" for x in AT if x in forces]
-            lines += [f"{force_name(name, 'normal')} acts at {', '.join(place)}"] if place else []
+            lines += [f"{force_name(name, x)} = {forces[x].told(units)}" for x in AT if x in forces]
     return [*lines, *(f"{name} = {value.told(units)}" for name, value in solution.sums.items())]

@@ -76,7 +76,7 @@ def test_a_wheel_that_stays_or_floats_is_not_told(lift: str, gravity: float) -> 
 
 
 def test_a_wheel_pulled_at_the_start_is_a_hint_of_check_and_a_failed_condition_of_solve() -> None:
-    hint = "rolling roll.n would have to pull with 0.38 N at the start: a real wheel lifts off"
+    hint = "multiplier(roll.n) is -0.38 N at the start: the plane would have to pull, and a real wheel lifts off"
     assert hint in check(wheel("20")).hints
     assert not any("lifts off" in each for each in check(wheel("19")).hints)
     told = "multiplier(roll.n) >= 0 fails: the plane would pull; in truth the wheel lifts off"

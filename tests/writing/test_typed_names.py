@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -11,6 +12,8 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.cli.main import main
+from multibody_sym.expressions.components import FORCE_NAMES
 from multibody_sym.expressions.parser import parse
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.writing.check import check_text
@@ -61,7 +64,7 @@ MODELS = [
     "textbook/t2_rough_plane", "textbook/ladder", "textbook/capstan", "textbook/ball_in_socket",
     "textbook/heavy_pulley",
     "textbook/across_the_slope", "textbook/bracket_on_column", "textbook/movable_pulley", "rolling_coin", "gyroscope",
-    "guides/bead_on_a_parabola",
+    "guides/bead_on_a_parabola", "impacts/slammed_door", "impacts/superball", "impacts/two_billiard_balls",
 ]  # fmt: skip
 NAMED = re.compile(r"  (\w+'+|\w+\([^=]*\)) = ")
 
@@ -99,6 +102,31 @@ def test_runs_have_columns_of_every_name_that_solve_prints(model: str) -> None:
         assert run.outputs[f"said{k}"][0] == pytest.approx(float(told[name].split()[0]), rel=1e-8, abs=1e-9), name
 
 
+CALL = re.compile(r"[a-z_]+\([A-Za-z_][\w.]*(?:, \w+)?\)")
+COMMANDS = ["equilibrium", "report --t-end 0.01 -o r.html"]
+"""A report has what `solve --steps`, `check` and `simulate` print."""
+LONG = [pytest.param(x, marks=pytest.mark.long) for x in (ROWS, "four_bar", "three_cranks", "rolling_coin")]
+
+
+@pytest.mark.parametrize("model", [BOX, *LONG])
+def test_every_force_that_a_command_names_can_be_typed(
+    model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever check, solve with its steps, equilibrium, simulate and report call a force is a question to solve."""
+    monkeypatch.chdir(tmp_path)
+    system = read(model)
+    Path("m.yaml").write_text(mbs.dumps(system))
+    for command in COMMANDS:
+        verb, *options = command.split()
+        assert main([verb, "m.yaml", *options]) in (0, 3), command
+    pages = "".join(capsys.readouterr()) + html.unescape(Path("r.html").read_text())
+    calls = dict.fromkeys(CALL.findall(pages))
+    names = [call for call in calls if call.partition("(")[0] in {*FORCE_NAMES, "tension", "multiplier"}]
+    assert names
+    answers = mbs.solve(asking(system, "ask", names)).answers
+    assert len(answers) >= len(names)
+
+
 @pytest.mark.parametrize("model", ["three_cranks", "four_bar"])
 def test_forces_that_check_calls_not_unique_can_be_asked(model: str) -> None:
     system = read(model)
@@ -106,6 +134,20 @@ def test_forces_that_check_calls_not_unique_can_be_asked(model: str) -> None:
     assert f"forces that are not unique: {', '.join(found.ambiguous_forces)}" in check_text(found)
     answers = mbs.solve(asking(system, "ask", found.ambiguous_forces)).answers
     assert all(answers[f"said{k}"].value is None for k in range(len(found.ambiguous_forces)))
+
+
+def test_the_place_of_pressure_is_that_of_moments() -> None:
+    """About the middle of a box m g a = F h/2; in flight, where nothing presses, it is the middle of the corners."""
+    answers = mbs.solve(asking(read(BOX), "ask", ["at_x(c)", "at_x(c.corner1)", "at_y(c)"])).answers
+    assert [x.value for x in answers.values()] == pytest.approx([4 * 0.25 / (3 * 9.81), -0.5, 0.0], rel=1e-12)
+    assert [x.unit for x in answers.values()] == ["m"] * 3
+    flying = read(BOX.replace("-9.81", "9.81"))
+    answers = mbs.solve(asking(flying, "ask", ["at_x(c)", "at_x(c.corner2)"])).answers
+    assert [x.value for x in answers.values()] == pytest.approx([0.0, 0.5], abs=1e-12)
+    with pytest.raises(mbs.InputError, match=r"'s\.lower' is a stop, which has force"):
+        mbs.solve(asking(read(STOPPED), "ask", ["at_x(s.lower)"]))
+    with pytest.raises(mbs.InputError, match=r"'x' is no component; did you mean fx\?"):
+        mbs.solve(asking(read(STOPPED), "ask", ["reaction(s, x)"]))
 
 
 def test_friction_in_space_has_two_components_and_stops_have_a_force() -> None:

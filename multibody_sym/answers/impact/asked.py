@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import reduce
+from operator import add
 from typing import Any, Final
 
-from multibody_sym.answers.impact.resting import ImpactInstant
+from multibody_sym.answers.impact.resting import ImpactInstant, row_impulses
 from multibody_sym.answers.instant import Solved, with_outputs_put_in
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.values import Value
+from multibody_sym.model.mechanism.one_way import exerted_by
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node
@@ -35,6 +38,15 @@ def answered_after(solved: Solved) -> dict[str, Value]:
     return found
 
 
+def _along_rows(instant: Instant, leaf: Node) -> list[str]:
+    """Return the rows of what strikes, along which an impulse is asked; nothing for those of joints and constraints."""
+    if leaf.data[0] != "reaction":
+        return []
+    name, component = leaf.data[1]
+    found = (exerted_by(element).get(name, {}) for element in instant.motion.mechanism.one_way)
+    return [rows[component].name for rows in found if component in rows]
+
+
 def _answer(solved: Solved, node: Node) -> Value:
     in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
     asked = leaves(in_slots, "quantity")
@@ -52,7 +64,10 @@ def _answer(solved: Solved, node: Node) -> Value:
         later = instant.later
         nothing = [0] * len(later.state.u), [0] * len(later.mechanism.rows)
         known = quantities(later, *nothing, others)
-        known |= quantities(instant.motion, instant.udot, instant.multipliers, impulses)
+        of_rows = {leaf: _along_rows(instant, leaf) for leaf in impulses}
+        known |= {leaf: reduce(add, row_impulses(instant, rows)) for leaf, rows in of_rows.items() if rows}
+        named = [leaf for leaf, rows in of_rows.items() if not rows]
+        known |= quantities(instant.motion, instant.udot, instant.multipliers, named)
         return {"": evaluate(in_slots, {**later.state.slots, **known}, later.state.scalar)[0]}
 
     (unit,) = MechanismUnits(solved.mechanism).of([node])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from operator import add
 
+from multibody_sym.expressions.components import AT
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motions
+from multibody_sym.model.mechanism.contact_rows import presses_at
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
     FRICTION,
@@ -27,7 +30,7 @@ from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.vectors import S
+from multibody_sym.scalars.vectors import S, Vec
 
 
 def mode_of(mechanism: Mechanism) -> Mode:
@@ -138,8 +141,32 @@ class OneWayForces:
             found |= dict(zip(component_names(element, part), forces, strict=True))
         return found
 
+    def presses_at(self, elements: Iterable[OneWay]) -> list[tuple[S, Vec]]:
+        """Return the normal force of each element that acts, and where; nothing where one of them is at no point."""
+        acts = [element for element in elements if is_active(self.mechanism, element)]
+        found = [(self.normal(x), at) for x in acts if (at := self.place(x)) is not None]
+        return found if len(found) == len(acts) else []
+
+    def place(self, element: OneWay) -> Vec | None:
+        """Return where a contact's force acts, if it is at a point of a body."""
+        point = presses_at(element)
+        return None if point is None else position(self.motion, point)
+
+    def middle(self, elements: Sequence[OneWay]) -> dict[str, S]:
+        """Return where the sum of normal forces acts, the middle of elements that do not press; nothing without points.
+
+        Normal forces whose sum vanishes as an expression alone have no place, and a division by zero there.
+        """
+        pairs = self.presses_at(elements)
+        if all(isinstance(force, (int, float)) and force == 0 for force, _ in pairs):
+            pairs = [(1, at) for at in map(self.place, elements) if at is not None]
+        total: S = reduce(add, (force for force, _ in pairs), 0)
+        return {name: reduce(add, (force * at[k] for force, at in pairs)) / total for k, name in enumerate(AT) if pairs}
+
     def asked(self, name: str, component: str) -> S:
         """Return a component by the names of `exerted_by`, of a contact's corners together; 0 where there is none."""
+        if component in AT:
+            return self.middle([x for x in self.mechanism.one_way if name in exerted_by(x)])[component]
         return reduce(add, (self._asked(element, name, component) for element in self.mechanism.one_way), 0)
 
     def _asked(self, element: OneWay, name: str, component: str) -> S:

@@ -14,6 +14,7 @@ from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table
+from multibody_sym.model.mechanism.impacts import StruckImpacts
 from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
 from multibody_sym.model.mechanism.mode_words import possible_words
@@ -110,9 +111,9 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         symbols={**_rates(told, rate_names(system)), **slots, **told},
         driving_inputs=driving_inputs(system),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
-        one_way=(one_way := _verified(system, _in_slots(told, one_way_elements(references, loose)))),
+        one_way=(one_way := _in_slots(told, one_way_elements(references, loose))),
         state_stops=_state_stops(resolved, one_way),
-        impact=_in_slots(told, struck_impacts(references, one_way, rows, cuts)),
+        impact=_verified(system, one_way, _in_slots(told, struck_impacts(references, one_way, rows, cuts))),
     )
 
 
@@ -177,10 +178,10 @@ def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateC
     return found
 
 
-def _verified(system: System, elements: tuple[OneWay, ...]) -> tuple[OneWay, ...]:
-    """Return one-way elements. Raises ModelError where expressions ask forces of what has none."""
-    verify_forces(system, elements)
-    return elements
+def _verified(system: System, elements: Sequence[OneWay], struck: StruckImpacts | None) -> StruckImpacts | None:
+    """Return impacts. Raises ModelError where expressions ask forces of what has none, nor impulses."""
+    verify_forces(system, [*elements, *(() if struck is None else struck.meetings)])
+    return struck
 
 
 def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:

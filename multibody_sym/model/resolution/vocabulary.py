@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at
-from multibody_sym.expressions.components import COMPONENTS, FORCE_NAMES
+from multibody_sym.expressions.components import AT, COMPONENTS, FORCE_NAMES
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
@@ -16,6 +16,7 @@ from multibody_sym.model.declaration.curves.follow import guides
 from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
 from multibody_sym.model.declaration.values import AXES
+from multibody_sym.model.mechanism.contact_rows import presses_at
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import NORMAL, Coordinate, Speed
 from multibody_sym.model.mechanism.one_way import OneWay, exerted_by
@@ -359,7 +360,11 @@ _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "frict
 
 def _components(system: System, elements: Iterable[OneWay]) -> dict[str, tuple[str, Sequence[str]]]:
     """Return by the names by which they are asked what exerts forces, in words, and its components."""
-    one_way = {name: (_EXERTING[x.kind], tuple(rows)) for x in elements for name, rows in exerted_by(x).items()}
+    one_way = {
+        name: (_EXERTING[x.kind], (*rows, *(AT if presses_at(x) else ())))
+        for x in elements
+        for name, rows in exerted_by(x).items()
+    }
     ground = [GROUND] if ground_moves(system.bodies) else []
     pulleys = [name for name, pulley in system.pulleys.items() if pulley.is_held]
     joints = dict.fromkeys((*pulleys, *ground, *system.joints), ("a joint", COMPONENTS))
@@ -378,7 +383,8 @@ def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]
     what, components = known[element]
     if component not in FORCE_NAMES:
         message = f"{text(leaf)}: {component!r} is no component"
-        raise ModelError(message, number="M106", word=component, known=list(components))
+        meant = next((x for x in components if x == f"f{component}"), None)  # x of a reaction is a force, no moment
+        raise ModelError(message, number="M106", word=component, known=list(components), meant=meant)
     if component not in components:
         raise ModelError(f"{text(leaf)}: {element!r} is {what}, which has {', '.join(components)}", number="M112")
 
