@@ -7,6 +7,7 @@ space the direction of slip turns (`in_space`).
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -121,6 +122,8 @@ class _Course:
             raise NoSolutionError(self._wedged(rate), number="N108")
         at = at.on(dp, rate)
         at = goal.met(at) if ended else at
+        if not ended and abs(at.v) <= self.small[self.row]:  # it stops as the slip does
+            at = replace(at, v=0.0)
         if dp > 0.0:
             self._add(stage, pace.slips, (dp * pace.z, dp * pace.x))
         self.v = self.v + dp * pace.v

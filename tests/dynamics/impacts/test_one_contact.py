@@ -55,6 +55,19 @@ def test_a_sphere_slips_through_or_rolls_off(law: str, forward: float) -> None:
     assert slow.lost[1] == pytest.approx(m / 7 * (loss - 1.0) ** 2, rel=1e-12)
 
 
+def test_a_strut_on_a_pivot_stops_at_once_and_its_friction_holds_it_there() -> None:
+    """One speed, mu > cot(angle): slip and normal speed end together, whatever rounding leaves of one of them."""
+    inertia, mu, e = 0.7, 0.8, 0.6
+    for angle in np.linspace(0.93, 1.5, 40):
+        x, y = 1.1 * math.cos(angle), 1.1 * math.sin(angle)
+        impact = Impact(np.array([[inertia]]), np.array([-2.3]))
+        impact.contact([x], e, [[y]], mu)
+        struck = strike(impact.problem("poisson"))
+        assert struck.after == pytest.approx([0.0, 0.0], abs=1e-14)
+        p = 2.3 * inertia / (x + mu * y)
+        assert struck.impulses == pytest.approx([(1 + e) * p, mu * p - e * p * x / y], rel=1e-12)
+
+
 @pytest.mark.parametrize("spin", [0.0, 4.0, -9.0])
 def test_a_superball_reverses_what_slips(spin: float) -> None:
     """With e = 1 and all friction given back v_t is reversed, and no energy is lost."""
