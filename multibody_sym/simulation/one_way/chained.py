@@ -93,6 +93,7 @@ class OneWayRun:
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _passed: dict[int, Stretch] = field(default_factory=dict)
     _bounces: Bounces = field(default_factory=Bounces)
+    _last: tuple[tuple[int, float, int, bytes], Decided] | None = None
 
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
@@ -241,7 +242,7 @@ class OneWayRun:
         udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
         before = Before(now.mode, udot, now.problem.rates, None, self._bounces)
         if blow is None or before.late(facts, [element]):
-            found = self._decided(t, x, cause, None)
+            found = self._decided(t, x, index)
             blow, facts, u = found.blow, found.facts, found.facts.u
             if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
                 return None
@@ -273,8 +274,8 @@ class OneWayRun:
     def _searched(self, switch: Switch) -> Decided:
         """Return how the run goes on, and remember it."""
         now = self.stretches[-1]
-        usual, cause = (now.key, switch.index), now.program.switchings[switch.index]
-        found = self._decided(switch.begun.time, switch.x, cause, None if cause.limits else self._usual.get(usual))
+        usual = now.key, switch.index
+        found = self._decided(switch.begun.time, switch.x, switch.index)
         if found.mode is not None:
             self._usual[usual] = found.mode
         self.remembered.learn(found, now, *usual)
@@ -303,14 +304,24 @@ class OneWayRun:
         self._returns.to(passage.time, stretch.key)
         tell(self.changes, passage.time, (Change(passage.time, *each) for each in self._begin(stretch)))
 
-    def _decided(self, t: float, x: Floats, cause: Switching, guess: Mode | None) -> Decided:
-        """Return how the run goes on from a state at which a switching function of its mode has crossed."""
+    def _decided(self, t: float, x: Floats, index: int) -> Decided:
+        """Return how the run goes on from a state at which a switching function of its mode has crossed.
+
+        An impact that ends the mode is asked for twice: whether the mode goes on behind it, and what follows.
+        """
         now = self.stretches[-1]
+        asked = (len(self.stretches), t, index, x.tobytes())
+        if self._last is not None and self._last[0] == asked:
+            return self._last[1]
+        cause = now.program.switchings[index]
+        guess = None if cause.limits else self._usual.get((now.key, index))
         facts, closed = self._at(t, x, cause)
         beyond = [cause.element.name] if cause.ends == "leaves" else []
         beyond += self._tips.aside(facts, now.active)
         before = Before(now.mode, now.udot_at(facts), now.problem.rates, guess, self._bounces)
-        return self._tips.resting(decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden)))
+        found = self._tips.resting(decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden)))
+        self._last = asked, found
+        return found
 
     def _seen(self, t: float, x: Floats) -> Facts:
         """Return what laws ask at a state, with the normals of points that meet there."""

@@ -21,7 +21,15 @@ from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed, rounded_up
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, low_bounce, struck, without_collision
+from multibody_sym.simulation.one_way.impact import (
+    Blow,
+    Bounces,
+    lost_height,
+    low_bounce,
+    low_together,
+    struck,
+    without_collision,
+)
 from multibody_sym.simulation.one_way.settling import at_rest, moved, named, onto_rows
 
 SOON: Final = (1e-7, 1e-5, 1e-3)
@@ -144,6 +152,9 @@ def decided(
     held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
     try:
         after = _after(facts, touching, before, late, held)
+        if before is not None and (rest := _unseen(after, facts, touching, before, apart)) is not None:
+            after, held = rest
+            late = dict.fromkeys(held, 0.0)
         while late and (back := _back(after, apart | flying) - held):
             late, held = dict.fromkeys(back, 0.0) | late, held | back
             after = _after(facts, touching, before, late, held)
@@ -227,6 +238,67 @@ def _resting(facts: Facts, touching: list[str], before: Before | None, blow: Blo
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
     return _After(facts, touching, blow, problem, found)
+
+
+def _unseen(
+    after: _After, facts: Facts, touching: list[str], before: Before, apart: Collection[str]
+) -> tuple[_After, set[str]] | None:
+    """Return what follows once all rests that would bounce on unseen `after` an impact, and what of it still moved.
+
+    None where nothing does, or it strikes in a cycle that shrinks: its end is known. Let all rest, with forces F.
+    Impacts make no energy, and where nothing touches loads do the work of the forces that balance them: the energy of
+    the speeds that the rest takes, and F times the gap, summed, fall. So nothing ever gets higher than that sum divided
+    by its own F, whatever strikes next, with restitution 1 even. Nor do the impulses of all impacts differ, summed,
+    from those of the rest: friction, too, is proportional to what presses while it slides one way.
+    """
+    strikes, low = {x.name for x in settling.closing(facts, touching)}, low_together(facts, touching, apart)
+    if after.blow is None or not low or before.bounces.rhythm.ending(facts.t, strikes)[0]:
+        return None
+    low = _connected(facts, low, strikes)
+    leaving = {x.name for x in named(after.facts, low) if after.facts.standing(x) == "leaving"}
+    leaving |= low.difference(after.touching)
+    while not low.isdisjoint(leaving):
+        try:
+            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), low)
+        except NoSolutionError:
+            return None
+        seen = _seen(facts, rest, low)
+        if not seen:
+            return rest, {x.name for x in named(facts, low) if abs(facts.rate(x)) > facts.allowed_speed(x.normals[0])}
+        if not seen.isdisjoint(strikes):
+            return None
+        low = low - seen
+    return None
+
+
+def _connected(facts: Facts, low: Collection[str], strikes: Collection[str]) -> set[str]:
+    """Return what is `low` of all that is pushed, over any others of it, by what `strikes`."""
+    from multibody_sym.dynamics.impacts.sequence import clusters  # brings scipy, as `laws.search` does
+
+    problem = posed(facts, low)
+    numbers = clusters(problem.problem)
+    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in named(facts, low)}
+    return {name for name, number in own.items() if number in {own.get(x) for x in strikes}}
+
+
+def _rubs(facts: Facts, element: OneWay) -> bool:
+    return any(part.name in facts.laws.parts for part in element.frictions)
+
+
+def _seen(facts: Facts, rest: _After, low: Collection[str]) -> set[str]:
+    """Return what might bounce, of what is `low`, higher than what is lost in rounding; all where friction would pull.
+
+    That is where the rest has to hold together what rubs and separates: it is friction of no impulse then.
+    """
+    if rest.blow is None or not rest.found.states:
+        return set(low)
+    elements, z, energy = named(facts, low), rest.found.states[0].z, 0.0
+    if any(rest.blow.impulses[x.name] < 0.0 for x in elements if _rubs(facts, x)):
+        return set(low)
+    forces = [float(z[rest.problem.places[x.normals[0].name]]) for x in elements]
+    for x, force in zip(elements, forces, strict=True):
+        energy += abs(facts.rate(x) * rest.blow.impulses[x.name]) / 2.0 + force * max(facts.gap(x), 0.0)
+    return {x.name for x, force in zip(elements, forces, strict=True) if energy >= force * lost_height(facts, x)}
 
 
 def _alone(end: Facts, touching: Collection[str]) -> bool:

@@ -345,13 +345,13 @@ class Bounces:
         1e-9 of the time since the first impact.
         """
         unseen, fastest = self._unseen(facts.t), max((-facts.rate(x) for x in closing), default=0.0)
-        least = min((_lost_height(facts, x) for x in facts.near), default=0.0)
+        least = min((lost_height(facts, x) for x in facts.near), default=0.0)
         since = facts.t - self.rhythm.last
         if not (since < unseen or fastest * since < 4.0 * least):
             return {}
         names, cycle, left = self.rhythm.ending(facts.t, [x.name for x in closing])
         taking = [x for x in facts.near if x.name in names]
-        low = all(abs(facts.rate(x)) * cycle < 4.0 * _lost_height(facts, x) for x in taking)
+        low = all(abs(facts.rate(x)) * cycle < 4.0 * lost_height(facts, x) for x in taking)
         ends = len(taking) == len(names) and (low or max(cycle, left) < unseen)
         return {x.name: left for x in taking} if ends else {}
 
@@ -380,10 +380,22 @@ class Bounces:
 
 def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float) -> bool:
     """Return whether the height of a bounce is lost in rounding."""
-    return rebound * rebound < 2.0 * falling * _lost_height(facts, element)
+    return rebound * rebound < 2.0 * falling * lost_height(facts, element)
 
 
-def _lost_height(facts: Facts, element: OneWay) -> float:
+def low_together(facts: Facts, touching: Collection[str], apart: Collection[str]) -> set[str]:
+    """Return what touches or flies, and all moves so slowly that it may bounce lower than what is lost in rounding.
+
+    None where anything touches that is faster. What acts on the rows tells how it falls: some fall by others alone.
+    """
+    near = [x for x in facts.near if x.name in touching or (x.name not in apart and facts.standing(x) != "open")]
+    falling = max((abs(float(facts.known["right"][facts.place(x.normals[0])])) for x in near), default=0.0)
+    low = [x for x in near if low_bounce(facts, x, falling, facts.rate(x)) and facts.gap(x) < lost_height(facts, x)]
+    names = {x.name for x in low}
+    return names if names.issuperset(touching) else set()
+
+
+def lost_height(facts: Facts, element: OneWay) -> float:
     return float(_HEIGHT * facts.farthest(element))
 
 
