@@ -69,6 +69,7 @@ class Account:
     """An impact on its way: x (n), z (m), what compression had of z, and the energy that each row took.
 
     Speeds of `unilateral` rows below `allowed` (m) do not close; `rounding` (m) is what arithmetic leaves of speeds.
+    `nothing`: what was searched where no impulses were found at last, and whether that proves that there are none.
     """
 
     problem: ImpactProblem
@@ -86,6 +87,7 @@ class Account:
     unsure: set[int] = field(default_factory=set)
     notes: list[str] = field(default_factory=list)
     collapsed: bool = False
+    nothing: tuple[str, bool] = ("", False)
 
     @property
     def rows(self) -> LawProblem:

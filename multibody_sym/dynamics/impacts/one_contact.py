@@ -134,7 +134,8 @@ class _Course:
 
     def _wedged(self, rate: float) -> str:
         """Return that no impulse ends the impact: proved where the contact alone rubs, as its course is then unique."""
-        why = f"an impulse of 1 N s with its friction closes it faster by {abs(rate):.3g} m/s, however large it grows"
+        does = f"closes it faster by {-rate:.3g} m/s" if rate < 0.0 else "does not move it"
+        why = f"an impulse of 1 N s with its friction {does}, however large it grows"
         known = "" if self.moved is not None else "; proved for the way in which other parts slip or stick here only"
         return f"the impact at {self._name()} has no end: its friction wedges it ({why}{known})"
 

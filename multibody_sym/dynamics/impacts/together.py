@@ -9,22 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
 from multibody_sym.dynamics.impacts.elimination import moved_by
+from multibody_sym.dynamics.impacts.pace import AT_REST
 from multibody_sym.dynamics.impacts.problem import Stage
 from multibody_sym.dynamics.impacts.sweeps import settled, turned
 from multibody_sym.dynamics.laws.judgement import fulfils
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
-from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, LawState
+from multibody_sym.dynamics.laws.problem import STICKS, Equality, Found, Friction, LawProblem, LawState
 from multibody_sym.dynamics.laws.scaled import scaled
 from multibody_sym.dynamics.laws.search import find, modes_of
 from multibody_sym.dynamics.laws.uniqueness import SEEN, undetermined
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import DRAWN, exact, least_squares, null_space
+
+_CONTRADICT: Final = "the speeds wanted there contradict each other", True
 
 
 def joined(account: Account) -> None:
@@ -145,9 +149,11 @@ def _search(
     here = {some.rows.index(k): value for k, value in given.items()}
     right = _consistent(account, some, (wanted - now)[some.rows])
     problem = _with_given(replace(some.problem, right=right), here)
-    state, count = _state(problem), len(some.rows)
-    if state is None:
+    found, count = _states(problem), len(some.rows)
+    if not found.states:
+        account.nothing = _CONTRADICT if _contradict(problem) else (found.searched, found.proved)
         return None
+    state = found.states[0]
     shared, unsure = _shared(problem, state)
     z = np.zeros(len(now))
     z[some.rows] = shared[:count]
@@ -160,18 +166,26 @@ def _search(
     return z
 
 
-def _state(problem: LawProblem) -> LawState | None:
-    """Return a state that fulfils the laws, near where sweeps come to if need be, else of all modes; None without."""
+def _states(problem: LawProblem) -> Found:
+    """Return what is found that fulfils the laws: near where sweeps come to if need be, else among all modes."""
     found = find(problem, every=False, most=0)
     if found.states:
-        return found.states[0]
+        return found
     mode = settled(problem)
     found = find(problem, mode, every=False, most=0)
     if not found.states:
         found = find(problem, every=False)
     if not found.states and (other := turned(problem, mode)) is not None:
         found = find(problem, other, every=False)
-    return found.states[0] if found.states else None
+    return found
+
+
+def _contradict(problem: LawProblem) -> bool:
+    """Return whether what holds both ways wants speeds that no motion has, whatever else acts."""
+    both = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and not problem.coupling[k].any()]
+    matrix, right = problem.matrix[both], problem.right[both]
+    missed = matrix @ least_squares(matrix, right, exact(matrix)) - right
+    return bool((np.abs(missed) > AT_REST * np.abs(right).max(initial=0.0)).any())
 
 
 def _consistent(account: Account, some: Chosen, right: Floats) -> Floats:
@@ -241,6 +255,9 @@ def _nothing(account: Account, closed: Collection[int]) -> str:
     names = ", ".join(account.problem.name(k) for k in sorted(closed)) or "what holds both ways"
     rubs = account.problem.law == "newton" and any(part.static or part.enough for part in account.rows.parts)
     advice = " (Newton's coefficient with friction may have no solution; `law: poisson` has one)" if rubs else ""
-    return (
-        f"no impulses fulfil the laws of the impact at {names}: the speeds wanted there contradict each other{advice}"
-    )
+    searched, proved = account.nothing
+    laws = f"fulfil the laws of the impact at {names}"
+    if proved:
+        return f"no impulses {laws}: {searched}{advice}"
+    unproved = "it is not proved that there are none"
+    return f"no impulses were found that {laws}; tried were {searched}, and {unproved}{advice}"

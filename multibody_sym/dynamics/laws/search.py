@@ -225,7 +225,8 @@ class _Search:
             return "a contradiction by Lemke's method" if verdict == "none" else "least constraint: there is no other"
         if verdict == "none":
             near = "the modes near the last one and near that of Lemke's method (they are too many for all)"
-            return f"all {states.tried} modes, slip in space from a few directions" if states.tried else near
+            ways = "directions of slip and of forces from a few starts"
+            return f"all {states.tried} modes, {ways}" if states.tried else near
         return f"{verdict if verdict == 'several' else 'one state'} found, others not searched"
 
 

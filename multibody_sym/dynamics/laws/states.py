@@ -79,12 +79,13 @@ class States:
             for trial in self._tried(mode, mu, found) if open_ else self._basic(mode, mu):
                 if not any(same(self.problem, trial, other) for other in found):
                     found.append(trial)
-        self.proved &= bool(found) or not self._slips_anywhere(mu)
+        self.proved &= bool(found) or not self._turns_anywhere(mu)
         return found
 
-    def _slips_anywhere(self, mu: Floats) -> bool:
-        """Return whether slip may begin in directions that Newton's method has to find: there may be more of them."""
-        return any(p.in_space and p.rests and not p.held and mu[p.number] for p in self.problem.parts)
+    def _turns_anywhere(self, mu: Floats) -> bool:
+        """Return whether directions of slip or of pressing forces have to be iterated: there may be more of them."""
+        rough = [p for p in self.problem.parts if mu[p.number] and not (p.held and p.rests)]
+        return any((p.in_space and p.rests) or (p.norm and len(p.normals) > 1) for p in rough)
 
     def _basic(self, mode: Modes, mu: Floats) -> Iterator[Trial]:
         trial = solve_mode(self.problem, mode, mu)

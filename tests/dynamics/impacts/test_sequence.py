@@ -127,6 +127,26 @@ def test_speeds_wanted_of_one_body_that_contradict_each_other_are_refused() -> N
     assert strike(problem).x == pytest.approx([3.0 * np.sqrt(2.0)])
 
 
+@pytest.mark.parametrize(
+    ("across", "why"),
+    [
+        ([], "no impulses fulfil the laws of the impact at left, right: all 16 modes "),
+        ([0.0], "no impulses were found .* left, right; tried were all .*, and it is not proved that there are none "),
+    ],
+)
+def test_a_strut_that_jams_but_is_to_bounce_is_refused_with_what_was_searched(across: list[float], why: str) -> None:
+    """By Newton v_n = e times that before, but friction against that slip is larger than what pushes: x < mu y.
+
+    In space directions of slip are iterated, from a few starts.
+    """
+    strut = Impact(np.array([[1.5]]), np.array([-2.0]))
+    for x in (0.3, 0.35):
+        strut.contact([x], 0.5, [[0.9], *([k] for k in across)], 0.8)
+    names = ("left", *["friction"] * (1 + len(across)), "right", *["friction"] * (1 + len(across)))
+    with pytest.raises(NoSolutionError, match=why):
+        strike(replace(strut.problem("newton"), names=names))
+
+
 def test_a_racket_that_is_moved_suddenly_strikes_the_ball_that_lies_on_it() -> None:
     """The drive's jump comes first: then the ball closes at 3 m/s, and leaves the racket at 0.5 times that."""
     both = Impact(np.diag([2.0, 1.0]), np.zeros(2))
