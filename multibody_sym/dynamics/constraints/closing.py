@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final, NamedTuple
+from functools import cached_property
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot
 
 Solver = Callable[[Floats, Floats], Floats]
+Found = TypeVar("Found")
 
 CLOSED: Final = 1e-13
 """Rows are closed that are missed by less than this part of their size."""
@@ -96,6 +98,12 @@ class Rows:
         state = state_of(self.mechanism, float, self.t, q.tolist(), u.tolist(), self.parameters)
         return motion_of(self.mechanism, state)
 
+    @cached_property
+    def at_rest(self) -> Callable[[Floats], Motion]:
+        """The motion at rest in a position, kept while the same is asked for again."""
+        speeds = np.zeros(len(self.mechanism.speeds))
+        return _kept(lambda q: self.motion(q, speeds))
+
     def of(self, motion: Motion) -> list[RowMotion]:
         """Return the active rows."""
         rows = row_motions(motion) if self.active else []
@@ -121,13 +129,17 @@ class Rows:
         found = self.compiled.at(self.t, q, speeds, self.parameters)
         return found if found.finite else None
 
-    def at(self, q: Floats) -> tuple[Floats, Floats] | None:
-        """Return phi (s) and H (s x n) of holonomic rows at rest, None where they have no value."""
+    @cached_property
+    def at(self) -> Callable[[Floats], tuple[Floats, Floats] | None]:
+        """phi (s) and H (s x n) of holonomic rows at rest in a position, None where they have no value; kept, too."""
+        return _kept(self._at)
+
+    def _at(self, q: Floats) -> tuple[Floats, Floats] | None:
         if self.compiled is not None:
             found = self.numbers(q)
             return None if found is None else (found.phi[list(self.active)], found.jacobian[list(self.active)])
         try:
-            rows = self.of(self.motion(q, np.zeros(len(self.mechanism.speeds))))
+            rows = self.of(self.at_rest(q))
         except UNDEFINED:
             return None
         phi, jacobian = np.array([row.phi for row in rows], dtype=float), self.jacobian(rows)
@@ -169,9 +181,22 @@ class Rows:
         found = self.numbers(q)
         if found is not None:
             return found.length
-        motion = self.motion(q, np.zeros(len(self.mechanism.speeds)))
+        motion = self.at_rest(q)
         points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
         return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0))
+
+
+def _kept(find: Callable[[Floats], Found]) -> Callable[[Floats], Found]:
+    """Return a function of a position that keeps what it found for the last one."""
+    last: list[tuple[bytes, Found]] = []
+
+    def found(q: Floats) -> Found:
+        key = q.tobytes()
+        if not last or last[0][0] != key:
+            last[:] = [(key, find(q))]
+        return last[0][1]
+
+    return found
 
 
 def closed_from(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
@@ -220,7 +245,7 @@ def _turned_over(rows: Rows, q: Floats) -> bool:
     found = rows.numbers(q)
     if found is not None:
         return bool((found.aligned[list(rows.active)] < 0.0).any())
-    motion = rows.motion(q, np.zeros(len(rows.mechanism.speeds)))
+    motion = rows.at_rest(q)
     for row in angles:
         if row.shared is not None and dot(*(direction(motion, frame, row.shared) for frame in row.frames)) < 0.0:
             return True
@@ -278,11 +303,13 @@ def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Fl
         step = np.zeros(len(rows.mechanism.speeds))
         step[places] = np.linalg.solve(square + felt * np.eye(len(square)), -jacobian.T @ phi)
         ahead = moved(rows.mechanism, q, step)
+        if (ahead == q).all():  # and so are stiffer steps
+            break
         there = rows.at(ahead)
         if there is not None and float(there[0] @ there[0]) < float(phi @ phi):
             q, here, stiffness = ahead, there, 0.1 * stiffness
         else:
-            stiffness *= 10.0
+            stiffness = 10.0 * felt
         if stiffness > _STIFFEST:
             break
     return q

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,12 +13,13 @@ from mechanisms import random_case
 from random_loops import blocks
 
 from multibody_sym.answers.solve import solve
+from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.formats.reader import loads
-from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body, Element
@@ -202,6 +205,20 @@ def test_known_crank_is_held_and_the_loop_closed(angle: float) -> None:
     assert max(residuals(resolved, begin)) < 1e-12
     assert begin.held == ("a", "u_a")
     assert begin.assembled == ("b", "d", "u_b", "u_d")
+
+
+def test_no_position_is_computed_twice_on_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[Sequence[float]]()
+
+    def noted(rows: Rows, q: np.ndarray, u: np.ndarray) -> Motion:
+        asked.append(q.tolist())
+        return motion(rows, q, u)
+
+    motion = Rows.motion
+    monkeypatch.setattr(Rows, "motion", noted)
+    start(mechanism(four_bar(a=Initial(q=1, known=True), b=Initial(q=-0.5))))  # d is looked for all around
+    twice = sum(one == other for one, other in pairwise(asked))
+    assert twice < 0.05 * len(asked)  # phases of the search begin where others have ended
 
 
 def test_guesses_choose_the_branch() -> None:
