@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
-import multibody_sym as mbs
+from package_trees import PACKAGE, nodes, trees
 
-PACKAGE = Path(mbs.__file__).parent
 FILES = {path.relative_to(PACKAGE.parent): path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
 LONGEST_FILE, LONGEST_FUNCTION = 900, 60
 
@@ -20,7 +19,12 @@ def module_name(path: Path) -> str:
 
 @cache
 def modules() -> dict[str, ast.Module]:
-    return {module_name(path): ast.parse(text) for path, text in FILES.items()}
+    return {module_name(Path(PACKAGE.name, name)): tree for name, tree in trees().items()}
+
+
+@cache
+def within() -> dict[str, tuple[ast.AST, ...]]:
+    return {module_name(Path(PACKAGE.name, name)): found for name, found in nodes().items()}
 
 
 def imported(name: str) -> set[str]:
@@ -29,7 +33,7 @@ def imported(name: str) -> set[str]:
     The root hands out names that other modules own when they are asked for, and imports none of them itself.
     """
     found = set()
-    for node in ast.walk(modules()[name]):
+    for node in within()[name]:
         if isinstance(node, ast.ImportFrom) and node.module:
             found |= {f"{node.module}.{alias.name}" for alias in node.names} | {node.module}
         elif isinstance(node, ast.Import):
@@ -47,8 +51,8 @@ def cycles(edges: dict[str, set[str]]) -> list[str]:
         left = {name: targets - ends for name, targets in left.items() if name not in ends}
 
 
-def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
-    return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+def functions(every: Iterable[ast.AST]) -> Iterator[ast.FunctionDef]:
+    return (node for node in every if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
 
 
 def length(function: ast.FunctionDef) -> int:
@@ -71,8 +75,8 @@ def test_no_file_is_long() -> None:
 def test_no_function_is_long() -> None:
     long = {
         f"{name}.{function.name}": length(function)
-        for name, tree in modules().items()
-        for function in functions(tree)
+        for name, every in within().items()
+        for function in functions(every)
         if length(function) > LONGEST_FUNCTION
     }
     assert long == {}

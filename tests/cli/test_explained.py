@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from package_trees import nodes
 
 import multibody_sym as mbs
 from multibody_sym.cli.explained.pages import EXPLAINED, NEVER_ON_PURPOSE
 from multibody_sym.cli.main import main
 from multibody_sym.errors import MultibodyError
 
-PACKAGE = Path(mbs.__file__).parent
 NUMBER = re.compile(r"[A-Z]1\d\d")
 SHOWN = {number: told for number, told in EXPLAINED.items() if told.file or told.words[1:]}
 
@@ -24,9 +24,9 @@ def numbers_in_code() -> set[str]:
     """Return the numbers that stand in the code, wherever errors are made."""
     return {
         node.value
-        for path in PACKAGE.rglob("*.py")
-        if path.parent.name != "explained"
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for name, within in nodes().items()
+        if Path(name).parent.name != "explained"
+        for node in within
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and NUMBER.fullmatch(node.value)
     }
 

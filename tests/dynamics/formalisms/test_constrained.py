@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from package_trees import nodes
 
-import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.constrained import constrained, correction
 from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
 from multibody_sym.program.interpreter import interpret
@@ -18,8 +17,6 @@ from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.node import as_node
-
-PACKAGE = Path(mbs.__file__).parent
 
 
 def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -67,23 +64,19 @@ def test_a_correction_is_the_smallest_in_the_norm_of_the_mass_matrix() -> None:
     assert_allclose(found, smallest, rtol=1e-10)
 
 
-def solving(tree: ast.AST) -> Iterator[int]:
+def solving(within: Sequence[ast.AST]) -> Iterator[int]:
     """Yield the lines that turn solutions back from the coordinates in which M is the unit matrix.
 
     Only the constrained solve has a reason to, and factors that are made of factors.
     """
-    methods = [f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.name == "unweighted"]
+    methods = [f for f in within if isinstance(f, ast.FunctionDef) and f.name == "unweighted"]
     own = {id(n) for method in methods for n in ast.walk(method)}
-    for node in ast.walk(tree):
+    for node in within:
         if isinstance(node, ast.Attribute) and node.attr == "unweighted" and id(node) not in own:
             yield node.lineno
 
 
 def test_the_system_with_rows_is_solved_in_one_place() -> None:
-    found = {
-        str(path.relative_to(PACKAGE))
-        for path in PACKAGE.rglob("*.py")
-        for _ in solving(ast.parse(path.read_text(encoding="utf-8")))
-    }
+    found = {name for name, within in nodes().items() for _ in solving(within)}
     posing = {"dynamics/laws/assemble.py", "dynamics/programs/law_rows.py"}  # states the laws' problem in these units
     assert found == {"dynamics/formalisms/constrained.py", *posing}

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
+from package_trees import nodes
 
 import multibody_sym as mbs
 from multibody_sym.model.declaration.steps import Ball, OneCoordinate, Rotate, Screw, Step, Translate, free_steps
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.scalars.node import ONE
 
-PACKAGE = Path(mbs.__file__).parent
 WORDS = {"translate", "rotate", "screw", "ball"}
 TYPES = {"Translate", "Rotate", "ScrewStep", "Ball"}
 X, Y, Z = IDENTITY
 
 
-def asked(tree: ast.AST) -> Iterator[int]:
+def asked(within: Iterable[ast.AST]) -> Iterator[int]:
     """Yield the lines that ask of which kind a step is: by its name, or by its type."""
-    for node in ast.walk(tree):
+    for node in within:
         if isinstance(node, ast.Compare | ast.MatchValue):
             words = (x.value for x in ast.walk(node) if isinstance(x, ast.Constant) and isinstance(x.value, str))
             if not WORDS.isdisjoint(words):
@@ -41,11 +40,7 @@ def asked(tree: ast.AST) -> Iterator[int]:
 
 
 def test_nobody_asks_which_kind_a_step_is() -> None:
-    found = {
-        str(file.relative_to(PACKAGE)): lines
-        for file in sorted(PACKAGE.rglob("*.py"))
-        if (lines := list(asked(ast.parse(file.read_text()))))
-    }
+    found = {name: lines for name, within in nodes().items() if (lines := list(asked(within)))}
     assert found == {}
 
 
@@ -61,7 +56,7 @@ def test_nobody_asks_which_kind_a_step_is() -> None:
     ],
 )
 def test_who_asks_is_found(text: str) -> None:
-    assert list(asked(ast.parse(text)))
+    assert list(asked(ast.walk(ast.parse(text))))
 
 
 def test_a_kind_that_leaves_a_question_open_is_refused() -> None:
