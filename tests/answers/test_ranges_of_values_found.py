@@ -9,6 +9,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.answers.questions.finding import zeros
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
 
 LOOP = """
 multibody_sym: 1
@@ -41,7 +43,43 @@ def test_a_car_loses_its_loop_between_two_speeds() -> None:
     assert found.answers["vmin"].value == pytest.approx(sqrt(5 * 9.81), rel=1e-9)
     (told,) = [note for note in found.conditions if "holds for every v0" in note]
     ends = [float(word.rstrip(";,")) for word in told.replace("=", " ").split() if word[:2] in ("4.", "7.")]
-    assert ends == pytest.approx([sqrt(2 * 9.81), sqrt(5 * 9.81)], rel=1e-7)
+    assert ends == pytest.approx([sqrt(2 * 9.81), sqrt(5 * 9.81)], rel=1e-9)
+    assert "from sqrt(2*R*g) = 4.4" in told  # energy along the circle, by x or y, and no force at its end
+    assert found.answers["vmin"].as_json()["expression"] == "sqrt(5*R*g)"
+
+
+SWING = """
+multibody_sym: 1
+name: swing
+gravity: [0, -g, 0]
+parameters: {{g: 9.81 m/s^2, m: {{value: 2 kg, positive: true}}, l: {{value: 1.3 m, positive: true}}, h: 0.4 m, c: 0}}
+bodies: {{ground: {{}}, bob: {{mass: m}}}}
+joints: {{free: {{type: point, parent: ground, child: bob, q: [x, y], initial: {{q: [sqrt(l^2 - h^2), -h]}}}}}}
+constraints: {{rod: {{type: distance, between: [ground, bob], value: l}}}}
+forces: {{air: {{type: drag, on: bob, linear: {drag}}}}}
+ask: {{most: {{max: tension(rod)}}, low: {{max: "sqrt(u_x^2 + u_y^2)"}}, there: {{value: u_x^2, when: {{y: -0.9}}}}}}
+simulation: {{t_end: 2 s}}
+"""
+
+
+def test_energy_along_a_constraint_gives_formulas_of_two_coordinates() -> None:
+    """T = m g (3 l - 2 h)/l and v = sqrt(2 g (l - h)) at the lowest point of a pendulum in x and y."""
+    answers = mbs.solve(mbs.loads(SWING.format(drag="0"))).answers
+    rng, l0, h0 = Random(3), 1.3, 0.4
+    forms = {name: answers[name].expression for name in ("most", "low")}
+    assert all(forms.values())
+    for _ in range(5):
+        g, m, length = rng.uniform(1, 20), rng.uniform(0.5, 3), rng.uniform(1, 2)
+        h = rng.uniform(0.1, 0.9) * length
+        known = {symbol(x): v for x, v in {"g": g, "m": m, "l": length, "h": h, "c": 0.0}.items()}
+        found = [evaluate_float([form], known)[0] for form in forms.values() if form is not None]
+        assert found == pytest.approx([m * g * (3 * length - 2 * h) / length, sqrt(2 * g * (length - h))], rel=1e-12)
+    assert answers["there"].value == pytest.approx(2 * 9.81 * (0.9 - h0) * 0.9**2 / l0**2, rel=1e-9)
+
+
+def test_where_air_takes_energy_there_is_no_formula_of_it() -> None:
+    answers = mbs.solve(mbs.loads(SWING.format(drag="c")), parameters={"c": 0.2}).answers
+    assert [answers[x].expression for x in ("most", "low", "there")] == [None] * 3
 
 
 @pytest.mark.parametrize("sample", [4.5, 5.0, 5.7, 6.9])

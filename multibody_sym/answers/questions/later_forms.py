@@ -10,25 +10,20 @@ M being the generalised mass. The value of the variable at the moment is a root 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import field
 from functools import reduce
 from typing import Final, NoReturn
 
 import numpy as np
 
-from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.factors import factored
-from multibody_sym.algebra.positivity import surely_positive
-from multibody_sym.algebra.quotient_functions import doubled, exact
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, why_none
-from multibody_sym.algebra.solving.roots import roots
-from multibody_sym.answers.closed_form import WORK
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
 from multibody_sym.answers.instant import AGREEMENT, Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.answers.questions.anywhere import TIME, Anywhere, Granted, anywhere
+from multibody_sym.answers.questions.along_courses import Course
+from multibody_sym.answers.questions.anywhere import TIME, Anywhere, anywhere
 from multibody_sym.answers.questions.coupled import Courses
-from multibody_sym.answers.questions.courses import InTime, least_conditions
+from multibody_sym.answers.questions.energy_courses import course_of_energy, courses_on_curve
 from multibody_sym.answers.questions.naming import put_in
 from multibody_sym.answers.questions.shortest_courses import shortest_course
 from multibody_sym.answers.questions.simulated_motion import Simulated
@@ -36,7 +31,6 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
@@ -49,149 +43,27 @@ from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.kinks import is_condition, switching_function
 from multibody_sym.scalars.node import (
-    ONE,
-    TWO,
     ZERO,
     Node,
     add,
     as_node,
     divide,
     multiply,
-    negate,
     quantity,
     subtract,
     symbol,
 )
-from multibody_sym.scalars.traversal import leaves
 
-_POLISHED: Final = 4
+_BESIDE: Final = 0.9
+"""The part of the time to a moment at which a state is regular in which the motion may turn there."""
 _TURNS: Final = 1e-7
 """The part of its largest value below which a speed is zero."""
-_ZERO: Final = 1e-14
 _FOUND: Final = 1e-8
 """How near, relative to it, a closed form must come to a number of runs."""
 _LONGEST: Final = 400
 """Letters of a formula that tells more than its number does."""
 _SHORT: Final = 60
 """Letters of a formula for which it is looked for no shorter one."""
-_NEAR: Final = 1e-6
-"""How near, relative to its size or 1, a number must be to a root that it is taken for."""
-
-
-@dataclass(frozen=True, eq=False)
-class Course:
-    """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
-
-    `known` gives the formula of each, None where it has none. `turning` vanishes where the speed does, if that is so at
-    the moment. `used` are those that have been put in, `signs` those of what moves that values rest on, and `moving`
-    what these say of parameters.
-    """
-
-    there: Anywhere
-    variable: Node
-    known: Callable[[Node], InTime | None]
-    at: float
-    turning: Node | None = None
-    used: dict[Node, InTime] = field(default_factory=dict)
-    signs: list[Quotient] = field(default_factory=list)
-    moving: list[str] = field(default_factory=list)
-
-    def along(self, asked: Node) -> Node:
-        """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
-        known = len(self.there.forms.field.positive)
-        found = self.there.of(asked)
-        self.signs.extend(x for x in self.there.forms.field.positive[known:] if not self.there.constant(x))
-        return self.put_in(found)
-
-    def put_in(self, asked: Quotient) -> Node:
-        """Return what there is at any state as a formula of the variable. Raises NoClosedFormError."""
-        found = book_form(doubled(asked))
-        for node in (x for x in leaves([found], "symbol") if x in self.there.variables - {self.variable}):
-            formula = self.known(node)
-            if formula is None:
-                raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
-            self.used[node] = formula
-        return put_in(found, {node: each.formula for node, each in self.used.items()})
-
-    def granted(self) -> Iterator[str]:
-        """Yield what the formulas of time that were used take for granted of parameters, each once."""
-        used = [replace(each, until=None) for each in self.used.values()]
-        yield from dict.fromkeys((*(condition for each in used for condition in each.conditions()), *self.moving))
-
-    def place(self, zero: Node) -> Node:
-        """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError."""
-        solved = self.there.solved
-        at = self._polished(zero)
-        letters = {**solved.symbolic.letters, self.variable: Letter(self.variable, PRECISE.mpf(at))}
-        field = Field(WORK)
-        known = {node: field.letter(node, letter) for node, letter in letters.items()}
-        (equation,) = exact(field, [zero], known)
-        for root in roots(equation, self.variable):
-            if abs(evaluate_float([root], solved.sample)[0] - at) <= AGREEMENT * max(1.0, abs(at)):
-                return root
-        raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
-
-    def _polished(self, zero: Node) -> float:
-        """Return the root near `at`, to rounding."""
-        slope, x = derivative(zero, self.variable), self.at
-        sample = self.there.solved.sample
-        for _ in range(_POLISHED):
-            value, rate = evaluate_float([zero, slope], {**sample, self.variable: x})
-            x -= value / rate if rate else 0.0
-        if abs(x) <= _ZERO:
-            x = 0.0
-        if abs(x - self.at) > _NEAR * max(1.0, abs(self.at)):
-            raise NoClosedFormError("the formula vanishes elsewhere than the motion shows")
-        return x
-
-    def value(self, formula: Node, place: Node) -> Quotient:
-        """Return a formula of the variable at a place. Raises NoClosedFormError."""
-        field = Field(WORK)
-        known = {node: field.letter(node, letter) for node, letter in self.there.solved.symbolic.letters.items()}
-        signs = [put_in(self.put_in(sign), {self.variable: place}) for sign in self.signs]
-        found, *positive = exact(field, [put_in(formula, {self.variable: place}), *signs], known)
-        unsure = [x for x in positive if not surely_positive(field.whole(x.above * x.below))]
-        self.moving.extend(map(str, least_conditions(unsure)))
-        return found
-
-
-def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
-    """Return the speed of the one freedom by its coordinate, with the sign of u; None where energy does not tell it."""
-    mechanism = there.solved.mechanism
-    if len(mechanism.coordinates) != 1 or len(mechanism.speeds) != 1 or mechanism.drives:
-        return None
-    coordinate, speed = symbol(mechanism.coordinates[0].name), symbol(mechanism.speeds[0].name)
-    motion, start = there.instant.motion, there.solved.nodes.motion
-    energy = as_node(kinetic_energy(start)), as_node(potential_energy(start))
-    moving, stored = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
-    mass = multiply(TWO, put_in(moving, {speed: ONE}))
-    if put_in(moving, {speed: ZERO}) is not ZERO or leaves([mass, stored], "symbol").count(TIME):
-        return None
-    granted = _energy_kept(there, mass, stored)
-    if granted is None:
-        return None
-    square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
-    root = BUILD["sqrt"](square)
-    along = ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
-    known = {speed: InTime(along, granted)}
-    return Course(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
-
-
-def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
-    """Return what M q'' + M' u^2/2 + V' = 0 takes for granted of parameters, None where it is not so."""
-    mechanism, granted = there.solved.mechanism, Granted()
-    coordinate, speed = symbol(mechanism.coordinates[0].name), symbol(mechanism.speeds[0].name)
-    try:
-        slopes = (derivative(mass, coordinate), derivative(stored, coordinate))
-        M, growth, slope = there.forms.of([mass, *slopes])
-        lost = M * there.forms.udot[0] + growth * there.letter(speed).power(2) / 2 + slope
-    except NoClosedFormError:
-        return granted
-    if lost.is_zero:
-        return granted
-    factors = (lost.field.whole(lost.field.in_ring(p)) for p, _ in factored(lost.above)[1])
-    zero = next((x for x in factors if there.constant(x) and granted.vanishes(x)), None)
-    return None if zero is None else granted
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,11 +118,16 @@ class LaterForms:
             return
         if self.courses.alone or len(q) > 1:
             yield Course(there, TIME, self.courses.of, time)
+        fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
+        u = [0.0 if abs(x) <= _TURNS * most else x for x, most in zip(u, fastest, strict=True)]
         if len(q) == len(u) == 1:
-            fastest = float(np.abs(run[mechanism.speeds[0].name]).max())
-            course = course_of_energy(there, q[0], 0.0 if abs(u[0]) <= _TURNS * fastest else u[0])
+            course = course_of_energy(there, q[0], u[0])
             if course is not None:
                 yield course
+        elif len(q) == len(u) and mechanism.rows:
+            place = int(_BESIDE * (len(run.t) - 1))
+            before = [[float(run[x.name][place]) for x in group] for group in (mechanism.coordinates, mechanism.speeds)]
+            yield from courses_on_curve(there, (q, u), (before[0], before[1]))
 
     def _closed(self, course: Course, question: Ask, time: float) -> Quotient:
         if question.of is not None and question.after is not None and question.along is not None:
