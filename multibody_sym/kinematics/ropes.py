@@ -121,9 +121,23 @@ def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int)
     if bend.side is not None:
         (side,) = motion.state.values([bend.side])
     else:
-        near = [position(motion, marker) for marker in bend.beside] if bend.beside else [centres[k - 1], centres[k + 1]]
-        side = sign(dot(axis, cross(subtract(centres[k], near[0]), subtract(near[1], centres[k]))))
+        side = sign(_turn(motion, path, centres, k))
     return Wheel(radius * absolute(side), scale(side, axis), side, axis, bend.at.body)
+
+
+def _turn(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> S:
+    """Return the area that the rope's neighbours and the centre at bend k span, positive where it turns to the left."""
+    bend = path[k]
+    axis = apply(motion.rotation(bend.at.body), motion.state.values(bend.axis))
+    near = [position(motion, marker) for marker in bend.beside] if bend.beside else [centres[k - 1], centres[k + 1]]
+    return dot(axis, cross(subtract(centres[k], near[0]), subtract(near[1], centres[k])))
+
+
+def turns_of(motion: Motion, path: Sequence[Bend]) -> dict[str, S]:
+    """Return by pulley, where the bend alone tells on which side of it the rope runs, how it turns there."""
+    centres = [position(motion, bend.at) for bend in path]
+    inner = [k for k in range(1, len(path) - 1) if path[k].side is None and path[k].radius.shadow != 0]
+    return {path[k].pulley: _turn(motion, path, centres, k) for k in inner}
 
 
 def _tangent(

@@ -126,3 +126,46 @@ def test_an_impact_that_ends_a_mode_is_decided_once(monkeypatch: pytest.MonkeyPa
     run = mbs.simulate(mbs.loads(JERKED.replace("EC", "0.5")), t_end=0.9, samples=3)
     assert len(run.events) > 5
     assert len(asked) == len(set(asked))
+
+
+TIGHT = """
+multibody_sym: 1
+name: tight_elbow
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {o: [0, 0, 0]}, surfaces: {floor: {plane: [0, -0.713, 0], normal: y}}}
+  b1: {shape: {rod: 1.165, mass: 5.57}, points: {e: [1.165, 0, 0]}}
+  b2: {shape: {rod: 1.012, mass: 3.28}, points: {e: [1.012, 0, 0]}}
+joints:
+  j1:
+    type: revolute
+    parent: ground.o
+    child: b1
+    q: a
+    initial: {q: -0.19}
+    limits: {lower: -0.41, upper: 0.709, restitution: 0.5}
+  j2:
+    type: revolute
+    parent: b1.e
+    child: b2
+    q: b
+    initial: {q: -0.188}
+    limits: {lower: -0.532, upper: 0.33, restitution: 0.5}
+forces:
+  rub: {type: friction, joint: j2, static: enough, radius: 0.038}
+  push: {type: force, on: b2, value: [w, 0, 0]}
+contacts: {c: {between: [b2.e, ground.floor], static: 0.7, kinetic: 0.42, restitution: 1}}
+inputs:
+  w:
+    table: [[0.0, 0.0], [0.25, 14.6174], [0.5, -2.4952], [0.75, -14.1914], [1.0, 4.9176], [1.25, 13.352]]
+    interpolation: cubic
+outputs: {E: total_energy()}
+"""
+
+
+def test_a_joint_that_sticks_does_not_jam_an_impact_by_rounding_of_its_speed() -> None:
+    """An elbow that sticks strikes with its tip as it slides slowly: 2e-17 rad/s of the elbow counted as slip."""
+    run = mbs.simulate(mbs.loads(TIGHT), t_end=0.9, samples=3)
+    assert run.events[-1]["t"] == pytest.approx(0.88519009, abs=1e-6)
+    assert abs(run.energy_residual) < 1e-8
+    assert run.drift["position"] < 1e-12

@@ -362,7 +362,10 @@ class OneWayRun:
         returns = 0 if switch is None or found.blow is not None else self._returns.to(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
-            self.trouble = f"the state of {changing or 'what touches'} goes back and forth and time does not go on"
+            self.trouble = (
+                f"no state of {changing or 'what touches'} was found that lasts: {returns} times the same one followed "
+                f"within {self._returns.soon:.3g} s, the last ones kept up to 1e-8 of the forces beyond their limits,"
+            )
             return RunFailure(Status.NO_MODE, t, None)
         if returns >= _RETURNS:
             pairs = zip(program.switchings, problem.margins, strict=True)

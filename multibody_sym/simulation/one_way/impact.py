@@ -481,6 +481,7 @@ def struck(
         bounces[place] = 0.0 if element.name in resting else restitution(facts, element)
         allowed[place] = facts.allowed_speed(element.normals[0])
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
+    speeds[[row for part in problem.problem.parts if part.rests for row in part.rows]] = 0.0  # no slip of rounding
     right = pressed * problem.problem.right - speeds
     rows = replace(problem.problem, right=right, laws=_laws(problem, held))
     law: ImpactLaw = "poisson" if problem.parts else "newton"

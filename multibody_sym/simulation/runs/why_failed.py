@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -18,10 +19,12 @@ from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.guides.touched import Fit, fits
 from multibody_sym.kinematics.loads import apart
 from multibody_sym.kinematics.masses.rates import varies
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.ropes import turns_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import VelocityRow
+from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
@@ -74,7 +77,7 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 def _met(run: Trajectory, time: float) -> str:
     """Return whose angles have no rates, or which points with a force between them meet, or that it is not known."""
     mechanism, integration = run.ready.mechanism, run.integration
-    unknown = "the motion has a jump or a singularity there"
+    unknown = "its cause was not found: no points of a force meet, no angles lock and no rope changes its side there"
     if integration.q_final is None or integration.u_final is None:
         return unknown
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
@@ -86,7 +89,20 @@ def _met(run: Trajectory, time: float) -> str:
         if now <= _MEETS * begun:
             a, b = load.line
             return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
-    return next(_locked(mechanism, rows, integration.q_final), unknown)
+    return next(chain(_turned_over(mechanism, first, last), _locked(mechanism, rows, integration.q_final)), unknown)
+
+
+def _turned_over(mechanism: Mechanism, first: Motion, last: Motion) -> Iterator[str]:
+    """Yield the ropes that come to the line on which they change to the other side of a wheel."""
+    normals = (row for element in mechanism.one_way for row in element.normals)
+    for row in (row for row in (*mechanism.rows, *normals) if isinstance(row, RopeRow)):
+        begun, now = turns_of(first, row.path), turns_of(last, row.path)
+        for pulley, turn in begun.items():
+            if abs(now[pulley]) <= _MEETS * abs(turn):
+                yield (
+                    f"{row.name} comes there to the line through the centre of {pulley} behind which the bend has the "
+                    f'other side; wrap: {{{pulley}: "{"+" if turn > 0.0 else "-"}"}} keeps it on its side'
+                )
 
 
 def _locked(mechanism: Mechanism, rows: Rows, q: Floats) -> Iterator[str]:
@@ -155,7 +171,10 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
             f"{told}: it acts on every speed that it names ({', '.join(names)}), as all constraints do, and the forces "
             "that this takes grow beyond what a step can follow; it is no equation of a state of its own"
         )
-    return f"{told}: the mechanism comes to a position that it cannot pass"
+    return (
+        f"{told}: no position beyond was found that satisfies it, down to the shortest step; this is where lengths end "
+        "the motion, or where the method has lost it: shorter steps or tolerances tell"
+    )
 
 
 def _not_finite(run: Trajectory, time: float) -> str:
