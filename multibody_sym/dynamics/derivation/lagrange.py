@@ -9,8 +9,7 @@ dV/dq inside Q; it is lowered to Nodes, so that what sympy derived is what is co
 
 from __future__ import annotations
 
-import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
@@ -30,6 +29,7 @@ from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.steps import turning_momenta
 from multibody_sym.model.mechanism.mass import Mass
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.once import once
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, quantity, slot
 
@@ -37,7 +37,7 @@ from multibody_sym.scalars.node import Node, as_node, quantity, slot
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state; raises ModelError where rows restrict the tree."""
     verify_free(mechanism)
-    return derived_once(mechanism, _lowered_tree).at(mechanism, state)
+    return lowered_tree(mechanism).at(mechanism, state)
 
 
 def verify_free(mechanism: Mechanism) -> None:
@@ -285,20 +285,10 @@ def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
     return [[next(values) for _ in part] for part in like]
 
 
-def _lowered_tree(mechanism: Mechanism) -> Lowered:
+@once
+def lowered_tree(mechanism: Mechanism) -> Lowered:
+    """Return the equations of a mechanism without rows."""
     symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
     given = energies(mechanism, symbols, names)
     return lowered(mechanism, symbols, names, lagrange_terms(mechanism, symbols, names, given))
-
-
-_known: dict[int, Lowered] = {}
-
-
-def derived_once(mechanism: Mechanism, derive: Callable[[Mechanism], Lowered]) -> Lowered:
-    """Return what `derive` makes of a mechanism, made once as long as the mechanism lives."""
-    key = id(mechanism)
-    if key not in _known:
-        _known[key] = derive(mechanism)
-        weakref.finalize(mechanism, _known.pop, key, None)
-    return _known[key]

@@ -18,11 +18,11 @@ from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation.lagrange import (
     Energies,
     Lowered,
-    derived_once,
     energies,
     known_nodes,
     lagrange_terms,
     lowered,
+    lowered_tree,
     projected,
     time_rates,
 )
@@ -32,6 +32,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.once import once
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
@@ -39,10 +40,13 @@ from multibody_sym.scalars.vectors import S
 
 def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state, with the rows' multipliers as further unknowns."""
-    return derived_once(mechanism, _lowered).at(mechanism, state)
+    return _lowered(mechanism).at(mechanism, state)
 
 
+@once
 def _lowered(mechanism: Mechanism) -> Lowered:
+    if not mechanism.rows:
+        return lowered_tree(mechanism)
     symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
     given = energies(mechanism, symbols, names)

@@ -23,6 +23,7 @@ from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.once import once
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rank import DRAWN, vanishes
 from multibody_sym.scalars.node import ZERO
@@ -33,7 +34,8 @@ _LIGHTER: Final = 1024
 """How many times lighter than all bodies together the rows' weight w is."""
 
 
-def massless_speeds(mechanism: Mechanism) -> list[int]:
+@once
+def massless_speeds(mechanism: Mechanism) -> tuple[int, ...]:
     """Return the speeds that nothing resists, whatever the position and the values of the parameters.
 
     They move only bodies declared without mass and inertia, or turn the last body of a branch about axes about which
@@ -53,7 +55,7 @@ def massless_speeds(mechanism: Mechanism) -> list[int]:
             shared += body.u
         if index in carriers or not massless:
             carriers.add(body.parent)
-    return sorted({*found, *(_moved_alike(mechanism) & set(shared) if shared else ())})
+    return tuple(sorted({*found, *(_moved_alike(mechanism) & set(shared) if shared else ())}))
 
 
 def _moved_alike(mechanism: Mechanism) -> set[int]:

@@ -67,7 +67,7 @@ def test_massless_speeds_are_those_that_move_no_mass() -> None:
         "cart", bodies={"carrier": Body(), "load": Body(mass=1)},
         joints={"x": Prismatic("ground", "carrier", axis="z"), "y": Prismatic("carrier", "load", axis="y")},
     ))  # fmt: skip
-    assert massless_speeds(carried) == []
+    assert massless_speeds(carried) == ()
     assert cheapest(resolved) == "composite_body"
 
 
@@ -95,6 +95,15 @@ def particle_on_a_hinge(**changes: object) -> System:
         },
     }
     return System("particle", **(declared | changes))
+
+
+def test_speeds_without_mass_are_found_once_for_a_mechanism(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers ask for them at each state, and they depend on none."""
+    resolved, drawn = mechanism(particle_on_a_hinge()), list[object]()
+    found = massless._generic_state
+    monkeypatch.setattr(massless, "_generic_state", lambda asked: drawn.append(asked) or found(asked))
+    assert massless_speeds(resolved) == massless_speeds(resolved) != ()
+    assert drawn == [resolved]
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])
@@ -155,7 +164,7 @@ def carried_alike(**changes: object) -> System:
 
 def test_a_body_without_mass_in_mid_chain_moves_as_a_constraint_says() -> None:
     resolved = mechanism(carried_alike())
-    assert massless_speeds(resolved) == [0]
+    assert massless_speeds(resolved) == (0,)
     state = state_of(resolved, float, 0.0, [0.1, 0.2], [0.5, 1.0], start(resolved).parameters)
     for name in ("newton_euler", "dalembert_lagrange", "composite_body", "multipliers"):
         found = forward_dynamics(FORMALISMS[name](resolved, state))
@@ -171,4 +180,4 @@ def test_freedoms_that_move_the_same_are_told_as_that() -> None:
 def test_bars_without_mass_that_swing_are_not_massless_speeds() -> None:
     bodies = {"bar": Body(points={"end": [1, 0, 0]}), "bob": Body(mass=2, com=[1, 0, 0])}
     joints = {"A": Revolute("ground", "bar", q="a"), "B": Revolute("bar.end", "bob", q="b", initial={"q": 1})}
-    assert massless_speeds(mechanism(System("double", bodies=bodies, joints=joints))) == []
+    assert massless_speeds(mechanism(System("double", bodies=bodies, joints=joints))) == ()
