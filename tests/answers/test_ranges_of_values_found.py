@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import cos, sqrt
 from random import Random
 
 import pytest
@@ -102,6 +102,15 @@ def test_a_body_that_leaves_is_pressed_by_nothing_exactly() -> None:
     asked = LOOP.replace('vmin: {{find: v0, so: "min(N) == 0"}}', "least: {{min: N}}")
     found = mbs.solve(mbs.loads(asked.format(speed=6.5))).answers["least"]
     assert found.value == 0.0
+
+
+@pytest.mark.parametrize("angle", [1e-4, 1e-3])
+def test_the_force_of_a_contact_that_opens_for_less_than_a_sample_is_exactly_zero(angle: float) -> None:
+    """N = 0 at this angle before the top where v0^2 = g R (2 + 3 cos); the parabola meets the circle soon after."""
+    asked = LOOP.replace('vmin: {{find: v0, so: "min(N) == 0"}}', "least: {{min: N}}")
+    found = mbs.solve(mbs.loads(asked.format(speed=repr(sqrt(9.81 * (2 + 3 * cos(angle)))))))
+    assert found.answers["least"].value == 0.0
+    assert found.answers["least"].t == pytest.approx(0.644632 - angle / sqrt(9.81), abs=3e-4)
 
 
 def test_a_root_is_found_however_steep_the_function_is_elsewhere() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -57,21 +58,31 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     found = _first(
         _likely(run, y, inside, begin),
         lambda t: ends[t] if t in ends else motion.value(asked, t),
-        _SAME * motion.rtol * float(np.ptp(y[inside])),
+        motion.rtol * float(np.ptp(y[inside])),
+        {float(change["t"]) for change in run.changes},
     )
     told = _cut_off(run, question, found.t, "largest" if largest else "least")
     told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
     return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
 
 
-def _first(likely: list[tuple[float, float]], value: Callable[[float], float], little: float) -> Extreme:
-    """Return the largest value, and the first of times that have it; `likely`: times with about what they are worth."""
+def _first(
+    likely: list[tuple[float, float]], value: Callable[[float], float], rounding: float, changes: Collection[float]
+) -> Extreme:
+    """Return the largest value, and the first of times that have it; `likely`: times with about what they are worth.
+
+    At `changes` of state a run has the values of the state before, a little beyond what ends it: those of times within
+    a state count where they differ by no more than `rounding`.
+    """
     best = sorted(likely, key=lambda each: -each[1])[:_EXACTLY]
-    largest = max(value(time) for time, _ in best)
+    found = {time: value(time) for time, _ in best}
+    largest = max(found.values())
+    within = max((x for time, x in found.items() if time not in changes), default=-np.inf)
+    clear = within if within >= largest - rounding else None
     for time, _ in likely:
         here = value(time)
-        if here >= largest - little:
-            return Extreme(max(here, largest), time)
+        if here >= largest - _SAME * rounding:
+            return Extreme(max(here, largest) if clear is None else clear, time)
     raise AssertionError("one of the best is among them")
 
 
@@ -116,13 +127,16 @@ def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> lis
     changes = [float(change["t"]) for change in run.changes]
     beside = [abs(float(y[top] - y[k])) for k in (max(top - 1, 0), min(top + 1, last)) if inside[k]]
     lowest = float(y[top]) - max(beside, default=0.0)
+    between = list[float]()
     for k in _peaks(looked, lowest, top):
         found = {t: value for t, value in _turns(run.t, y, k, changes) if t >= begin}
         near = [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
         found.update({t: float(y[k]) for t in near})  # a change has the value before it, the sample that after it
         times.update(found if found and not near else {**found, float(run.t[k]): float(y[k])})
+        between += [(a + b) / 2 for a, b in pairwise(sorted(set(near)))]  # a state that no sample may have
     times = {t: value for t, value in times.items() if np.isfinite(value)}
     largest = max(times.values())
+    times.update(dict.fromkeys(between[:_EXACTLY], largest))
     little = max(_LIKELY * float(np.ptp(y[inside])), abs(largest - float(y[top])) if changes else 0.0)
     return sorted((t, value) for t, value in times.items() if value >= largest - little)
 
