@@ -161,9 +161,13 @@ def idle(matrix: Floats, count: int) -> Floats:
     return np.asarray(np.linalg.svd(matrix)[0][:, count:].T, dtype=float)
 
 
-def last_share(matrix: Floats, count: int) -> Floats:
-    """Return (s) the share of each row in the direction that counts least among `count` that do."""
-    return np.asarray(np.abs(np.linalg.svd(matrix)[0][:, count - 1]), dtype=float)
+def last_share(matrix: Floats, count: int) -> tuple[Floats, float]:
+    """Return (s) the share of each row in the direction that counts least among `count` that do, and how much it does.
+
+    A singular value: 1 for rows of unit length across each other, 0 for dependent ones.
+    """
+    shares, sizes, _ = np.linalg.svd(matrix)
+    return np.asarray(np.abs(shares[:, count - 1]), dtype=float), float(sizes[count - 1])
 
 
 def least_worth(matrix: Floats) -> float:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.scalars.node import ZERO
+from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.one_way.decision import decided
 from multibody_sym.simulation.one_way.facts import Facts
 
@@ -64,3 +67,41 @@ def test_without_a_restitution_there_is_no_state_and_it_is_proved(sliding: Facts
     assert (found.mode, found.blow) == (None, None)
     assert found.found is not None
     assert found.found.proved
+
+
+CRATE = """
+multibody_sym: 1
+name: crate
+gravity: [0, 0, -9.81]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  crate: {shape: {box: [0.455, 0.453, 0.66], mass: 1.03}}
+contacts:
+  c: {between: [crate, ground.floor], static: 1.5, restitution: 1}
+joints:
+  free:
+    type: free
+    parent: ground
+    child: crate
+    initial: {q: [0, 0, 0.33, 1, 0, 0, 0], u: [-0.748, 0.114, 0, 0, 0, -2.203]}
+simulation: {t_end: 0.1}
+"""
+
+
+def test_a_sliding_corner_that_friction_jams_is_named_and_no_constraint_is_blamed() -> None:
+    """Its apparent mass grows without bound: (n + r x n) . M^-1 (n - mu v/|v|) is zero there, by hand."""
+    why = r"friction jams at t = 0\.00081.* c\.corner4\.normal .*Painleve"
+    with pytest.raises(FailedRunError, match=why) as failed:
+        mbs.simulate(mbs.loads(CRATE))
+    end = failed.value.trajectory.integration
+    w, *axis = end.q_final[3:]
+    turned = Rotation.from_quat([*axis, w]).as_matrix()
+    sizes, m = np.array([0.455, 0.453, 0.66]), 1.03
+    corners = turned @ (np.array(list(product((-0.5, 0.5), repeat=3))) * sizes).T
+    inertia = turned @ np.diag(m / 12.0 * (sizes @ sizes - sizes**2)) @ turned.T
+    r = corners[:, np.argmin(corners[2])]
+    v = end.u_final[:3] + np.cross(turned @ end.u_final[3:], r)
+    n = np.array([0.0, 0.0, 1.0])
+    force = n - 1.5 * np.array([v[0], v[1], 0.0]) / math.hypot(v[0], v[1])
+    smooth, rough = (f[2] / m + np.cross(r, n) @ np.linalg.solve(inertia, np.cross(r, f)) for f in (n, force))
+    assert abs(rough) < 1e-5 * smooth

@@ -22,6 +22,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
 from multibody_sym.numerics.rank import rank as rank_of
+from multibody_sym.records import dataclass
 
 _SHARE: Final = 0.1
 
@@ -98,11 +99,32 @@ def doubles_of(mechanism: Mechanism) -> dict[str, int]:
     return {body.joint_name: len(body.u) for body in mechanism.bodies if body.is_double}
 
 
-def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
-    """Return the rows that come nearest to dependence, or to vanishing, where `rank` of all are independent."""
-    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
-    shares = last_share(matrix, rank)
-    return tuple(name for name, share in zip(dynamics.row_names, shares, strict=True) if share > _SHARE)
+@dataclass(frozen=True)
+class Dependence:
+    """The rows that come nearest to dependence, or to vanishing, as rows of unit length.
+
+    `independence` is 1 for rows across each other, 0 for dependent ones; `pushed` the same of what they push by what
+    they exert, with the friction of what slides.
+    """
+
+    names: tuple[str, ...]
+    independence: float
+    pushed: float
+
+
+def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
+    """Return which rows come nearest to dependence where so many of all are independent anywhere.
+
+    Rows that define their force take no part; they count among the independent ones.
+    """
+    own = [k for k, row in enumerate(dynamics.rows) if row.kinematic]
+    matrix = scaled_rows(_weighted(dynamics, constraint_jacobian(dynamics.rows)))[1][own]
+    exerts = scaled_rows(_weighted(dynamics, [row.forces for row in dynamics.rows]))[1][own]
+    count = min(max(independent - (len(dynamics.rows) - len(own)), 1), *matrix.shape)
+    shares, independence = last_share(matrix, count)
+    names = [dynamics.row_names[k] for k in own]
+    named = tuple(name for name, share in zip(names, shares, strict=True) if share > _SHARE)
+    return Dependence(named, independence, last_share(matrix @ exerts.T, count)[1])
 
 
 def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[str, ...]:
@@ -110,7 +132,7 @@ def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[st
     found = dependence(_weighted(here, constraint_jacobian(here.rows)))
     unit = scaled_rows(_weighted(beside, constraint_jacobian(beside.rows)))[1]
     losing = {k for circuit in found.circuits if _independent(unit[list(support(circuit))]) for k in support(circuit)}
-    return tuple(here.row_names[k] for k in sorted(losing)) or nearly_dependent(here, rank)
+    return tuple(here.row_names[k] for k in sorted(losing)) or nearly_dependent(here, rank).names
 
 
 def _independent(rows: Floats) -> bool:

@@ -25,6 +25,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
@@ -51,6 +52,10 @@ _LOCKED: Final = 1e-3
 """The volume that the axes of three turns span, below which they do not span space where a run fails."""
 _USED_UP: Final = 1e-2
 """The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
+_APART: Final = 0.1
+"""Independence of rows above which they are far from a singular position."""
+_JAMS: Final = 1e-3
+"""The part of what rows push without friction below which friction leaves next to nothing of it."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -258,17 +263,30 @@ def _is_too_long(problem: Problem, failed: float) -> bool:
 
 
 def _singular(run: Trajectory, time: float) -> str:
-    """Return that rows become dependent at a time near the end of a run, and which."""
+    """Return that rows become dependent at a time near the end of a run, and which; or that friction jams there."""
     mechanism, parameters = _ended_in(run)
     motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
         run.integration.q_final, run.integration.u_final
     )
-    names = nearly_dependent(composite_body(mechanism, motion.state), mechanism.parameters.independent_rows(parameters))
-    come = "come" if len(names) > 1 else "comes"
+    generic = mechanism.parameters.independent_rows(parameters)
+    found = nearly_dependent(composite_body(mechanism, motion.state), generic)
+    sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
+    if sliding and found.pushed < _JAMS * found.independence**2:
+        return (
+            f"friction jams at t = {time:.6g} s: the forces at {', '.join(sliding)} grow without bound, for with their "
+            "friction they hardly move what they press (Painleve's paradox), and no step across was found; lower the "
+            "friction, or end the run before"
+        )
+    if found.independence > _APART:
+        return (
+            f"no step was found that leads on from t = {time:.6g} s, as near a singular position, though no "
+            "constraints depend on each other there; take other steps or tolerances, or another method"
+        )
+    come = "come" if len(found.names) > 1 else "comes"
     return (
-        f"singular position at t = {time:.6g} s: {', '.join(names)} {come} to depend on the other constraints, or to "
-        "hold nothing, forces grow without bound there, and no step leads across; take other steps or tolerances, or "
-        "another method"
+        f"singular position at t = {time:.6g} s: {', '.join(found.names)} {come} to depend on the other constraints, "
+        "or to hold nothing, forces grow without bound there, and no step leads across; take other steps or "
+        "tolerances, or another method"
     )
 
 
