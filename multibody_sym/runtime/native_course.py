@@ -53,12 +53,21 @@ class _Mode(ctypes.Structure):
     )
 
 
+class _Entries(ctypes.Structure):
+    """`mbs_entries` of turns.h."""
+
+    _fields_ = (
+        *((name, _INT) for name in ("count", "size")),
+        *((name, _VOID) for name in ("places", "values", "base", "whole")),
+    )
+
+
 class _Laws(ctypes.Structure):
     """`mbs_laws` of turns.h."""
 
     _fields_ = (
-        *((name, _VOID) for name in ("inputs", "laws", "parameters", "given", "outputs", *_USED)),
-        *((name, _INT) for name in ("rows", "elements")),
+        *((name, _VOID) for name in ("inputs", "laws", "parameters", "given", "outputs", "entries", *_USED)),
+        *((name, _INT) for name in ("matrices", "rows", "elements")),
         *((name, _VOID) for name in ("normals", "angles", "slides")),
         *((name, _DOUBLE) for name in ("length", "speed")),
     )
@@ -190,15 +199,21 @@ class NativeCourse:
         laws = course.compiled["laws"]
         signature = laws.signature
         outputs = {name: self._array(np.empty(max(int(np.prod(shape)), 1))) for name, shape in signature.outputs}
-        inputs = dict(signature.inputs)["inputs"]
+        inputs, rows = dict(signature.inputs)["inputs"], dict(signature.outputs)["phi"][0]
+        wholes = self._wholes(rows, len(course.slides))
+        entries = (_Entries * len(wholes))(*[self._entries(name, outputs[name], wholes) for name in wholes])
+        self._kept.append(entries)
         return _Laws(
             inputs=_program(course.compiled["inputs"]) if inputs[0] else None,
             laws=_program(laws),
             parameters=self._array(np.array(course.parameters, dtype=float)),
             given=self._array(np.zeros(inputs[0] + 1)),
             outputs=self._pointers(outputs.values()),
-            **{name: outputs[name] for name in _USED},
-            rows=dict(signature.outputs)["phi"][0],
+            entries=ctypes.addressof(entries),
+            **{name: outputs[name] for name in _USED if name not in wholes},
+            **{name: address(whole) for name, whole in wholes.items()},
+            matrices=len(wholes),
+            rows=rows,
             elements=len(course.normals),
             normals=self._ints(course.normals),
             angles=self._ints(course.angles),
@@ -206,6 +221,21 @@ class NativeCourse:
             length=course.length,
             speed=course.speed,
         )
+
+
+    def _wholes(self, rows: int, speeds: int) -> dict[str, NDArray[Any]]:
+        """Return room for the matrices of which `laws` computes entries, zero where none stand."""
+        sizes = {**dict.fromkeys(("jacobian", "matrix", "exerted"), rows * speeds), "inverse": speeds * speeds}
+        wholes = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
+        self._kept.append(wholes)
+        return wholes
+
+    def _entries(self, name: str, values: ctypes.c_void_p, wholes: dict[str, NDArray[Any]]) -> _Entries:
+        """Return how a matrix is filled in: the forces of rows by what differs from their own directions."""
+        places = self.course.entries[name]
+        base = address(wholes["matrix"]) if name == "exerted" else None
+        whole = wholes[name]
+        return _Entries(len(places), whole.size, self._ints(places), values, base, address(whole))
 
 
 def _program(function: Any) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from sys import float_info
@@ -205,12 +205,15 @@ class CourseMode:
 class Course:
     """A run from mode to mode: the Programs `laws` and `inputs`, their parameters, and what that is measured by.
 
+    `entries`: the places of what `laws` computes of each of its matrices, counted row by row.
+
     `normals` and `angles`: of each element the place of its normal, and 1 where its gap is an angle; `slides`: of each
     speed 1 in m/s. `mode` is the number of the one in which the run is `since` a time; what happens sooner than `least`
     after it is left to others. `speed` is the largest that was met. `passed` is told of each turn that was taken.
     """
 
     compiled: Compiled
+    entries: Mapping[str, Sequence[int]]
     parameters: Floats
     normals: tuple[int, ...]
     angles: tuple[int, ...]

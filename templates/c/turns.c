@@ -41,6 +41,13 @@ static void ask(const mbs_course *c, double t, const double *q, const double *u)
     if (l->inputs)
         l->inputs->call(in, &l->given);
     l->laws->call(in, l->outputs);
+    for (int j = 0; j < l->matrices; ++j) {
+        const mbs_entries *e = l->entries + j;
+        if (e->base)
+            mbs_copy(e->size, e->base, e->whole);
+        for (int k = 0; k < e->count; ++k)
+            e->whole[e->places[k]] = e->values[k];
+    }
 }
 
 static double dot(int n, const double *a, const double *b)

@@ -51,6 +51,14 @@ typedef struct {
     int holds;
 } mbs_mode;
 
+/* The entries of a matrix that may differ from those of `base` (zero without one): their places, counted row by row. */
+typedef struct {
+    int count, size;
+    const int *places;
+    const double *values, *base;
+    double *whole;
+} mbs_entries;
+
 /* What laws ask of a mechanism in no mode: all outputs of that program, those that are used by name, and what they are
    measured by. */
 typedef struct {
@@ -58,8 +66,9 @@ typedef struct {
     const double *parameters;
     double *given;
     double *const *outputs;
+    const mbs_entries *entries; /* of the matrices among those, by which they are filled in order */
     double *phi, *phidot, *jacobian, *matrix, *exerted, *right, *driven, *coefficients, *reaches, *inverse;
-    int rows, elements;
+    int matrices, rows, elements;
     const int *normals, *angles; /* of each element the place of its normal, and whether the gap is an angle */
     const double *slides;        /* of each speed 1 in m/s, else 0 */
     double length, speed;        /* of the model, and the largest that was met */
