@@ -52,16 +52,17 @@ def _forces(found: Redundancy | CheckReport) -> list[str]:
 
 
 def _forces_of(rows: Iterable[str], found: Redundancy | CheckReport) -> str:
-    """Return the forces of rows, none of which is unique, as expressions name them: `fz(C), tension(rod)`."""
+    """Return the constraints that rows are, or their forces, as expressions name them: `rod, fz(C)`."""
     return _listed([_force_of(row, found.ambiguous_forces) for row in rows])
 
 
 def _force_of(row: str, forces: Sequence[str]) -> str:
-    """Return the name of the force of a row among some; a row that has none there keeps its own name."""
+    """Return the name of the force of a row among some; a constraint of one row keeps its own name."""
     owner, _, along = row.rpartition(".")
+    if not owner:
+        return row
     names = [force_name(owner, _ALONG[along])] if along in _ALONG else []
-    names += [force_name(row, component) for component in ("tension", "multiplier")]
-    return next((name for name in names if name in forces), row)
+    return next((name for name in (*names, force_name(row, "multiplier")) if name in forces), row)
 
 
 def _listed(names: Sequence[str]) -> str:
