@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -231,7 +231,8 @@ class Simulation:
         blow.strike()
         self.u = self.u + inverse @ R.T @ blow.p
         told = np.where([i in blow.unsure for i in range(len(near))], np.nan, blow.p[: len(near)])
-        return {k: (float(told[i]), late.get(k, 0.0)) for i, k in enumerate(near) if blow.p[i] or k in late}
+        least = 1e-12 * np.abs(blow.p).max()
+        return {k: (float(told[i]), late.get(k, 0.0)) for i, k in enumerate(near) if blow.p[i] > least or k in late}
 
     def _motion(self, near: list[int], hits: Mapping[int, tuple[float, float]] | None) -> Motion:
         """Return the motion that follows, and note what has changed; `hits` are None at the start."""
@@ -244,9 +245,17 @@ class Simulation:
                 impulse, late = hits.get(k, (0.0, 0.0))
                 if before != now or impulse:
                     kind = now if before != now else "impact"
-                    self.run.events.append(Event(self.t + late, self.geometry.elements[k].name, kind, impulse))
+                    self._tell(Event(self.t + late, self.geometry.elements[k].name, kind, impulse))
         self.mode = choice.mode
         return motion
+
+    def _tell(self, event: Event) -> None:
+        """Note an event; what an element was said to do later it has done by now."""
+        events = self.run.events
+        for place, x in enumerate(events):
+            if x.element == event.element and x.t > self.t:
+                events[place] = replace(x, t=self.t)
+        events.append(event)
 
     # --- which mode follows
 

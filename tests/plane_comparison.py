@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
@@ -30,7 +30,6 @@ WORDS = {
     "closed": "on",
     "free": "open",
     "slack": "open",
-    "collapse": "impact",
 }
 
 
@@ -109,10 +108,15 @@ def difference(first: Course, second: Course, until: float, allowed: float) -> t
 def _events_differ(
     first: Sequence[Event], second: Sequence[Event], until: float, allowed: float
 ) -> tuple[float, str] | None:
-    found = []
     margin = max(allowed, 1e-9) * until
+    ends = _joined([*_ends(first), *_ends(second)])
+    found = []
+    for end in ends:
+        one, two = (max((x.t for x in events if end.has(x)), default=end.since) for events in (first, second))
+        if abs(one - two) > margin and end.t <= until - TAIL - margin:
+            found.append((end.t, f"{', '.join(sorted(end.names))}: end at {one:.12g} against {two:.12g}"))
     for element in {x.element for x in (*first, *second)}:
-        own, other = (_reduced([x for x in events if x.element == element]) for events in (first, second))
+        own, other = (_reduced(events, element, ends) for events in (first, second))
         for one, two in zip_longest(own, other):
             t = min(x.t for x in (one, two) if x is not None)
             if t > until - TAIL - margin:
@@ -123,14 +127,52 @@ def _events_differ(
     return min(found, default=None)
 
 
-def _reduced(events: Sequence[Event]) -> list[Event]:
-    """Return the events of an element; the last of infinitely many impacts and the rest that they lead to are one."""
-    found = list[Event]()
-    for event in events:
-        while event.kind not in ("impact", "open") and found and event.t - found[-1].t < TAIL:
-            found.pop()
-            event = replace(event, impulse=math.nan)
-        found.append(event)
+@dataclass(frozen=True)
+class End:
+    """When infinitely many impacts end, since when (s) they are not told apart, and all that strikes with them."""
+
+    since: float
+    t: float
+    names: frozenset[str]
+
+    def has(self, event: Event) -> bool:
+        """Return whether an event is one of those that are not told apart."""
+        return event.element in self.names and self.since < event.t <= self.t
+
+
+def _ends(events: Sequence[Event]) -> list[End]:
+    """Return where elements come to rest that have struck shortly before, or are told to strike in turn no longer."""
+    found = []
+    for end in (x for x in events if x.kind not in ("impact", "open")):
+        late = [x for x in events if end.t - TAIL < x.t <= end.t and x != end]
+        struck = {x.t for x in late if (x.element, x.kind) == (end.element, "impact")}
+        struck |= {end.t} if end.kind == "collapse" else set()
+        if struck:
+            names = frozenset({end.element, *(x.element for x in late if x.t in struck)})
+            found.append(End(end.t - TAIL, end.t, names))
+    return found
+
+
+def _joined(ends: Sequence[End]) -> list[End]:
+    """Return the ends of both runs, as one where they are near each other and share elements: these strike in turn."""
+    found = list[End]()
+    for end in sorted(ends, key=lambda x: x.t):
+        near = [x for x in found if x.t > end.since and x.names & end.names]
+        found = [x for x in found if x not in near]
+        since = min([end.since, *(x.since for x in near)])
+        found.append(End(since, end.t, end.names.union(*(x.names for x in near))))
+    return found
+
+
+def _reduced(events: Sequence[Event], element: str, ends: Sequence[End]) -> list[Event]:
+    """Return the events of an element; the last of infinitely many impacts and the state that they lead to are one."""
+    found = sorted((x for x in events if x.element == element), key=lambda x: x.t)
+    for end in (x for x in ends if element in x.names):
+        before = [x for x in found if x.t <= end.since]
+        late = [x for x in found if end.has(x)]
+        words = [x for x in (*before, *late) if x.kind not in ("impact", "collapse")]
+        state = words[-1] if words else Event(end.t, element, "open")
+        found = [*before, Event(end.t, element, state.kind, math.nan), *found[len(before) + len(late) :]]
     return found
 
 

@@ -8,17 +8,8 @@ from plane_comparison import compare, reference
 from plane_geometry import TINY, Geometry
 from plane_models import random_model
 
-SOON = (1, 2, 14, 15, 23, 37, 41, 42, 45, 49, 61, 105)
-"""Seeds of runs that take little time; together they slide, stick, roll, hang on ropes, bounce and meet stops."""
-
-DIFFERENT = {
-    29: "not compared since bounces beside others end at their own limit: until then their ends differed",
-}
-"""Seeds of runs that are known to differ, and why."""
-MANY = [
-    pytest.param(seed, marks=pytest.mark.xfail(reason=DIFFERENT[seed], strict=True)) if seed in DIFFERENT else seed
-    for seed in range(200)
-]
+SOON = (2, 14, 23, 41, 42, 105)
+"""Seeds of runs that take little time; they slide, stick, roll, hang on ropes, strike in turn and meet stops."""
 
 
 @pytest.mark.parametrize("seed", SOON)
@@ -29,7 +20,7 @@ def test_a_plane_run_is_that_of_an_independent_program(seed: int) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", MANY)
+@pytest.mark.parametrize("seed", range(200))
 def test_plane_runs_are_those_of_an_independent_program(seed: int) -> None:
     """They are compared until a disturbance of 1e-10 has grown to 1e-7, or the law has several answers."""
     assert compare(reference(random_model(seed)), backend="python").difference == ""

@@ -368,14 +368,16 @@ def _ahead(
     """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
 
     It is the same where nothing else is found; on the way there the forces of the mode go on to change, and what sticks
-    or touches in it goes on to do so.
+    or touches in it goes on to do so. Where that leaves no state, it begins to slip: on a straight line.
     """
     now = np.concatenate([facts.q, facts.u])
+    rates = before.rates(facts.t, now)
     for soon in (part * facts.scale.time for part in SOON):
-        q, u = np.split(stepped(before.rates, facts.t, now, soon), [len(facts.q)])
-        later = facts.laws.at(facts.t + soon, q, u, facts.scale)
-        there = posed(later, touching)
-        found = _found(there, before.mode).states
+        for x in (stepped(before.rates, facts.t, now, soon), now + soon * rates):
+            q, u = np.split(x, [len(facts.q)])
+            there = posed(facts.laws.at(facts.t + soon, q, u, facts.scale), touching)
+            if found := _found(there, before.mode).states:
+                break
         following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
         if following is None or mode is None or not following.alike(mode):
             return (found[0] if found else state), following

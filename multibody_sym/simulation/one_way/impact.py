@@ -38,7 +38,7 @@ _APART: Final = 1.9
 """How much longer one cycle lasts than the next one from which the limit is taken: near ones amplify rounding."""
 _DEGREES: Final = 10
 """Cycles from which the limit is taken."""
-_SURE: Final = 1e-9
+_SURE: Final = 1e-8
 """The part of the sizes of a run by which the limit may be off: what rests at its last impact is off by less."""
 _EXPECTED: Final = 0.5
 """The part by which times that are left may differ, of several elements or from a geometric series."""
@@ -292,14 +292,15 @@ class Bounces:
     def flying(self, facts: Facts, closed: Collection[str]) -> set[str]:
         """Return what is not `closed` and off its face, however low it flies, but for what strikes at the same instant.
 
-        What neither bounces nor moves, by more than counts as rest, touches.
+        What neither bounces nor moves, by more than counts as rest, touches where its height is lost in rounding.
         """
         found = set[str]()
         for x in (x for x in facts.near if x.name not in closed):
             rate = abs(facts.rate(x))
             moves = x.name in self.since or rate > facts.allowed_speed(x.normals[0])
             at_once = max(facts.allowed_gap(x, _ROUNDED_GAP), _TICKS * abs(facts.t) * rate)
-            found |= {x.name} if moves and facts.gap(x) > at_once else set()
+            high = facts.gap(x) > (at_once if moves else max(at_once, lost_height(facts, x)))
+            found |= {x.name} if high else set()
         return found
 
     def hit(self, now: Hit) -> None:
@@ -344,7 +345,9 @@ class Bounces:
         They all touch, and none gets further away in a cycle than is lost in rounding, or what is left is less than
         1e-9 of the time since the first impact.
         """
-        unseen, fastest = self._unseen(facts.t), max((-facts.rate(x) for x in closing), default=0.0)
+        if not closing:
+            return {}
+        unseen, fastest = self._unseen(facts.t), max(-facts.rate(x) for x in closing)
         least = min((lost_height(facts, x) for x in facts.near), default=0.0)
         since = facts.t - self.rhythm.last
         if not (since < unseen or fastest * since < 4.0 * least):
