@@ -222,7 +222,6 @@ class NativeCourse:
             speed=course.speed,
         )
 
-
     def _wholes(self, rows: int, speeds: int) -> dict[str, NDArray[Any]]:
         """Return room for the matrices of which `laws` computes entries, zero where none stand."""
         sizes = {**dict.fromkeys(("jacobian", "matrix", "exerted"), rows * speeds), "inverse": speeds * speeds}
