@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Collection
 from itertools import pairwise
 from typing import Final
@@ -9,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from multibody_sym.answers.questions.bends import bends
 from multibody_sym.answers.questions.simulated_motion import ASKED, Simulated
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.settings import Ask
@@ -25,6 +27,8 @@ _SAME: Final = 100
 """By so many tolerances of what a value spans what is reached first may fall short of the extreme, as runs err."""
 _LIKELY: Final = 1e-6
 """The same for what the polynomials through samples tell."""
+_APART: Final = 1e-14
+"""The part of a run beside a jump at which the values before and behind it are looked for."""
 _MOST_PEAKS: Final = 200
 _EXACTLY: Final = 3
 """So many of the likely times are compared by runs that end there."""
@@ -117,21 +121,24 @@ def _run(motion: Simulated, asked: Node, question: Ask) -> Trajectory:
 def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[tuple[float, float]]:
     """Return the times at which the largest value may be first, with about what they are worth, in their order.
 
-    At the begin, at the end, where samples are larger than those beside them, and at changes near by.
+    At the begin, at the end, where samples are larger than those beside them, and at changes and bends near by.
     """
     looked = np.where(inside, y, -np.inf)
     top, last = int(np.argmax(looked)), len(y) - 1
     times = {begin: float(np.interp(begin, run.t, y)), float(run.t[-1]): float(y[-1])}
     if not np.isfinite(list(times.values())).all():
         times[float(run.t[top])] = float(y[top])
-    changes = [float(change["t"]) for change in run.changes]
+    changes, states = bends(run), {float(each["t"]) for each in run.changes if each["kind"] != "impact"}
     beside = [abs(float(y[top] - y[k])) for k in (max(top - 1, 0), min(top + 1, last)) if inside[k]]
     lowest = float(y[top]) - max(beside, default=0.0)
     between = list[float]()
     for k in _peaks(looked, lowest, top):
         found = {t: value for t, value in _turns(run.t, y, k, changes) if t >= begin}
-        near = [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
+        step = run.t[1] - run.t[0]
+        near = changes[bisect_left(changes, max(begin, run.t[k] - step)) : bisect_right(changes, run.t[k] + step)]
         found.update({t: float(y[k]) for t in near})  # a change has the value before it, the sample that after it
+        jumps = [t for t in near if begin < t and t not in states]
+        found.update({t + side * _APART * run.t_final: float(y[k]) for t in jumps for side in (-1, 1)})
         times.update(found if found and not near else {**found, float(run.t[k]): float(y[k])})
         between += [(a + b) / 2 for a, b in pairwise(sorted(set(near)))]  # a state that no sample may have
     times = {t: value for t, value in times.items() if np.isfinite(value)}
@@ -151,7 +158,7 @@ def _peaks(y: Floats, lowest: float, top: int) -> list[int]:
 def _turns(t: Floats, y: Floats, k: int, changes: list[float]) -> list[tuple[float, float]]:
     """Return where the polynomial through the samples around one turns back, between its neighbours, and its values."""
     first, last = max(k - _BESIDE, 0), min(k + _BESIDE, len(t) - 1)
-    for change in changes:
+    for change in changes[bisect_left(changes, t[first]) : bisect_right(changes, t[last])]:
         first = max(first, int(np.searchsorted(t, change))) if change <= t[k] else first
         last = min(last, int(np.searchsorted(t, change)) - 1) if change > t[k] else last
     near, values = t[first : last + 1], y[first : last + 1]
