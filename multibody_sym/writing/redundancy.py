@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.expressions.components import FORCE_NAMES
 from multibody_sym.expressions.quantities import force_name
 
 if TYPE_CHECKING:  # a run needs none of it
@@ -14,6 +15,8 @@ if TYPE_CHECKING:  # a run needs none of it
 
 _ALONG: Final = {"x": "fx", "y": "fy", "z": "fz", "rx": "mx", "ry": "my", "rz": "mz"}
 """The components of a joint's reaction along the rows of a cut joint."""
+_WHOLE: Final = ("force", "multiplier")
+"""The forces of a row that is an element of its own, such as a stop."""
 
 
 def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
@@ -61,8 +64,10 @@ def _force_of(row: str, forces: Sequence[str]) -> str:
     owner, _, along = row.rpartition(".")
     if not owner:
         return row
-    names = [force_name(owner, _ALONG[along])] if along in _ALONG else []
-    return next((name for name in (*names, force_name(row, "multiplier")) if name in forces), row)
+    word = along.rstrip("0123456789")
+    parts = (_ALONG.get(along, ""), word, f"{word}_{along[len(word) :]}")
+    names = [force_name(owner, part) for part in parts if part in FORCE_NAMES]
+    return next((name for name in (*names, *(force_name(row, x) for x in _WHOLE)) if name in forces), row)
 
 
 def _listed(names: Sequence[str]) -> str:

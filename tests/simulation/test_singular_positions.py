@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -185,3 +187,22 @@ def test_angles_whose_first_and_third_turn_about_one_axis_are_named() -> None:
     )
     with pytest.raises(FailedRunError, match=r"J_1 and J_3 turn b about one axis there.*leave out angles: of joint J"):
         mbs.simulate(system, t_end=2, backend="python")
+
+
+@pytest.mark.parametrize(("middle", "starts"), [(90, False), (89, True)])
+def test_a_start_where_the_first_and_the_third_turn_about_one_axis_is_named(middle: float, starts: bool) -> None:
+    """The inertia is there; beside that position, and with a quaternion in it, the same body starts."""
+    box = mbs.Body(mass=2, inertia={"Ixx": 0.1, "Iyy": 0.2, "Izz": 0.3})
+    begin = {"q": [0, 0, 0, 0, math.radians(middle), 0]}
+    joint = mbs.Free("ground", "b", angles="xyz", q=["x", "y", "z", "a", "m", "c"], initial=begin)
+    system = mbs.System("box", bodies={"b": box}, joints={"j": joint})
+    if starts:
+        assert mbs.check(system).failure is None
+        return
+    cause = "no inertia resists the speed u_a in this position: a and c turn b about one axis there"
+    failure = mbs.check(system).failure or ""
+    assert cause in failure
+    assert "leave out angles: of joint j" in failure
+    turned = {"q": [0, 0, 0, math.cos(math.pi / 4), 0, math.sin(math.pi / 4), 0]}
+    free = mbs.Free("ground", "b", initial=turned)
+    assert mbs.check(mbs.System("box", bodies={"b": box}, joints={"j": free})).failure is None

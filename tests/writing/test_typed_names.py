@@ -136,6 +136,24 @@ def test_forces_that_check_calls_not_unique_can_be_asked(model: str) -> None:
     assert all(answers[f"said{k}"].value is None for k in range(len(found.ambiguous_forces)))
 
 
+def test_redundant_rows_of_contacts_and_friction_have_the_names_of_their_forces() -> None:
+    """Corners of a box that sticks depend on each other, and so do friction in a hinge and a constraint that holds it.
+
+    Each name that `check` lists is a question to `solve`, but for a constraint of one row, which has its own name.
+    """
+    held = """
+  rod: {mass: 2, com: [0.25, 0, 0], inertia: {Izz: 0.1}}"""
+    model = BOX.replace("\njoints: {", held + "\njoints: {\n  A: {type: revolute, parent: ground, child: rod, q: th}, ")
+    model = model.replace("forces: {", "forces: {rub: {type: friction, joint: A, static: 0.1, radius: 0.01}, ")
+    system = read(model + "constraints: {weld: {type: expression, zero: th}}\n")
+    told = [line for line in check_text(mbs.check(system)).splitlines() if "redundant" in line or "each of" in line]
+    assert told[0].startswith("redundant constraints: friction(c.corner2), friction(rub) (")
+    assert "  each of friction(c.corner1), friction(c.corner2) follows from the others" in told
+    assert "  each of weld, friction(rub) follows from the others" in told
+    names = dict.fromkeys(CALL.findall("\n".join(told)))
+    assert len(mbs.solve(asking(system, "ask", list(names))).answers) == len(names) == 3
+
+
 def test_the_place_of_pressure_is_that_of_moments() -> None:
     """About the middle of a box m g a = F h/2; in flight, where nothing presses, it is the middle of the corners."""
     answers = mbs.solve(asking(read(BOX), "ask", ["at_x(c)", "at_x(c.corner1)", "at_y(c)"])).answers

@@ -16,6 +16,7 @@ from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.rows import constraint_jacobian, row_motions
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.least_norm import Solution, solve
@@ -65,8 +66,15 @@ def verify_inertia(motion: Motion) -> None:
     index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), rows))
     if index is not None:
         speed = motion.mechanism.speeds[index]
-        body = next(body.name for body in motion.mechanism.bodies if index in body.u)
+        place, body = next((k, body.name) for k, body in enumerate(motion.mechanism.bodies) if index in body.u)
         if mass_diagonal(motion)[index] > 0:
+            told = locked(motion, place) if speed.unit == "rad/s" else None
+            if told:
+                raise NoSolutionError(
+                    f"no inertia resists the speed {speed.name} in this position: {told}",
+                    where=Where(path=("joints", speed.joint)),
+                    number="N102",
+                )
             why = f"freedoms beyond joint {speed.joint!r} move what it moves in the same way, at least in this position"
         else:
             why = f"body {body} and what joint {speed.joint!r} moves with it have neither mass nor inertia that way"

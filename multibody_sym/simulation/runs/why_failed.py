@@ -20,6 +20,7 @@ from multibody_sym.kinematics.guides.touched import Fit, fits
 from multibody_sym.kinematics.loads import apart
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.ropes import turns_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
@@ -47,9 +48,6 @@ _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
 _MEETS: Final = 1e-3
 """The part of a distance at the start below which points meet where a run fails."""
-_TURNS: Final = 3
-_LOCKED: Final = 1e-3
-"""The volume that the axes of three turns span, below which they do not span space where a run fails."""
 _USED_UP: Final = 1e-2
 """The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
 _APART: Final = 0.1
@@ -94,7 +92,8 @@ def _met(run: Trajectory, time: float) -> str:
         if now <= _MEETS * begun:
             a, b = load.line
             return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
-    return next(chain(_turned_over(mechanism, first, last), _locked(mechanism, rows, integration.q_final)), unknown)
+    turned = (told for place in range(len(mechanism.bodies)) if (told := locked(last, place)))
+    return next(chain(_turned_over(mechanism, first, last), turned), unknown)
 
 
 def _turned_over(mechanism: Mechanism, first: Motion, last: Motion) -> Iterator[str]:
@@ -108,24 +107,6 @@ def _turned_over(mechanism: Mechanism, first: Motion, last: Motion) -> Iterator[
                     f"{row.name} comes there to the line through the centre of {pulley} behind which the bend has the "
                     f'other side; wrap: {{{pulley}: "{"+" if turn > 0.0 else "-"}"}} keeps it on its side'
                 )
-
-
-def _locked(mechanism: Mechanism, rows: Rows, q: Floats) -> Iterator[str]:
-    """Yield the joints of three successive turns in positions where the first and the third have one axis."""
-    size = len(mechanism.speeds)
-    at_rest = rows.motion(q, np.zeros(size))
-    for place, body in enumerate(mechanism.bodies):
-        turns = [free for free in body.free_steps if free.step.is_hinge]
-        if len(turns) != _TURNS:
-            continue
-        turned = [rows.motion(q, np.eye(size)[free.u[0]]).bodies[place].w_WB for free in turns]
-        axes = np.array(turned, dtype=float) - np.array(at_rest.bodies[place].w_WB, dtype=float)
-        if abs(np.linalg.det(axes)) <= _LOCKED:
-            first, _, third = (mechanism.coordinates[free.q[0]].name for free in turns)
-            yield (
-                f"{first} and {third} turn {body.name} about one axis there, and their rates have no bound: leave out "
-                f"angles: of joint {body.joint_name}, which then has a quaternion, or choose others"
-            )
 
 
 def _happened(run: Trajectory, failure: RunFailure) -> str:
