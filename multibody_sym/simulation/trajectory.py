@@ -168,7 +168,9 @@ class Trajectory(Samples):
             return {}
         from multibody_sym.simulation.along.adding import Adding, told
 
-        return told(Adding(self.ready.mechanism.run_outputs), self.stretches, self._parts)
+        adding = Adding(self.ready.mechanism.run_outputs)
+        jumps = () if self.modes is None else self.modes.added(adding.leaves)
+        return told(adding, self.stretches, self._parts, jumps)
 
     @property
     def energy_at_start(self) -> float:

@@ -149,6 +149,23 @@ def test_bounces_part_what_is_run_once_more(tmp_path: Path) -> None:
     assert max(miss.relative for miss in run.verified().values()) < 1e-7
 
 
+def test_impacts_count_in_impulses_and_work(tmp_path: Path) -> None:
+    """A box that is thrown onto a rough floor: P+ - P- = J + m g t and T+ - T- = W + W_g, impact by impact."""
+    text = SLIDE.replace("u: [2, 0]", "q: [0, 1], u: [3, 0]").replace("kinetic: 0.2", "kinetic: 0.2, restitution: 0.6")
+    more = {"px": '"momentum(box, x)"', "py": '"momentum(box, y)"', "E": "total_energy()"}
+    text = text.replace("outputs: {", "outputs: {" + "".join(f"{k}: {v}, " for k, v in more.items()))
+    run = mbs.simulate(loaded(text, tmp_path), t_end=1.2, samples=25, backend="python")
+    struck = [event for event in run.events if event["kind"] == "impact"]
+    assert len(struck) >= 2
+    np.testing.assert_allclose(run["up"], run["py"] + 3 * G * run.t, atol=1e-7)
+    np.testing.assert_allclose(run["across"], run["px"] - 9, atol=1e-7)
+    np.testing.assert_allclose(run["rubbed"], run["E"] - run["E"][0], atol=1e-7)
+    v = np.sqrt(2 * G)
+    flown = (run.t > 1.01 * v / G) & (run.t < 2 * v / G)
+    np.testing.assert_allclose(run["up"][flown], 3 * 1.6 * v, atol=1e-7)
+    np.testing.assert_allclose(run["across"][flown], -0.2 * 3 * 1.6 * v, atol=1e-7)
+
+
 def test_what_dies_out_at_once_in_a_long_run_is_not_missed(tmp_path: Path) -> None:
     """One of two masses is braked within 10 us of 10 s: u = exp(-1e5 t), of which even places over all see nothing."""
     text = """

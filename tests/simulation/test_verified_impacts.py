@@ -95,7 +95,7 @@ def test_a_rope_that_goes_taut_takes_energy() -> None:
     run = ran(system, 0.8)
     assert run.modes is not None
     (blow,) = run.modes.blows
-    assert blow.lost > 0.1
+    assert sum(blow.lost.values()) > 0.1
     assert max(worst(run).values()) < 1e-13
 
 
@@ -104,7 +104,7 @@ def test_what_is_wrong_is_seen(rubbing: mbs.Trajectory, name: str) -> None:
     assert rubbing.modes is not None
     first = rubbing.modes.blows[0]
     if name == "work":
-        wrong = replace(first, lost=first.lost * 1.001)
+        wrong = replace(first, lost={name: x * 1.001 for name, x in first.lost.items()})
     else:
         wrong = replace(first, impulses={row: 1.001 * x for row, x in first.impulses.items()})
     assert worst(rubbing, [wrong])[name] > 1e-5
@@ -114,7 +114,7 @@ def test_a_run_tells_it_with_its_theorems(rubbing: mbs.Trajectory) -> None:
     told = rubbing.verified()
     assert max(told[name].relative for name in JUMPS) < 1e-8
     assert rubbing.modes is not None
-    rubbing.modes.blows[0] = replace(rubbing.modes.blows[0], lost=0.0)
+    rubbing.modes.blows[0] = replace(rubbing.modes.blows[0], lost={})
     struck = rubbing.modes.blows[0].t
     found = rubbing.verified()["work"]
     assert found.relative > 1e-3

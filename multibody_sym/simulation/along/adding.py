@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -60,8 +60,13 @@ def _trace(name: str, mechanism: Mechanism, *more: Array) -> Trace:
     return Trace(name, (*arrays(mechanism), *unknown, *more))
 
 
-def told(adding: Adding, stretches: Sequence[Stretch], parts: Sequence[Part]) -> dict[str, Floats]:
-    """Return outputs at the samples of a run's parts (m,), which are in the modes of its stretches."""
+def told(
+    adding: Adding, stretches: Sequence[Stretch], parts: Sequence[Part], jumps: Iterable[tuple[float, Floats]] = ()
+) -> dict[str, Floats]:
+    """Return outputs at the samples of a run's parts (m,), which are in the modes of its stretches.
+
+    `jumps` are the times of impacts, and what each adds to the leaves; a sample at that time comes after it.
+    """
     count = len(adding.leaves)
     times = np.concatenate([part.t for part in parts]) if parts else np.zeros(0)
     sums = np.zeros((len(times), count))
@@ -70,6 +75,8 @@ def told(adding: Adding, stretches: Sequence[Stretch], parts: Sequence[Part]) ->
         (values,) = program.map("rates", *fine.arguments, *fine.derivative[1:3])
         within = np.clip(times, fine.t[0], fine.t[-1])
         sums += integral_until(within, values, fine.t)
+    for time, more in jumps:
+        sums[times >= time] += more
     return _outputs(adding, parts, sums)
 
 

@@ -9,7 +9,7 @@ does work too: with b = dT/du at u = 0, the momenta that it gives, and the rates
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.programs.law_rows import every_row
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, generalized_momenta
+from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
@@ -25,13 +26,14 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, least_squares
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import Node
 
 
 @dataclass(frozen=True, eq=False)
 class Jump:
     """An impact at time t and coordinates q (nq,), from speeds u (nu,) on by a `change` (nu,).
 
-    `impulses` by row (N s), the energy that was `lost` (J), and the parameters (np,) of the mechanism then.
+    `impulses` by row (N s), the energy that was `lost` by element (J), and the parameters (np,) of the mechanism then.
     """
 
     t: float
@@ -39,7 +41,7 @@ class Jump:
     u: Floats
     change: Floats
     impulses: Mapping[str, float]
-    lost: float
+    lost: Mapping[str, float]
     parameters: Floats
 
 
@@ -69,13 +71,48 @@ def passed(mechanism: Mechanism, jump: Jump) -> Passed:
     prescribed = generalized_momenta(_motion(mechanism, jump, np.zeros_like(jump.u)))
     given = [float(b * du) for b, du in zip(prescribed, jump.change.tolist(), strict=True)]
     given += [-x * _driven(row, jump.u) for x, row in zip(z, rows, strict=True)]
-    energy = T0 + T1 + abs(jump.lost) + sum(map(abs, given))
+    lost = sum(jump.lost.values())
+    energy = T0 + T1 + abs(lost) + sum(map(abs, given))
     return Passed(
         jump.t,
         np.array([*(m1 - m0), T1 - T0]),
-        np.array([*(m2 - m0), sum(given) - jump.lost]),
+        np.array([*(m2 - m0), sum(given) - lost]),
         np.array([*(size0 + size1), energy]),
     )
+
+
+def added(mechanism: Mechanism, jump: Jump, leaves: Sequence[Node]) -> Floats:
+    """Return what an impact adds to work and impulses (leaves).
+
+    Forces are linear in accelerations and multipliers: du and the impulses in their place give impulses, and work at
+    the mean of the speeds before and after (Thomson and Tait). Of several impacts in turn, each element has lost what
+    the laws tell; the mean of all speeds shares the same sum otherwise.
+    """
+    whole = replace(mechanism, rows=every_row(mechanism))
+    mean = _motion(whole, jump, jump.u + jump.change / 2.0)
+    z = [jump.impulses.get(row.name, 0.0) for row in whole.rows]
+    struck = quantities(mean, jump.change.tolist(), z, leaves)
+    beside = quantities(mean, [0.0] * len(jump.u), [0.0] * len(z), leaves)
+    mended = _lost_in_turn(whole, mean, jump, z)
+    work = [mended.get(leaf.data[1][0], 0.0) if leaf.data[0] == "work" else 0.0 for leaf in leaves]
+    found: Floats = np.array([float(struck[leaf] - beside[leaf]) for leaf in leaves]) + np.array(work)
+    return found
+
+
+def _lost_in_turn(whole: Mechanism, mean: Motion, jump: Jump, z: Sequence[float]) -> dict[str, float]:
+    """Return by how much the work of what is declared, by name, differs from that at the mean of all speeds (J)."""
+    rows = row_motions(mean)
+    taken = {
+        row.name: x * (float(np.array(own.forces, dtype=float) @ mean.state.u) + _driven(own, np.array(mean.state.u)))
+        for row, own, x in zip(whole.rows, rows, z, strict=True)
+        if x
+    }
+    found: dict[str, float] = {}
+    for element in whole.one_way:
+        if element.name in jump.lost:
+            off = -jump.lost[element.name] - sum(taken.get(row.name, 0.0) for row in element.rows)
+            found[element.path[1]] = found.get(element.path[1], 0.0) + off
+    return found
 
 
 def _motion(mechanism: Mechanism, jump: Jump, u: Floats) -> Motion:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property, partial
 from itertools import takewhile
@@ -23,8 +23,9 @@ from multibody_sym.runtime.course import Passage
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
+from multibody_sym.scalars.node import Node
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
-from multibody_sym.simulation.along.jumps import Jump, Passed, passed
+from multibody_sym.simulation.along.jumps import Jump, Passed, added, passed
 from multibody_sym.simulation.oddities import SEVERAL
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
@@ -163,6 +164,10 @@ class OneWayRun:
     def passed(self) -> Iterator[Passed]:
         """Both sides of the general theorems at each impact."""
         return (passed(self.laws.mechanism, jump) for jump in self.blows)
+
+    def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]:
+        """Return the time of each impact, and what it adds to work and impulses (leaves)."""
+        return [(jump.t, added(self.laws.mechanism, jump, leaves)) for jump in self.blows]
 
     @property
     def project(self) -> bool:
@@ -428,8 +433,7 @@ class OneWayRun:
         self, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
     ) -> list[Change]:
         """Note what an impact did, and return it; what rests does so when it would have ceased to bounce."""
-        lost = sum(blow.lost.values())
-        self.blows.append(Jump(blow.t, blow.q, blow.u, blow.jump, blow.rows, lost, self.laws.parameters))
+        self.blows.append(Jump(blow.t, blow.q, blow.u, blow.jump, blow.rows, blow.lost, self.laws.parameters))
         for name, each in blow.lost.items():
             self.lost[name] = self.lost.get(name, 0.0) + each
         taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)

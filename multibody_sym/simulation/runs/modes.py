@@ -13,6 +13,7 @@ from multibody_sym.simulation.runs.runnable import Runnable
 
 if TYPE_CHECKING:  # few runs need any of it
     from multibody_sym.runtime.chain import Leg
+    from multibody_sym.scalars.node import Node
     from multibody_sym.simulation.along.fine import Stretch as AlongStretch
     from multibody_sym.simulation.along.jumps import Passed
     from multibody_sym.simulation.one_way.stretches import Stretch
@@ -101,6 +102,8 @@ class RunInModes(Protocol):
 
     @property
     def passed(self) -> Iterable[Passed]: ...
+
+    def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]: ...
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]: ...
 

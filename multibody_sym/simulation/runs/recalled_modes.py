@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
     from collections.abc import Iterable, Iterator
 
     from multibody_sym.model.mechanism.mechanism import Mechanism
+    from multibody_sym.scalars.node import Node
     from multibody_sym.simulation.along.fine import Stretch as AlongStretch
     from multibody_sym.simulation.along.jumps import Passed
     from multibody_sym.simulation.one_way.stretches import Stretch
@@ -218,6 +219,10 @@ class RecalledModes:
     def passed(self) -> Iterable[Passed]:
         """Both sides of the general theorems at each impact."""
         return self.made.passed
+
+    def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]:
+        """Return the time of each impact, and what it adds to work and impulses (leaves)."""
+        return self.made.added(leaves)
 
 
 @dataclass(frozen=True, eq=False)
