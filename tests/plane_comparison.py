@@ -141,7 +141,7 @@ class End:
 
 
 def _ends(events: Sequence[Event]) -> list[End]:
-    """Return where elements come to rest that have struck shortly before, or are told to strike in turn no longer."""
+    """Return where elements that struck shortly before come to rest, or where a collapse ends their impacts."""
     found = []
     for end in (x for x in events if x.kind not in ("impact", "open")):
         late = [x for x in events if end.t - TAIL < x.t <= end.t and x != end]

@@ -41,7 +41,7 @@ class Units:
         return self._told(unit).text
 
     def value(self, number: float, unit: str) -> float:
-        """Return a number in an SI unit in the unit in which it is told."""
+        """Return a number in an SI unit in the chosen unit."""
         return number / self.size(unit)
 
     def size(self, unit: str) -> float:
@@ -52,12 +52,12 @@ class Units:
         return size
 
     def said(self, number: float, unit: str, digits: int = MOST, error: float = 0.0) -> str:
-        """Return a number in an SI unit, off by at most `error`, as text with the unit in which it is told."""
+        """Return a number in an SI unit, off by at most `error`, as text in the chosen unit."""
         size = self.size(unit)
         return f"{held(number / size, error / size, digits)} {self.of(unit)}".rstrip()
 
     def named(self, name: str, unit: str) -> str:
-        """Return a name with the unit in which it is told, in brackets."""
+        """Return a name with the chosen unit in brackets."""
         return f"{name} [{self.of(unit)}]" if unit else name
 
     @cached_property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Collection, Sequence
 from typing import Any, Final
 
@@ -160,7 +161,7 @@ class NativeCourse:
         self._kept.append(pointers)
         return ctypes.addressof(pointers)
 
-    def _ints(self, values: Sequence[Any]) -> ctypes.c_void_p:
+    def _ints(self, values: Sequence[Any] | NDArray[Any]) -> ctypes.c_void_p:
         return self._array(np.array(values, dtype=np.intc).ravel())
 
     def _mode(self, mode: CourseMode, native: NativeProblem, turns: list[KnownTurn]) -> _Mode:
@@ -199,8 +200,9 @@ class NativeCourse:
         laws = course.compiled["laws"]
         signature = laws.signature
         outputs = {name: self._array(np.empty(max(int(np.prod(shape)), 1))) for name, shape in signature.outputs}
-        inputs, rows = dict(signature.inputs)["inputs"], dict(signature.outputs)["phi"][0]
-        wholes = self._wholes(rows, len(course.slides))
+        inputs, used = dict(signature.inputs)["inputs"], [name for name in course.matrices if name in _USED]
+        wholes = {name: np.zeros(max(math.prod(course.matrices[name][0]), 1)) for name in used}
+        self._kept.append(wholes)
         entries = (_Entries * len(wholes))(*[self._entries(name, outputs[name], wholes) for name in wholes])
         self._kept.append(entries)
         return _Laws(
@@ -213,7 +215,7 @@ class NativeCourse:
             **{name: outputs[name] for name in _USED if name not in wholes},
             **{name: address(whole) for name, whole in wholes.items()},
             matrices=len(wholes),
-            rows=rows,
+            rows=dict(signature.outputs)["phi"][0],
             elements=len(course.normals),
             normals=self._ints(course.normals),
             angles=self._ints(course.angles),
@@ -222,16 +224,9 @@ class NativeCourse:
             speed=course.speed,
         )
 
-    def _wholes(self, rows: int, speeds: int) -> dict[str, NDArray[Any]]:
-        """Return room for the matrices of which `laws` computes entries, zero where none stand."""
-        sizes = {**dict.fromkeys(("jacobian", "matrix", "exerted"), rows * speeds), "inverse": speeds * speeds}
-        wholes = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
-        self._kept.append(wholes)
-        return wholes
-
     def _entries(self, name: str, values: ctypes.c_void_p, wholes: dict[str, NDArray[Any]]) -> _Entries:
         """Return how a matrix is filled in: the forces of rows by what differs from their own directions."""
-        places = self.course.entries[name]
+        _, places = self.course.matrices[name]
         base = address(wholes["matrix"]) if name == "exerted" else None
         whole = wholes[name]
         return _Entries(len(places), whole.size, self._ints(places), values, base, address(whole))

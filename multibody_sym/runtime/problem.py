@@ -9,6 +9,7 @@ from sys import float_info
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.grid import sample_times
@@ -205,7 +206,7 @@ class CourseMode:
 class Course:
     """A run from mode to mode: the Programs `laws` and `inputs`, their parameters, and what that is measured by.
 
-    `entries`: the places of what `laws` computes of each of its matrices, counted row by row.
+    `matrices`: the shape of each matrix of which `laws` computes entries, and their places, counted row by row.
 
     `normals` and `angles`: of each element the place of its normal, and 1 where its gap is an angle; `slides`: of each
     speed 1 in m/s. `mode` is the number of the one in which the run is `since` a time; what happens sooner than `least`
@@ -213,7 +214,7 @@ class Course:
     """
 
     compiled: Compiled
-    entries: Mapping[str, Sequence[int]]
+    matrices: Mapping[str, tuple[tuple[int, int], NDArray[np.intp]]]
     parameters: Floats
     normals: tuple[int, ...]
     angles: tuple[int, ...]

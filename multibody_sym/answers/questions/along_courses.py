@@ -19,9 +19,7 @@ from multibody_sym.answers.questions.naming import put_in
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    Node,
-)
+from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
 
 _POLISHED: Final = 4
@@ -35,9 +33,9 @@ class Course:
     """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
 
     `known` gives the formula of each, None where it has none. `turning` vanishes where the speed does, if that is so at
-    the moment. `beside`: a value of the variable near by at which formulas are simplified, where these are no fractions
-    of zeros; None leaves them as they are. `used` are those that have been put in, `signs` those of what moves that
-    values rest on, and `moving` what these say of parameters.
+    the moment. `beside`: a value of the variable near by, at which formulas are simplified where they are no fractions
+    of zeros; None leaves them as they are. `used` are the formulas put in so far. Values rest on `signs` of moving
+    quantities, which say of parameters what `moving` holds.
     """
 
     there: Anywhere

@@ -46,6 +46,9 @@ from multibody_sym.scalars.traversal import leaves
 _SAME: Final = 1e-6
 """How near a root is to the coordinate that it is taken for."""
 
+State = tuple[Sequence[float], Sequence[float]]
+
+
 def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
     """Return the speed of the one freedom by its coordinate, with the sign of u; None where energy does not tell it."""
     mechanism = there.solved.mechanism
@@ -62,10 +65,15 @@ def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
     if granted is None:
         return None
     square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
-    root = BUILD["sqrt"](square)
-    along = ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
+    along = _root(square, u)
     known = {speed: InTime(along, granted)}
     return Course(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
+
+
+def _root(square: Node, u: float) -> Node:
+    """Return the speed by its square, with the sign of u."""
+    root = BUILD["sqrt"](square)
+    return ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
 
 
 def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
@@ -83,9 +91,6 @@ def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
     factors = (lost.field.whole(lost.field.in_ring(p)) for p, _ in factored(lost.above)[1])
     zero = next((x for x in factors if there.constant(x) and granted.vanishes(x)), None)
     return None if zero is None else granted
-
-
-State = tuple[Sequence[float], Sequence[float]]
 
 
 def courses_on_curve(there: Anywhere, at: State, beside: State) -> Iterator[Course]:
@@ -132,13 +137,13 @@ class _Curve:
                 zero_here = put_in(zero, found)
                 unknown = [x for x in leaves([zero_here], "symbol") if x in self.names[0] and x is not self.variable]
                 if len(unknown) == 1:
-                    found[unknown[0]] = self._root(zero_here, unknown[0])
+                    found[unknown[0]] = self._place(zero_here, unknown[0])
                     waiting.remove(zero)
             if len(waiting) == count:
                 break
         return found
 
-    def _root(self, zero: Node, unknown: Node) -> Node:
+    def _place(self, zero: Node, unknown: Node) -> Node:
         """Return the root of an equation of the variable and one unknown that is near its value."""
         near = {x: self.values[x] for x in (self.variable, unknown)}
         sample = {**self.there.solved.sample, **near}
@@ -166,8 +171,7 @@ class _Curve:
         energy = add(as_node(kinetic_energy(start)), as_node(potential_energy(start)))
         near = {self.variable: self.values[self.variable]}
         square = simplified(there, divide(multiply(TWO, subtract(energy, put_in(stored, held))), mass), near)
-        root = BUILD["sqrt"](square)
-        along = ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
+        along = _root(square, u)
         formulas = {speed: along, **self.places, **{x: put_in(rate, {speed: along}) for x, rate in rates.items()}}
         known = {x: InTime(formula, Granted()) for x, formula in formulas.items()}
         turning = square if u == 0.0 else None

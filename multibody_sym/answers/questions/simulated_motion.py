@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.answers.coarser_runs import accuracy, part_of_difference
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.declaration.system import System
@@ -29,10 +30,6 @@ _SAMPLES: Final = 4000
 _RTOL: Final = 1e-11
 _ATOL: Final = _RTOL / 10
 """To which coordinates, and in a second paths, are known: less is no motion."""
-_COARSER: Final = 100
-"""How many times larger the tolerance is of runs that show the error of others."""
-_LEFT: Final = 0.1
-"""The part that is left of an error by a tolerance so much smaller, samples twice as many; errors fall faster."""
 _MET: Final = 1e-9
 """How near to a value, as contacts touch, a coordinate has it where a state changes."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -58,12 +55,7 @@ class Simulated:
     @property
     def part_of_coarser(self) -> float:
         """The part of the difference to coarser runs that bounds the error of this motion."""
-        return _LEFT if self.system.simulation.step is None else 1.0
-
-    @property
-    def rtol(self) -> float:
-        """The relative tolerance of runs whose steps are chosen."""
-        return _COARSER * _RTOL if self.is_coarse else _RTOL
+        return part_of_difference(self.system)
 
     @cached_property
     def whole(self) -> Trajectory:
@@ -230,12 +222,14 @@ class Simulated:
             self._known[key] = simulate(asked, t_end=duration, samples=samples + 1, **self._accuracy)
         return self._known[key]
 
+    @property
+    def rtol(self) -> float:
+        """The relative tolerance of runs, that of runs with chosen steps where they have a given one."""
+        return float(self._accuracy.get("rtol", _RTOL))
+
     @cached_property
     def _accuracy(self) -> dict[str, Any]:
-        step = self.system.simulation.step
-        if step is None:
-            return {"rtol": self.rtol, "atol": self.rtol / 10}
-        return {"step": 2 * self.number(step)} if self.is_coarse else {}
+        return accuracy(self.system, {"rtol": _RTOL, "atol": _ATOL}, is_coarse=self.is_coarse)
 
     @cached_property
     def _known(self) -> dict[Any, Trajectory]:

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.answers.coarser_runs import accuracy, part_of_difference
 from multibody_sym.answers.small_motions.quadrature import Energy
 from multibody_sym.answers.small_motions.told_of_model import named_with_time, period_of_drive
 from multibody_sym.errors import ModelError
@@ -21,7 +22,6 @@ from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import TWO, multiply
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
 
@@ -40,10 +40,6 @@ _STILL: Final = 1e-13
 """A speed that is rounding."""
 _CORRECTIONS: Final = 3
 _BY_RUNS: Final = "by runs"
-_COARSER: Final = 100
-"""How many times larger the tolerance is of runs that show the error of others."""
-_LEFT: Final = 0.1
-"""The part that is left of their difference, at most; errors fall faster."""
 _FINEST: Final = 1e-15
 
 
@@ -119,8 +115,8 @@ class Swing:
             other = coarse._by_runs(run, coarse._turns(run))
         except NoPeriodError:
             return Period(seconds, _BY_RUNS, _SAME)
-        part = _LEFT if self.system.simulation.step is None else 1.0
-        return Period(seconds, _BY_RUNS, max(part * abs(other - seconds) / seconds, _FINEST))
+        missed = part_of_difference(self.system) * abs(other - seconds) / seconds
+        return Period(seconds, _BY_RUNS, max(missed, _FINEST))
 
     def _by_runs(self, run: Trajectory, turns: list[float]) -> float:
         return self._swung(run, turns) if len(turns) >= _TURNS else self._around(run)
@@ -180,11 +176,9 @@ class Swing:
     @property
     def _accuracy(self) -> dict[str, Any]:
         settings = self.system.simulation
-        if settings.step is not None:
-            return {"step": multiply(TWO, settings.step)} if self.is_coarse else {}
-        more = _COARSER if self.is_coarse else 1
-        method = {"method": "dormand_prince_8"} if settings.method == _PLAIN else {}
-        return {**method, **{name: more * x for name, x in _EXACTLY.items()}}
+        finer = settings.step is None and settings.method == _PLAIN
+        method = {"method": "dormand_prince_8"} if finer else {}
+        return {**method, **accuracy(self.system, _EXACTLY, is_coarse=self.is_coarse)}
 
     def _turns(self, run: Trajectory) -> list[float]:
         """Return the first times at which the speed changes its sign; those of a start at rest begin with 0.

@@ -28,8 +28,9 @@ _NONE: Final = np.zeros(0)
 
 @dataclass(frozen=True, eq=False)
 class Laws:
-    """The laws of a mechanism in no mode: the Program `laws` compiled, where the entries of its matrices stand, and the
-    parameters (np,).
+    """The laws of a mechanism in no mode: the Program `laws` compiled, and the parameters (np,).
+
+    `entries`: the places of what it computes of each matrix, counted row by row.
     """
 
     mechanism: Mechanism
@@ -94,19 +95,20 @@ class Laws:
         return Facts(self, t, q, u, scale, {**found, **self._matrices(found)})
 
     def _matrices(self, found: dict[str, Floats]) -> dict[str, Floats]:
-        """Return the matrices of which the Program computes entries."""
-        rows, speeds = len(self.places), len(self.mechanism.speeds)
-        shapes = dict.fromkeys(("jacobian", "matrix", "exerted"), (rows, speeds))
-        shapes |= {"coupling": (rows, rows), "inverse": (speeds, speeds)}
+        """Return the matrices of which the Program computes entries, by name, A before C, which differs from it."""
         made: dict[str, Floats] = {}
-        for name, shape in shapes.items():
+        for name, (shape, places) in self.matrices.items():
             made[name] = made["matrix"].copy() if name == "exerted" else np.zeros(shape)
-            made[name].flat[self._entries[name]] = found[name]
+            made[name].flat[places] = found[name]
         return made
 
     @cached_property
-    def _entries(self) -> dict[str, NDArray[np.intp]]:
-        return {name: np.array(places, dtype=np.intp) for name, places in self.entries.items()}
+    def matrices(self) -> dict[str, tuple[tuple[int, int], NDArray[np.intp]]]:
+        """The shapes of these matrices, and where their entries stand."""
+        rows, speeds = len(self.places), len(self.mechanism.speeds)
+        shapes = dict.fromkeys(("jacobian", "matrix", "exerted"), (rows, speeds))
+        shapes |= {"coupling": (rows, rows), "inverse": (speeds, speeds)}
+        return {name: (shape, np.array(self.entries[name], dtype=np.intp)) for name, shape in shapes.items()}
 
 
 @dataclass(frozen=True, eq=False)

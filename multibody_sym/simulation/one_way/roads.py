@@ -33,7 +33,7 @@ class Roads:
             normals = [laws.places[x.normals[0].name] for x in mechanism.one_way]
             angles = [int(x.name in laws.turning) for x in mechanism.one_way]
             about = (tuple(normals), tuple(angles), laws.slides, 1.0, least)
-            self.course = Course(laws.compiled, laws.entries, laws.parameters, *about, passed)
+            self.course = Course(laws.compiled, laws.matrices, laws.parameters, *about, passed)
 
     def entered(self, problem: Problem, program: ModeProgram, mode: Mode, time: float, scale: Scale) -> Problem:
         """Return the problem of a mode that begins, which knows the course if it is one that C can follow."""

@@ -78,7 +78,7 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 
 
 def _met(run: Trajectory, time: float) -> str:
-    """Return whose angles have no rates, or which points with a force between them meet, or that it is not known."""
+    """Return why steps become too small: points that meet, a rope, angles that lock; or that no cause was found."""
     mechanism, integration = run.ready.mechanism, run.integration
     unknown = "its cause was not found: no points of a force meet, no angles lock and no rope changes its side there"
     if integration.q_final is None or integration.u_final is None:
