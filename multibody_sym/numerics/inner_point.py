@@ -8,8 +8,6 @@ first point inside is found by cones that are made wider by a number, which is m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -23,6 +21,8 @@ _STEPS: Final = 60
 """Newton's steps to a centre: a few, and some more from far away."""
 _CENTRED: Final = 1e-16
 """What a further step would gain, where one is enough."""
+_ROUNDED: Final = 1e-3
+"""Gains below this fall from step to step, to their square, until only rounding is left of them."""
 _SHARPER: Final = 10.0
 _SHARPEST: Final = 1e14
 """How much width counts at last: what can be narrower by more than 1e-13 has been."""
@@ -36,28 +36,44 @@ class Cone:
     axes: tuple[int, ...]
     factors: tuple[float, ...]
 
-    @cached_property
-    def places(self) -> list[int]:
-        """Rows, then axes."""
-        return [*self.rows, *self.axes]
 
-    def left(self, z: Floats) -> tuple[float, float]:
-        """Return what is left to the bound, and the bound."""
-        most = sum(factor * float(z[k]) for factor, k in zip(self.factors, self.axes, strict=True))
-        return most - (float(np.linalg.norm(z[list(self.rows)])) if self.rows else 0.0), most
+@dataclass(frozen=True, eq=False)
+class _Bounds:
+    """Cones (c) as arrays: bounds b = `factors` z of the lengths of z_`rows`, (c, m) both; `weights` (c) of -log.
+
+    Their barrier is -w log(b^2 - |z_rows|^2), with w = 1/2 where there are no rows: -log b.
+    """
+
+    factors: Floats
+    rows: Floats
+    weights: Floats
+
+    def left(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return what is left to the bounds, and the bounds."""
+        most = self.factors @ z
+        return most - np.sqrt(self.rows @ (z * z)), most
+
+    def room(self, z: Floats) -> float:
+        """Return what is left to the nearest bound, negative beyond it."""
+        return float(self.left(z)[0].min(initial=np.inf))
 
     def barrier(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return the derivatives of -log(b^2 - |z_rows|^2), or of -log b, by rows and axes."""
+        """Return the first (m) and second (m, m) derivatives of the sum of all barriers."""
         left, most = self.left(z)
-        along, across = z[list(self.rows)], np.array(self.factors)
-        if not self.rows:
-            return -across / most, np.outer(across, across) / most**2
-        q, n = left * (2.0 * most - left), len(along)
-        slope = np.concatenate([-2.0 * along, 2.0 * most * across])
-        curve = np.zeros((len(slope), len(slope)))
-        curve[:n, :n] = -2.0 * np.eye(n)
-        curve[n:, n:] = 2.0 * np.outer(across, across)
-        return -slope / q, np.outer(slope, slope) / q**2 - curve / q
+        inside = left * (2.0 * most - left)
+        slopes = 2.0 * (most[:, None] * self.factors - self.rows * z) / inside[:, None]
+        curved = 2.0 * self.weights / inside
+        hessian = slopes.T @ (self.weights[:, None] * slopes) - self.factors.T @ (curved[:, None] * self.factors)
+        return -self.weights @ slopes, hessian + np.diag(curved @ self.rows)
+
+
+def _bounds(cones: Sequence[Cone], size: int) -> _Bounds:
+    """Return cones in z of some size as arrays."""
+    factors, rows = np.zeros((2, len(cones), size))
+    for k, cone in enumerate(cones):
+        factors[k, list(cone.axes)] = cone.factors
+        rows[k, list(cone.rows)] = 1.0
+    return _Bounds(factors, rows, np.where(rows.any(axis=1), 1.0, 0.5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +93,12 @@ def inner_point(start: Floats, ways: Floats, cones: Sequence[Cone], loose: Seque
     is one that is least beyond them.
     """
     count, free = ways.shape
-    width = max(1.0, -2.0 * _room(start, cones))
-    wide = [replace(cone, axes=(*cone.axes, count), factors=(*cone.factors, 1.0)) for cone in cones]
+    bounds, free_of_bounds = _bounds(cones, count), np.array(loose, dtype=int)
+    width = max(1.0, -2.0 * bounds.room(start))
+    wider = np.column_stack([bounds.factors, np.ones(len(cones))])
+    wide = _Bounds(wider, np.column_stack([bounds.rows, np.zeros(len(cones))]), bounds.weights)
     further = np.block([[ways, np.zeros((count, 1))], [np.zeros((1, free)), np.ones((1, 1))]])
-    first = _Search(np.append(start, width), further, wide, np.array(loose, dtype=int))
+    first = _Search(np.append(start, width), further, wide, free_of_bounds)
     y, sharp = np.zeros(free + 1), 1.0
     while sharp <= _SHARPEST and y[-1] + width > 0.0:
         y = first.centred(y, sharp, least=-width)
@@ -90,25 +108,20 @@ def inner_point(start: Floats, ways: Floats, cones: Sequence[Cone], loose: Seque
     left = max(y[-1] + width, 0.0)
     if left > 0.0:
         z = first.at(y)
-        return Inside(z[:-1], y[:-1], _room(z[:-1], cones), first.slopes(z)[1][:-1, :-1])
-    second = _Search(start, ways, cones, np.array(loose, dtype=int))
+        return Inside(z[:-1], y[:-1], bounds.room(z[:-1]), first.slopes(z)[1][:-1, :-1])
+    second = _Search(start, ways, bounds, free_of_bounds)
     y = second.centred(y[:-1])
     z = second.at(y)
-    return Inside(z, y, _room(z, cones), second.slopes(z)[1])
-
-
-def _room(z: Floats, cones: Sequence[Cone]) -> float:
-    """Return what is left to the nearest bound, negative beyond it."""
-    return min((cone.left(z)[0] for cone in cones), default=np.inf)
+    return Inside(z, y, bounds.room(z), second.slopes(z)[1])
 
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """The points start + ways y, the cones, and what is `loose`."""
+    """The points start + ways y, their bounds, and what is `loose`."""
 
     start: Floats
     ways: Floats
-    cones: Sequence[Cone]
+    bounds: _Bounds
     loose: NDArray[Any]
 
     def at(self, y: Floats) -> Floats:
@@ -117,12 +130,14 @@ class _Search:
 
     def centred(self, y: Floats, sharp: float = 0.0, least: float = -np.inf) -> Floats:
         """Return the centre from a point inside; where the last of z counts `sharp` as well, until it is `least`."""
+        before = np.inf
         for _ in range(_STEPS):
             step, gain = self._step(y, sharp)
-            if gain < _CENTRED or y[-1:].sum() <= least:
+            if gain < _CENTRED or y[-1:].sum() <= least or before <= gain < _ROUNDED:
                 break
+            before = gain
             far = 1.0 if gain < 0.06 else 1.0 / (1.0 + float(np.sqrt(gain)))
-            while far > 1e-9 and not _room(self.at(y + far * step), self.cones) > 0.0:
+            while far > 1e-9 and not self.bounds.room(self.at(y + far * step)) > 0.0:
                 far *= 0.5
             if far <= 1e-9:
                 break
@@ -139,11 +154,7 @@ class _Search:
 
     def slopes(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the first and second derivatives of what is made least."""
-        gradient, hessian = np.zeros(len(z)), np.zeros((len(z), len(z)))
+        gradient, hessian = self.bounds.barrier(z)
         gradient[self.loose] += z[self.loose]
         hessian[self.loose, self.loose] += 1.0
-        for cone in self.cones:
-            g, h = cone.barrier(z)
-            gradient[cone.places] += g
-            hessian[np.ix_(cone.places, cone.places)] += h
         return gradient, hessian

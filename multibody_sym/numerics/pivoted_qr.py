@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import exact
@@ -15,7 +16,7 @@ class PivotedQr(NamedTuple):
 
     Q: Floats
     R: Floats
-    order: Floats
+    order: NDArray[np.intp]
     rank: int
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.problem import STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
-from multibody_sym.numerics.pivoted_qr import pivoted_qr
+from multibody_sym.numerics.pivoted_qr import PivotedQr, pivoted_qr
 from multibody_sym.numerics.rank import exact, least_squares
 from multibody_sym.records import dataclass
 
@@ -33,8 +33,6 @@ STANDS: Final = 1e-12
 """Part of its terms below which an acceleration has no direction."""
 VANISHING: Final = 1e-12
 """Part of the largest force below which a force whose length presses is none, and has no direction."""
-TURN: Final = 1e-6
-"""Angle of the difference quotients of Newton's method: half of the digits."""
 
 
 @dataclass(frozen=True)
@@ -64,18 +62,22 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
     slides = [p for p in problem.parts if touching[p.number] and (mode.slips[p.number] != STICKS or not p.rests)]
     norms = [p for p in slides if p.norm and mu[p.number]]
     turning = [p for p in slides if p.in_space and p.rests]
-    trial = _linear(problem, mode, mu, carrying, pressing)
+    equations = _equations(problem, mode, mu, carrying)
+    solution = equations.solved(mode, pressing)
+    trial = solution.trial
     if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
         return _unsolved(trial)
     for k in range(TURNS if turning else PASSES if norms else 0):
         change = _press(norms, trial, pressing)
         if turning:
-            mode, turned = _turned(problem, turning, mode, mu, carrying, pressing)
+            solution = equations.solved(mode, pressing) if norms else solution
+            mode, turned = _turned(turning, solution)
             if k >= LOST and turned > TURN_LOST:
                 return _unsolved(trial)
             # Newton's method has converged where its step is small: what is left is the step's square.
             change = max(change, turned if turned > TURNED else 0.0)
-        trial = _linear(problem, mode, mu, carrying, pressing)
+        solution = equations.solved(mode, pressing)
+        trial = solution.trial
         if change < SETTLED:
             return trial
     if norms or turning:
@@ -85,7 +87,7 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
 
 def roughly(problem: Scaled, mode: Modes, mu: Floats) -> Trial:
     """Return what a mode leads to with the directions that it comes with."""
-    return _linear(problem, mode, mu, None, {})
+    return _equations(problem, mode, mu, None).solved(mode, {}).trial
 
 
 def _press(norms: list[Part], trial: Trial, pressing: dict[int, Floats]) -> float:
@@ -134,45 +136,35 @@ def _across(direction: Floats, a: Floats) -> Floats:
     return a - (a @ direction) * direction
 
 
-def _turned(
-    problem: Scaled,
-    turning: list[Part],
-    mode: Modes,
-    mu: Floats,
-    carrying: Flags | None,
-    pressing: dict[int, Floats],
-) -> tuple[Modes, float]:
+def _turned(turning: list[Part], solution: _Solution) -> tuple[Modes, float]:
     """Return the mode after a Newton step for the angles at which slip is along a_t, and the largest turn.
 
     A direction turns by one angle in a plane, by two in space, each towards a unit vector across it.
     """
+    trial, mode = solution.trial, solution.trial.mode
     ways = [_beside(mode.direction(part)) for part in turning]
     ends = np.cumsum([0, *(way.shape[1] for way in ways)])
     own = [slice(first, last) for first, last in pairwise(ends)]
-
-    def at(angles: Floats) -> Modes:
-        found = mode.copy()
-        for part, way, k in zip(turning, ways, own, strict=True):
-            found.direction(part)[:] = _rotated(mode.direction(part), way, angles[k])
-        return found
-
-    def across(angles: Floats) -> tuple[Floats, Trial]:
-        trial = _linear(problem, at(angles), mu, carrying, pressing)
-        pairs = zip(turning, ways, strict=True)
-        missing = [way.T @ _across(trial.mode.direction(part), trial.a[part.rows]) for part, way in pairs]
-        return np.concatenate(missing), trial
-
-    missing, trial = across(np.zeros(ends[-1]))
-    slopes = np.empty((len(missing), len(missing)))
-    for k in range(len(missing)):
-        slopes[:, k] = (across(TURN * np.eye(len(missing))[k])[0] - missing) / TURN
+    forces = np.zeros((len(trial.z), ends[-1]))  # (m, angles): friction for each angle
+    for part, way, k in zip(turning, ways, own, strict=True):
+        forces[part.rows, k] = -trial.mu[part.number] * solution.weights(part) @ trial.z[part.normals] * way
+    changes = solution.change(forces)
+    missing, slopes = np.empty(ends[-1]), np.empty((ends[-1], ends[-1]))
+    for part, way, k in zip(turning, ways, own, strict=True):
+        e, a = mode.direction(part), trial.a[part.rows]
+        missing[k] = way.T @ a
+        slopes[k] = way.T @ changes[part.rows]
+        slopes[k, k] -= (a @ e) * np.eye(way.shape[1])
     step = least_squares(slopes, -missing)
-    for part, way, place in zip(turning, ways, own, strict=True):
+    for part, way, k in zip(turning, ways, own, strict=True):
         e, a = mode.direction(part), trial.a[part.rows]
         if e @ a < -0.5 * float(np.linalg.norm(a)):  # slip that goes backward turns around
-            step[place] = np.arctan2(np.linalg.norm(_across(e, a)), e @ a) * _unit(way.T @ a)
+            step[k] = np.arctan2(np.linalg.norm(_across(e, a)), e @ a) * _unit(way.T @ a)
     step = np.clip(step, -0.7, 0.7)
-    return at(step), float(np.abs(step).max())
+    found = mode.copy()
+    for part, way, k in zip(turning, ways, own, strict=True):
+        found.direction(part)[:] = _rotated(mode.direction(part), way, step[k])
+    return found, float(np.abs(step).max())
 
 
 def _beside(direction: Floats) -> Floats:
@@ -228,15 +220,18 @@ def forces_of(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: 
     _on_lines(problem, mode, mu, lines, S, place)
     for number in np.flatnonzero(slides & ~lines):
         part, slip = problem.parts[number], int(mode.slips[number])
-        if part.norm:
-            weights = part.base * pressing.get(part.number, np.zeros(len(part.normals)))
-        else:
-            weights = part.base * np.where(mode.sides[part.normals] < 0, -1.0, 1.0)
-        way = _way(part, mode, slip)
+        weights, way = _weights(part, mode, pressing), _way(part, mode, slip)
         columns = place[part.normals]
         there = columns >= 0
         S[np.ix_(part.rows, columns[there])] = -mu[part.number] * np.outer(way, weights[there])
     return S
+
+
+def _weights(part: Part, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+    """Return the factors of its normals' forces in N."""
+    if part.norm:
+        return np.asarray(part.base * pressing.get(part.number, np.zeros(len(part.normals))), dtype=float)
+    return np.asarray(part.base * np.where(mode.sides[part.normals] < 0, -1.0, 1.0), dtype=float)
 
 
 def _on_lines(problem: Scaled, mode: Modes, mu: Floats, slides: Flags, S: Floats, place: Places) -> None:
@@ -256,29 +251,81 @@ def _way(part: Part, mode: Modes, slip: int) -> Floats:
     return mode.direction(part) if part.in_space else np.array([float(slip)])
 
 
-def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pressing: dict[int, Floats]) -> Trial:
-    """Solve the mode with directions as they are."""
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """What a mode's equations are whatever its directions: (m) which rows restrict, `rows` of them, and `free` forces.
+
+    `still` (n) is the motion without forces beside the rows, `right` the right sides along these, then of forces.
+    """
+
+    problem: Scaled
+    mu: Floats
+    free: Places
+    restricting: Flags
+    rows: Restricted
+    still: Floats
+    right: Floats
+
+    def solved(self, mode: Modes, pressing: dict[int, Floats]) -> _Solution:
+        """Solve the mode with directions as they are."""
+        problem, Q = self.problem, self.rows.Q
+        S = forces_of(problem, mode, self.mu, self.free, pressing)
+        seen, beside = self.seen(S)
+        basic = _basic(seen)
+        zeta = basic.solution(self.right[:, None])[:, 0]
+        x = self.still + beside @ zeta
+        z = S @ zeta
+        # Q mixes light bodies with what moves heavy ones: what that left of their rows is taken back.
+        missing = problem.A[self.restricting] @ x - problem.r[self.restricting]
+        x -= Q @ self.rows.components(missing)
+        a = problem.A @ x + problem.D @ z - problem.r
+        idle, places = basic.idle(), self.free[basic.places]
+        trial = Trial(mode, self.mu, x, z, a, basic.solves(zeta, self.right), places, S, idle, beside @ idle)
+        return _Solution(self, trial, beside, basic, pressing)
+
+    def seen(self, forces: Floats) -> tuple[Floats, Floats]:
+        """Return what the equations see of forces (m, k), and what these do beside the rows (n, k)."""
+        problem, Q, F = self.problem, self.rows.Q, self.problem.defining
+        pushes = problem.C.T @ forces
+        along = Q.T @ pushes
+        beside = pushes - Q @ along
+        return np.vstack([along, problem.A[F] @ beside + problem.D[F] @ forces]), beside
+
+
+def _equations(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None) -> _Equations:
     active = active_rows(problem, mode, mu)
     free = np.flatnonzero(active if carrying is None else active & carrying)
-    S = forces_of(problem, mode, mu, free, pressing)
     restricting = active.copy()
     restricting[problem.defining] = False
     rows = restricted(problem.A[restricting])
-    Q, y = rows.Q, rows.components(problem.r[restricting])
-    pushes = problem.C.T @ S
-    along = Q.T @ pushes
-    beside = pushes - Q @ along
-    still = Q @ y
+    y = rows.components(problem.r[restricting])
+    still = rows.Q @ y
     F = problem.defining
-    equations = np.vstack([along, problem.A[F] @ beside + problem.D[F] @ S])
-    right = np.concatenate([y, problem.r[F] - problem.A[F] @ still])
-    zeta, idle, basic, solved = _basic(equations, right)
-    x = still + beside @ zeta
-    z = S @ zeta
-    # Q mixes light bodies with what moves heavy ones: what that left of their rows is taken back.
-    x -= Q @ rows.components(problem.A[restricting] @ x - problem.r[restricting])
-    a = problem.A @ x + problem.D @ z - problem.r
-    return Trial(mode, mu, x, z, a, solved, free[basic], S, idle, beside @ idle)
+    return _Equations(
+        problem, mu, free, restricting, rows, still, np.concatenate([y, problem.r[F] - problem.A[F] @ still])
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """A solution of a mode's equations, and what it takes to change it; `beside` (n, k) is what free forces do."""
+
+    equations: _Equations
+    trial: Trial
+    beside: Floats
+    basic: _Basic
+    pressing: dict[int, Floats]
+
+    def weights(self, part: Part) -> Floats:
+        """Return the factors of its normals' forces in N."""
+        return _weights(part, self.trial.mode, self.pressing)
+
+    def change(self, forces: Floats) -> Floats:
+        """Return by how much a (m, j) changes with forces (m, j), which others answer as the equations ask."""
+        problem = self.equations.problem
+        seen, beside = self.equations.seen(forces)
+        zeta = self.basic.solution(-seen)
+        return problem.A @ (beside + self.beside @ zeta) + problem.D @ (forces + self.trial.forces @ zeta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,31 +359,49 @@ def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats
     return np.asarray(dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
 
 
-def _basic(equations: Floats, right: Floats) -> tuple[Floats, Floats, Places, bool]:
-    """Return a basic solution zeta (k), combinations (k, j) that the equations do not see, and whether it solves.
+@dataclass(frozen=True, eq=False)
+class _Basic:
+    """Equations E (k, j) as `unit`, whose columns are E's over `sizes` (j), and the QR of these in an order."""
 
-    Before the last the places of what it is made of.
-    """
-    count = equations.shape[1]
+    unit: Floats
+    sizes: Floats
+    qr: PivotedQr
+
+    @property
+    def places(self) -> Places:
+        """The places of what solutions are made of."""
+        return np.asarray(self.qr.order[: self.qr.rank], dtype=np.intp)
+
+    def idle(self) -> Floats:
+        """Return combinations (j, j - rank) that the equations do not see."""
+        count, rank = len(self.sizes), self.qr.rank
+        idle = np.zeros((count, count - rank))
+        if rank < count:
+            idle[self.places] = -_triangular(self.qr.R[:rank, :rank], self.qr.R[:rank, rank:])
+            idle[self.qr.order[rank:]] = np.eye(count - rank)
+        return idle / self.sizes[:, None]
+
+    def solution(self, right: Floats) -> Floats:
+        """Return zeta (j, c) for right sides (k, c)."""
+        zeta = np.zeros((len(self.sizes), right.shape[1]))
+        for _ in range(2):  # once more for what rounding left
+            rest = self.qr.Q[:, : self.qr.rank].T @ (right - self.unit @ zeta)
+            zeta[self.places] += _triangular(self.qr.R[: self.qr.rank, : self.qr.rank], rest)
+        return zeta / self.sizes[:, None]
+
+    def solves(self, zeta: Floats, right: Floats) -> bool:
+        """Return whether zeta (j) fulfils the equations with a right side (k)."""
+        zeta = zeta * self.sizes
+        missing = float(np.abs(right - self.unit @ zeta).max(initial=0.0))
+        terms = float((np.abs(self.unit) @ np.abs(zeta) + np.abs(right)).max(initial=0.0))
+        return missing <= 1e-10 * terms + 1e3 * EPSILON * terms
+
+
+def _basic(equations: Floats) -> _Basic:
     sizes = np.linalg.norm(equations, axis=0)
     sizes[sizes <= exact(equations) * float(sizes.max(initial=0.0))] = 1.0
-    if not count or not len(right):
-        return np.zeros(count), np.eye(count), np.zeros(0, dtype=np.intp), not right.any()
+    rows, count = equations.shape
+    if not rows or not count:
+        return _Basic(equations, sizes, PivotedQr(np.zeros((rows, 0)), np.zeros((0, count)), np.arange(count), 0))
     unit = equations / sizes
-    Q, R, order, rank = pivoted_qr(unit)
-    basic = R[:rank, :rank]
-
-    def solve(wanted: Floats) -> Floats:
-        return _triangular(basic, Q[:, :rank].T @ wanted[:, None])[:, 0]
-
-    zeta = np.zeros(count)
-    zeta[order[:rank]] = solve(right)
-    zeta[order[:rank]] += solve(right - unit @ zeta)
-    missing = float(np.abs(right - unit @ zeta).max(initial=0.0))
-    terms = float((np.abs(unit) @ np.abs(zeta) + np.abs(right)).max(initial=0.0))
-    idle = np.zeros((count, count - rank))
-    if rank < count:
-        idle[order[:rank]] = -_triangular(basic, R[:rank, rank:])
-        idle[order[rank:]] = np.eye(count - rank)
-    solved = missing <= 1e-10 * terms + 1e3 * EPSILON * terms
-    return zeta / sizes, idle / sizes[:, None], np.asarray(order[:rank], dtype=np.intp), solved
+    return _Basic(unit, sizes, pivoted_qr(unit))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from one_way_problems import assert_holds, random_blocks
 
-from multibody_sym.dynamics.laws import states
+from multibody_sym.dynamics.laws import mode_solve, states
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
 from multibody_sym.dynamics.laws.problem import (
     IN_SPACE,
@@ -112,6 +114,26 @@ def test_laws_of_a_body_on_feet_hold_exactly(feet: int, seed: int) -> None:
     assert found.states
     for state in found.states:
         assert_holds(asked, state)
+
+
+def test_directions_of_slip_take_one_solution_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method doubles the digits: half a dozen steps, however many directions there are."""
+    problem = scaled(body(np.random.default_rng(9), 3))
+    solved: list[int] = []
+    factors = mode_solve.pivoted_qr
+
+    def counted(*given: Any, **named: Any) -> Any:
+        solved.append(1)
+        return factors(*given, **named)
+
+    monkeypatch.setattr(mode_solve, "pivoted_qr", counted)
+    directions = np.zeros((3, 3))
+    directions[:, 0] = 1.0
+    trial = solve_mode(problem, Modes(np.ones(9, dtype=int), np.full(3, IN_SPACE), directions), np.full(3, 0.3))
+    assert trial.solved
+    for part in problem.parts:
+        assert trial.mode.direction(part) == pytest.approx(trial.a[part.rows] / np.linalg.norm(trial.a[part.rows]))
+    assert len(solved) < 10
 
 
 def test_a_table_on_three_legs_slides_along_the_push() -> None:
