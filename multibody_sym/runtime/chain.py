@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.integrators.flow import Status
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.course import Passage
@@ -79,8 +80,15 @@ Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event | Stopped"]
 before what the switch does, or behind it."""
 
 
-def chain(onward: Onward, legs: list[Leg]) -> Loop:
-    """Return the loop of a run that goes on as `onward` says; its parts are added to `legs`, the one under way last."""
+Across = Callable[[Problem, Switch], "Problem | RunFailure | Event | Stopped | None"]
+"""The same where rows come to depend on each other and no step leads on; None where nothing else does."""
+
+
+def chain(onward: Onward, across: Across, legs: list[Leg]) -> Loop:
+    """Return the loop of a run that goes on as `onward` and `across` say.
+
+    Its parts are added to `legs`, the one under way last.
+    """
 
     def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         done = Progress(0, problem.start, problem.x0, Statistics(), None)
@@ -91,15 +99,21 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
                 problem = legs[-1].of  # the loop may have gone on from mode to mode
                 latest = _joined(done, progress, problem)
                 legs[-1] = legs[-1].passed(latest.written, latest.time, progress.statistics.steps)
-                if _switched(progress, problem) is None:
+                if _switched(progress, problem) is None and not _is_singular(latest):
                     yield latest
             index = _switched(progress, problem)
-            if index is None or latest.failure is not None:
+            at = Begun(latest.time, latest.written)
+            following = across(problem, Switch(at, latest.x, -1)) if _is_singular(latest) else None
+            if following is not None:
+                latest = replace(latest, failure=None)
+            elif index is None or latest.failure is not None:
+                if _is_singular(latest):
+                    yield latest
                 return
             if problem.is_over(latest.time) or latest.written == len(samples):
                 yield _over(latest, latest.x, samples, legs)
                 return
-            following = onward(problem, Switch(Begun(latest.time, latest.written), latest.x, index))
+            following = following or onward(problem, Switch(at, latest.x, index or 0))
             if isinstance(following, Event):
                 latest = _told(latest, problem, samples)
                 legs[-1] = replace(legs[-1], end=latest.written)
@@ -173,6 +187,10 @@ def _switched(progress: Progress, problem: Problem) -> int | None:
     """Return the number of the switching function of the mode at which the run stands, None where it goes on."""
     last = progress.events[-1] if progress.events else None
     return last.index - problem.switches if last is not None and last.index >= problem.switches else None
+
+
+def _is_singular(progress: Progress) -> bool:
+    return progress.failure is not None and progress.failure.status is Status.SINGULAR
 
 
 def _joined(done: Progress, latest: Progress, problem: Problem) -> Progress:

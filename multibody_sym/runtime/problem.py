@@ -150,12 +150,17 @@ class Problem:
 
     def rates(self, t: float, x: Floats) -> Floats:
         """Return x' (nq + nu,) at a time and a state x."""
+        return self.pushed(t, x)[0]
+
+    def pushed(self, t: float, x: Floats) -> tuple[Floats, Floats]:
+        """Return x' (nq + nu,) at a time and a state x, and the multipliers of all rows."""
         q, u = x[: len(self.q0)], x[len(self.q0) :]
         inputs = np.zeros(0)
         if self.inputs:
             inputs, *_ = self.compiled["inputs"](t, q, u, self.parameters)
-        qdot, udot, *_ = self.compiled["state_derivative"](t, q, u, self.parameters, inputs, self.modes)
-        return np.concatenate([qdot, udot])
+        known = t, q, u, self.parameters, inputs, self.modes
+        qdot, udot, multipliers, *_ = self.compiled["state_derivative"](*known)
+        return np.concatenate([qdot, udot]), multipliers
 
     @property
     def switches(self) -> int:

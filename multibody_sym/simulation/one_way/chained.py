@@ -33,6 +33,7 @@ from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, 
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.jams import jam_of
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
@@ -147,7 +148,7 @@ class OneWayRun:
     @property
     def loop(self) -> Loop:
         """The loop that goes from mode to mode."""
-        return chain(self.onward, self.legs)
+        return chain(self.onward, self.across, self.legs)
 
     @cached_property
     def account(self) -> EnergyAccount:
@@ -212,12 +213,35 @@ class OneWayRun:
             q, u = np.split(switch.x, [len(self.template.q0)])
             facts = self.laws.at(switch.begun.time, q, u, self._scale)
             switch = stopped(switch, self.stretches[-1], facts, cause.part)
-        found = self._known(switch) or self._searched(switch)
-        now, lost, blows = self.stretches[-1], dict(self.lost), len(self.blows)
+        found, now = self._known(switch) or self._searched(switch), self.stretches[-1]
+        followed = self._followed(found, switch)
+        if not isinstance(followed, RunFailure):
+            self._learn(now.mode, switch.index)
+        return followed
+
+    def across(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event | Stopped | None:
+        """Return the run behind an instant at which friction jams, or that none is; None where it does not jam."""
+        now, t = self.stretches[-1], switch.begun.time
+        jam = jam_of(now, self._seen(t, switch.x))
+        if jam is None:
+            return None
+        usual = Before(now.mode, now.udot_at(jam.facts), None, None, self._bounces)
+        beyond = self._tips.aside(jam.facts, now.active)
+        found = self._tips.resting(decided(jam.facts, now.active, usual, beyond=beyond, hidden=tuple(self._hidden)))
+        if found.mode is None:
+            self.trouble = (
+                f"friction jams: the force at {jam.row} grows without bound, for with its friction it hardly moves "
+                f"what it presses (Painleve's paradox), and behind that {found.why_none}"
+            )
+            return RunFailure(Status.NO_MODE, t, None)
+        return self._followed(found, switch)
+
+    def _followed(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
+        """Return the run in the mode that was found at a switch, or the stop that it meets."""
+        lost, blows = dict(self.lost), len(self.blows)
         entered = self._entered(found, switch)
         if isinstance(entered, RunFailure):
             return entered
-        self._learn(now.mode, switch.index)
         went = entered, found.blow, max(found.late.values(), default=0.0)
         met = stop_met(self.laws.mechanism, self.stretches[-2:], switch, went, self._scale.speed)
         if isinstance(met, Event):  # the run ends before what has struck

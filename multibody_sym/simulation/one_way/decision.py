@@ -107,12 +107,12 @@ class Decided:
 class Before:
     """The mode in which a run came to a switch, its accelerations (nu,) there, a mode that may follow, what bounces.
 
-    `rates` are those (nq + nu,) of the mode at a time and a state (nq + nu,).
+    `rates` are those (nq + nu,) of the mode at a time and a state (nq + nu,), None where it leads no further.
     """
 
     mode: Mode
     udot: Floats
-    rates: Callable[[float, Floats], Floats]
+    rates: Callable[[float, Floats], Floats] | None
     guess: Mode | None
     bounces: Bounces
 
@@ -169,8 +169,8 @@ def decided(
     state = found.states[0] if found.states else None
     mode = None if state is None else _with_hidden(basic_mode(problem, state), hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
-    if before is not None and blow is None and limit:
-        state, mode = _ahead(facts, touching, before, state, mode, hidden)
+    if before is not None and before.rates is not None and blow is None and limit:
+        state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
     rows = [facts.laws.places[name] for name in problem.names]
     largest = 0.0 if state is None else Decided.largest_of(state.z, facts, rows)
     return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
@@ -360,9 +360,9 @@ def _found(problem: PosedLaws, previous: Mode | None) -> Found:
 def _ahead(
     facts: Facts,
     touching: Collection[str],
-    before: Before,
-    state: LawState | None,
-    mode: Mode | None,
+    before: Mode,
+    rates_of: Callable[[float, Floats], Floats],
+    known: tuple[LawState | None, Mode | None],
     hidden: tuple[str, ...],
 ) -> tuple[LawState | None, Mode | None]:
     """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
@@ -370,13 +370,14 @@ def _ahead(
     It is the same where nothing else is found; on the way there the forces of the mode go on to change, and what sticks
     or touches in it goes on to do so. Where that leaves no state, it begins to slip: on a straight line.
     """
+    state, mode = known
     now = np.concatenate([facts.q, facts.u])
-    rates = before.rates(facts.t, now)
+    rates = rates_of(facts.t, now)
     for soon in (part * facts.scale.time for part in SOON):
-        for x in (stepped(before.rates, facts.t, now, soon), now + soon * rates):
+        for x in (stepped(rates_of, facts.t, now, soon), now + soon * rates):
             q, u = np.split(x, [len(facts.q)])
             there = posed(facts.laws.at(facts.t + soon, q, u, facts.scale), touching)
-            if found := _found(there, before.mode).states:
+            if found := _found(there, before).states:
                 break
         following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
         if following is None or mode is None or not following.alike(mode):

@@ -1,0 +1,99 @@
+"""The state just beyond where sliding friction jams: its push grows without bound as it hardly moves what it presses.
+
+On the way there (Painleve's paradox) speeds change as the square root of the time that is left. With the reciprocal m
+of the push, dx = f m ds and dt = m ds, all is smooth, and m passes zero at some pace: so the state there is found from
+any step before. Where a push grows as constraints come to depend on each other, m only fades.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
+from multibody_sym.simulation.one_way.facts import Facts
+from multibody_sym.simulation.one_way.stretches import Stretch
+
+_FIRST: Final = 1e-9
+"""The part of the largest speeds by which a first step changes them, ..."""
+_FARTHEST: Final = 1e-2
+"""... and of a last one, each of which is twice as long as the one before."""
+_BEYOND: Final = 1e-6
+"""By how much they are changed from where m is zero to the state beyond."""
+_SOON: Final = 1e-3
+"""The part of the time in which the fastest passes the model's size within which a jam is near."""
+
+
+@dataclass(frozen=True, eq=False)
+class Jam:
+    """What jams, a row by name, and what holds just beyond."""
+
+    row: str
+    facts: Facts
+
+
+def jam_of(now: Stretch, facts: Facts) -> Jam | None:
+    """Return where what slides jams soon after an instant of a mode; None if nothing does."""
+    y, rows = np.concatenate([[facts.t], facts.q, facts.u]), now.program.mechanism.rows
+    _, pushes = now.problem.pushed(facts.t, y[1:])
+    sliding = [k for k, row in enumerate(rows) if isinstance(row, SlidingRow)]
+    if not sliding or not np.isfinite(pushes).all():
+        return None
+    row = max(sliding, key=lambda k: abs(float(pushes[k])))
+    with np.errstate(all="ignore"):
+        there = _Way(now, row, float(pushes[row]), facts.sizes[-len(facts.u) :]).beyond(y)
+    if there is None or not there[0] - facts.t <= _SOON * facts.scale.time:
+        return None
+    q, u = np.split(there[1:], [len(facts.q)])
+    time = max(facts.t, float(there[0]))  # from where m is zero on the way leads back in time
+    return Jam(rows[row].name, facts.laws.at(time, q, u, facts.scale))
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """The way in s of time and state y (1 + nq + nu,) in a mode; m is 1 where the `row` has this `push`.
+
+    `sizes` (nu,) are the largest speeds.
+    """
+
+    now: Stretch
+    row: int
+    push: float
+    sizes: Floats
+
+    def beyond(self, y: Floats) -> Floats | None:
+        """Return y where m has just changed its sign; None where it does not."""
+        part, m = _FIRST, 1.0
+        while part < _FARTHEST:
+            step = part * self.pace(y)
+            ahead = self.step(y, step)
+            found = self.slope(ahead)[1]
+            if not np.isfinite(found):
+                return None
+            if found <= 0.0:
+                return self.step(y, step * m / (m - found) + _BEYOND * self.pace(y))
+            part, y, m = 2.0 * part, ahead, found
+        return None
+
+    def pace(self, y: Floats) -> float:
+        """Return the s in which speeds would change by as much as the largest are."""
+        change: Floats = np.abs(self.slope(y)[0][-len(self.sizes) :]) / self.sizes
+        return 1.0 / float(change.max())
+
+    def slope(self, y: Floats) -> tuple[Floats, float]:
+        """Return dy/ds, and m."""
+        rates, pushes = self.now.problem.pushed(float(y[0]), y[1:])
+        m = self.push / float(pushes[self.row])
+        return m * np.concatenate([[1.0], rates]), m
+
+    def step(self, y: Floats, s: float) -> Floats:
+        """Return y a step on, of order 4."""
+        k1, _ = self.slope(y)
+        k2, _ = self.slope(y + 0.5 * s * k1)
+        k3, _ = self.slope(y + 0.5 * s * k2)
+        k4, _ = self.slope(y + s * k3)
+        end: Floats = y + s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        return end
