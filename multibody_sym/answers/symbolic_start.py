@@ -36,7 +36,7 @@ from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
-from multibody_sym.model.mechanism.start_constants import TangentAngle, WrapAngle
+from multibody_sym.model.mechanism.start_constants import RopeSide, TangentAngle, WrapAngle
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
@@ -211,6 +211,8 @@ class _SymbolicStart:
             if isinstance(entry.measure, TangentAngle):
                 angle = tangent_angle(here, entry.measure, seen_axis(there, entry.measure))
                 self.parameters[place] = as_node(angle)
+            elif isinstance(entry.measure, RopeSide):
+                self.parameters[place] = as_node(round(begin.parameters[place]))
             elif isinstance(entry.measure, WrapAngle):
                 rows = (row for element in self.mechanism.one_way for row in element.rows)
                 slip = next(row for row in rows if row.name == entry.measure.row)

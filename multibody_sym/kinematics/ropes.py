@@ -17,7 +17,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, atan2, cos, is_exactly, sign, sin, sqrt
+from multibody_sym.scalars.functions import atan2, cos, is_exactly, sign, sin, sqrt
 from multibody_sym.scalars.node import PI
 from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -74,7 +74,7 @@ def segments(motion: Motion, path: Sequence[Bend], straight: Sequence[Point | No
     `straight` are the directions (world) of pieces that keep them, None where a piece does not.
     """
     centres = [position(motion, bend.at) for bend in path]
-    wheels = [_wheel(motion, path, centres, k) for k in range(len(path))]
+    wheels = [wheel_at(motion, path, k) for k in range(len(path))]
     pieces = []
     for k in range(len(path) - 1):
         ends, d = (path[k].at, path[k + 1].at), subtract(centres[k + 1], centres[k])
@@ -98,46 +98,29 @@ def segments(motion: Motion, path: Sequence[Bend], straight: Sequence[Point | No
 
 def sides(motion: Motion, path: Sequence[Bend]) -> list[S | None]:
     """Return to which side (1, -1; 0: none) a rope turns about each wheel's axis; None for points."""
-    centres = [position(motion, bend.at) for bend in path]
-    wheels = [_wheel(motion, path, centres, k) for k in range(len(path))]
+    wheels = [wheel_at(motion, path, k) for k in range(len(path))]
     return [None if wheel is None else wheel.side for wheel in wheels]
 
 
 def wheel_at(motion: Motion, path: Sequence[Bend], k: int) -> Wheel | None:
-    """Return the wheel at bend k, None for a point."""
-    return _wheel(motion, path, [position(motion, bend.at) for bend in path], k)
-
-
-def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> Wheel | None:
-    """Return the wheel at bend k, None for a point; its centre is inside the bend where no side is given.
-
-    Where the rope runs straight back (both ends hang below the centre) the bend has no inside, and the wheel no radius.
-    """
+    """Return the wheel at bend k, None for a point; it has no radius where no side was found."""
     bend = path[k]
     if bend.radius.shadow == 0 or (k in (0, len(path) - 1) and bend.grip is None):
         return None
-    radius, *components = motion.state.values([bend.radius, *bend.axis])
+    radius, side, *components = motion.state.values([bend.radius, bend.side, *bend.axis])
     axis = apply(motion.rotation(bend.at.body), components)
-    if bend.side is not None:
-        (side,) = motion.state.values([bend.side])
-    else:
-        side = sign(_turn(motion, path, centres, k))
-    return Wheel(radius * absolute(side), scale(side, axis), side, axis, bend.at.body)
+    return Wheel(radius * side * side, scale(side, axis), side, axis, bend.at.body)
 
 
-def _turn(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> S:
-    """Return the area that the rope's neighbours and the centre at bend k span, positive where it turns to the left."""
-    bend = path[k]
+def inner_side(motion: Motion, bend: Bend) -> S:
+    """Return on which side of a wheel a rope has the centre inside its bend: 1 to the left about the axis, -1, or 0.
+
+    Where the rope runs straight back (both ends hang below the centre) the bend has no inside.
+    """
+    assert bend.beside is not None
     axis = apply(motion.rotation(bend.at.body), motion.state.values(bend.axis))
-    near = [position(motion, marker) for marker in bend.beside] if bend.beside else [centres[k - 1], centres[k + 1]]
-    return dot(axis, cross(subtract(centres[k], near[0]), subtract(near[1], centres[k])))
-
-
-def turns_of(motion: Motion, path: Sequence[Bend]) -> dict[str, S]:
-    """Return by pulley, where the bend alone tells on which side of it the rope runs, how it turns there."""
-    centres = [position(motion, bend.at) for bend in path]
-    inner = [k for k in range(1, len(path) - 1) if path[k].side is None and path[k].radius.shadow != 0]
-    return {path[k].pulley: _turn(motion, path, centres, k) for k in inner}
+    centre, (before, behind) = position(motion, bend.at), (position(motion, marker) for marker in bend.beside)
+    return sign(dot(axis, cross(subtract(centre, before), subtract(behind, centre))))
 
 
 def _tangent(

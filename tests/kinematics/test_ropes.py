@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mechanisms import Case
 
+from multibody_sym.dynamics.start.constants import with_constants
 from multibody_sym.kinematics.ropes import segments
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.declaration.bodies import Body
@@ -30,7 +31,13 @@ def rope_case(points: list[np.ndarray], radii: list[float], axes: list[list[floa
         pulleys=pulleys,
         constraints={"rope": Rope(["ground.p0", *pulleys, f"ground.p{len(points) - 1}"], length=0)},
     )
-    return Case(0, system, mechanism(system), [0.0, 0.0])
+    return measured_case(system, [0.0])
+
+
+def measured_case(system: System, q: list[float]) -> Case:
+    """Return a system whose ropes run on the sides that their bends have at q."""
+    resolved = mechanism(system)
+    return Case(0, system, resolved, with_constants(resolved, [0.0] * len(resolved.parameters), np.array(q)))
 
 
 def length_of(case: Case) -> float:
@@ -125,8 +132,7 @@ def test_rope_over_a_movable_pulley_has_two_parts_to_its_load() -> None:
         pulleys={"low": Pulley("carrier", radius=0.1), "high": Pulley("ground.top", radius=0.1)},
         constraints={"rope": Rope(["ground.hook", "low", "high", "weight"], length=0)},
     )
-    case = Case(0, system, mechanism(system), [0.0, 0.0])
-    (row,) = row_motions(case.motion(0.0, [0.5, 1.0], [0.25, 0.5]))
+    (row,) = row_motions(measured_case(system, [0.5, 1.0]).motion(0.0, [0.5, 1.0], [0.25, 0.5]))
     assert row.jacobian == pytest.approx([2.0, 1.0])
     assert -row.phi == pytest.approx(2 * 2.5 + 2.0 + 2 * math.pi * 0.1)
     assert row.phidot == pytest.approx(2 * 0.25 + 0.5)

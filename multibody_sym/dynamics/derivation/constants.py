@@ -18,7 +18,14 @@ from multibody_sym.model.declaration.system import with_expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.parameters import ARRAY
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection, WrapAngle
+from multibody_sym.model.mechanism.start_constants import (
+    Measure,
+    RopeLength,
+    RopeSide,
+    TangentAngle,
+    TangentDirection,
+    WrapAngle,
+)
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, slot
 from multibody_sym.scalars.traversal import leaves
@@ -91,6 +98,8 @@ def _value(value: float, measure: Measure) -> Label:
 def _meaning(mechanism: Mechanism, measure: Measure) -> str:
     if isinstance(measure, RopeLength):
         return f"how long {measure.row} is at the start" + (", less what turned wheels have wound" * measure.winds)
+    if isinstance(measure, RopeSide):
+        return f"on which side of {measure.pulley} {measure.rope} runs: 1 to the left about the axis, or -1"
     if isinstance(measure, WrapAngle):
         return f"around how much of its wheel the rope of {measure.row} lies at the start"
     if isinstance(measure, TangentDirection):

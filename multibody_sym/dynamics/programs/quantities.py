@@ -24,7 +24,7 @@ from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
 from multibody_sym.dynamics.programs.pulleys import pulley_reactions
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.switching import SwitchingValues, switchings
-from multibody_sym.dynamics.programs.tensions import tensions_by_name
+from multibody_sym.dynamics.programs.tensions import ropes, tensions_by_name
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.quantities import OWN_CENTRE, SYSTEM
@@ -39,6 +39,7 @@ from multibody_sym.kinematics.energy import (
 )
 from multibody_sym.kinematics.loads import place, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.ropes import wrap_angle
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.kinematics.wrenches import NO_WRENCH
@@ -248,6 +249,12 @@ def _multiplier(instant: Instant, name: str) -> S:
     return instant.multipliers[rows[name]] if name in rows else 0
 
 
+def _wrap(instant: Instant, name: str, pulley: str) -> S:
+    """Return around how much of a wheel a run of rope lies."""
+    row = next(row for row in ropes(instant.motion.mechanism) if row.name == name)
+    return wrap_angle(instant.motion, row, next(k for k, bend in enumerate(row.path) if bend.pulley == pulley))
+
+
 def _parts(instant: Instant, whole: str) -> list[Momentum]:
     """Return the momenta of a body, or of all where the word for the system is no body's name."""
     names = [body.name for body in instant.motion.mechanism.bodies]
@@ -360,6 +367,7 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "place": _place_of,
     "reaction": _reaction,
     "tension": _tension,
+    "wrap": _wrap,
     "multiplier": _multiplier,
     "total_energy": _total,
     "kinetic_energy": _kinetic,

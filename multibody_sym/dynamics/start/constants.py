@@ -1,4 +1,4 @@
-"""Constants of a run, measured in the assembled position: lengths of ropes, angles of tangents."""
+"""Constants of a run, measured in the assembled position: lengths and sides of ropes, angles of tangents."""
 
 from __future__ import annotations
 
@@ -11,14 +11,28 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.ropes import NoDirectionError, segments, sides, tangent_direction, wrap_angle
+from multibody_sym.kinematics.ropes import (
+    NoDirectionError,
+    inner_side,
+    segments,
+    sides,
+    tangent_direction,
+    wrap_angle,
+)
 from multibody_sym.kinematics.surface_angles import tangent_angle, tangent_components
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection, WrapAngle
+from multibody_sym.model.mechanism.start_constants import (
+    Measure,
+    RopeLength,
+    RopeSide,
+    TangentAngle,
+    TangentDirection,
+    WrapAngle,
+)
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _PARALLEL: Final = 1e-9
@@ -35,16 +49,46 @@ def with_constants(mechanism: Mechanism, parameters: Sequence[float], q: Floats)
 
     Raises ModelError where an expression has no finite value there.
     """
-    measures = [(place, entry.measure) for place, entry in enumerate(mechanism.parameters) if entry.measure]
-    found = list(parameters)
+    found = with_sides(mechanism, parameters, q)
     # lengths come last: what is wound counts from the direction of the tangent
     for kinds in ((TangentAngle, TangentDirection, WrapAngle), (RopeLength,)):
-        asked = [(place, measure) for place, measure in measures if isinstance(measure, kinds)]
-        if asked:
-            with valued():
-                motion = Rows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
-                for place, measure in asked:
-                    found[place] = _measured(motion, measure)
+        found = _with(mechanism, found, q, kinds)
+    return found
+
+
+def with_sides(mechanism: Mechanism, parameters: Sequence[float], q: Floats) -> list[float]:
+    """Return the parameter vector (np) with the sides on which ropes have wheels inside their bends in a position."""
+    return _with(mechanism, parameters, q, (RopeSide,))
+
+
+def verify_sides(mechanism: Mechanism, parameters: Sequence[float], q: Floats) -> None:
+    """Raise ModelError where the sides that ropes have in a position are not those with which it was found."""
+    there = with_sides(mechanism, parameters, q)
+    found = (e.measure for e, x, y in zip(mechanism.parameters, parameters, there, strict=True) if x != y)
+    for measure in (measure for measure in found if isinstance(measure, RopeSide)):
+        with at("constraints", measure.rope, "path"):
+            raise _which_side(measure.pulley, "start values and what the constraints make of them lie on both sides")
+
+
+def _which_side(pulley: str, why: str) -> ModelError:
+    return ModelError(
+        f'{why}, so that no bend tells on which side the rope runs: wrap: {{{pulley}: "+"}} leads it counter-clockwise '
+        f'about the axis, wrap: {{{pulley}: "-"}} clockwise',
+        number="M115",
+    )
+
+
+def _with(
+    mechanism: Mechanism, parameters: Sequence[float], q: Floats, kinds: tuple[type[Measure], ...]
+) -> list[float]:
+    """Return the parameter vector (np) with what some kinds of measure find in the position q (nq)."""
+    found = list(parameters)
+    asked = [(k, entry.measure) for k, entry in enumerate(mechanism.parameters) if isinstance(entry.measure, kinds)]
+    if asked:
+        with valued():
+            motion = Rows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
+            for place, measure in asked:
+                found[place] = _measured(motion, measure)
     return found
 
 
@@ -59,6 +103,9 @@ def _measured(motion: Motion, measure: Measure) -> float:
         return float(tangent_angle(motion, measure, seen_axis(motion, measure))) + 0.0  # no -0
     slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.rows]
     taut = [(row, motion.mechanism.row_path(k)) for k, row in enumerate(motion.mechanism.rows)]
+    if isinstance(measure, RopeSide):
+        ropes = (row for row, _ in (*slackening, *taut) if isinstance(row, RopeRow) and row.told[0] == measure.rope)
+        return float(inner_side(motion, next(b for row in ropes for b in row.path if b.pulley == measure.pulley)))
     row, path = next((row, path) for row, path in (*slackening, *taut) if row.name == measure.row)
     with at(*path):
         if isinstance(row, RopeSlipRow):
@@ -77,12 +124,8 @@ def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
         return
     name = rope.path[bend].pulley
     with at("path"):
-        raise ModelError(
-            f"what comes before pulley {name} on the path and what comes behind lie in one line with its centre, so "
-            f'that no bend tells on which side the rope runs: wrap: {{{name}: "+"}} leads it counter-clockwise about '
-            f'the axis, wrap: {{{name}: "-"}} clockwise',
-            number="M115",
-        )
+        before = f"what comes before pulley {name} on the path and what comes behind lie in one line with its centre"
+        raise _which_side(name, before)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.constraints.singular import generic_rank, verify_reg
 from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.start.absolute_state import absolute_state
 from multibody_sym.dynamics.start.assembly import assembled_position, assembled_speeds
-from multibody_sym.dynamics.start.constants import measured_rows, valued, with_constants
+from multibody_sym.dynamics.start.constants import measured_rows, valued, verify_sides, with_constants, with_sides
 from multibody_sym.dynamics.start.feet import has_curves, verify_fits, verify_ways, with_feet
 from multibody_sym.dynamics.start.parameters import parameter_values, value_or_nan
 from multibody_sym.errors import ModelError, Where, at
@@ -136,12 +136,17 @@ def _closed(
     """Return the state that satisfies all constraints, from a declared one; with constants measured there if asked."""
     measured = measured_rows(mechanism) if measure else frozenset()
     active = [k for k in range(len(mechanism.rows)) if k not in measured]
-    rows = Rows(mechanism, declared, active, compiled=compiled)
+    rows = Rows(mechanism, with_sides(mechanism, declared, q) if measure else declared, active, compiled=compiled)
     _verify_inertia(rows, q, u)
     if any(row.declared_length is not None for row in mechanism.rows):
         verify_lengths(rows.motion(q, u))
     with contradictions_named(rows, q, u):
         position = assembled_position(rows, q, project=project)
+        # a guess may lie on the other side of a wheel
+        if measure and (there := with_sides(mechanism, declared, position.values)) != list(rows.parameters):
+            rows = replace(rows, parameters=there)
+            position = assembled_position(rows, q, project=project)
+            verify_sides(mechanism, there, position.values)
     _verify_values(rows, position.values, u)
     if rows.active:
         _verify_inertia(rows, position.values, u)

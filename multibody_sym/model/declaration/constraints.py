@@ -46,9 +46,10 @@ class Rope(Element):
     initial positions make it. It is taut, unless it may go `slack`. A pulley on a `body` grips: on both sides of it the
     tensions differ. `wind` names pulleys on bodies at ends of the path, drums on which the rope winds (one that the
     path does not name is put at its end). `wrap` tells, for all wheels or by name, that the rope runs about a pulley's
-    axis counter-clockwise (+) or clockwise (-) in path order: at drums, and where the centre is not inside the bend.
-    `turns` are full turns more that it lies around pulleys. `label` is the letter of its tension in equations. Where it
-    goes taut with a speed, `restitution` (0 to 1) of it is given back, and it is slack again.
+    axis counter-clockwise (+) or clockwise (-) in path order: at drums, and where the centre is not inside the bend
+    at the start; it keeps its side, and a run ends where it comes off. `turns` are full turns more that it lies around
+    pulleys. `label` is the letter of its tension in equations. Where it goes taut with a speed, `restitution` (0 to 1)
+    of it is given back, and it is slack again.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"rough": "it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}

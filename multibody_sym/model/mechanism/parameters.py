@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.expressions.units import Dimension
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, RopeSide, TangentAngle
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, slot
 
@@ -118,6 +118,8 @@ def measured_name(name: str, measure: Measure) -> str:
     """Return what the entry is called that holds what the start measures of a constraint, or of a part of one."""
     if isinstance(measure, RopeLength):
         return f"length of {name}"
+    if isinstance(measure, RopeSide):
+        return f"side of {name}"
     return f"angle of {name}.t1" if isinstance(measure, TangentAngle) else f"angle of {name}"
 
 

@@ -10,6 +10,18 @@ from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)
+class RopeSide:
+    """On which side of a wheel a rope runs: 1 where it turns to the left about its axis, -1 to the right.
+
+    The centre is inside the bend; 0 where the rope runs straight back, or its neighbours are in line with the centre.
+    """
+
+    rope: str
+    pulley: str
+    unit: ClassVar[str] = "1"
+
+
+@dataclass(frozen=True)
 class RopeLength:
     """How long the path of a rope is, for ropes that declare no length; `row` is the name of its row.
 
@@ -52,4 +64,4 @@ class TangentAngle:
     unit: ClassVar[str] = "rad"
 
 
-Measure = RopeLength | TangentDirection | WrapAngle | TangentAngle
+Measure = RopeSide | RopeLength | TangentDirection | WrapAngle | TangentAngle

@@ -20,6 +20,8 @@ from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mec
 from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
+from multibody_sym.model.mechanism.rope_path import leaves_wheel
+from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
@@ -52,7 +54,7 @@ from multibody_sym.model.resolution.start_constants import with_constants
 from multibody_sym.model.resolution.vocabulary import meanings, verify_curves, verify_expressions, verify_forces
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import fading_functions, switching_function, switching_functions
-from multibody_sym.scalars.node import ZERO, Node, as_node, quantity, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity, slot, symbol
 from multibody_sym.scalars.traversal import leaves
 
 
@@ -91,6 +93,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     rows = [row for row in declared if row not in loose]
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
+    one_way = _in_slots(told, one_way_elements(references, loose))
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
@@ -101,7 +104,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
         **_outputs(resolved, told),
-        stops=_stops(resolved, _in_slots(told, bodies)),
+        stops={**_stops(resolved, _in_slots(told, bodies)), **_wheels_left([*rows, *loose])},
         kinks=_kinks(resolved, slots),
         fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved, slots)))),
         loads=_in_slots(told, tuple(loads(references))),
@@ -111,7 +114,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         symbols={**_rates(told, rate_names(system)), **slots, **told},
         driving_inputs=driving_inputs(system),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
-        one_way=(one_way := _in_slots(told, one_way_elements(references, loose))),
+        one_way=one_way,
         state_stops=_state_stops(resolved, one_way),
         impact=_verified(system, one_way, _in_slots(told, struck_impacts(references, one_way, rows, cuts))),
     )
@@ -166,6 +169,14 @@ def _stops(system: System, bodies: Sequence[TreeBody]) -> dict[str, Node]:
     declared = {name: switching_function(x) for name, x in system.stop.items() if isinstance(x, Node)}
     varying = (body for body in bodies if body.name in system.bodies and system.bodies[body.name].varying)
     return {**declared, **{used_up(body.name): -body.mass.mass for body in varying}}
+
+
+def _wheels_left(rows: Sequence[Row]) -> dict[str, Node]:
+    """Return the functions that become positive where a rope lies around none of a wheel any more."""
+    ropes = [row for row in rows if isinstance(row, RopeRow)]
+    bends = ((row.name, bend) for row in ropes for bend in row.path[1:-1] if bend.pulley and not bend.turns)
+    names = ((row, bend.pulley) for row, bend in bends if bend.radius.shadow != 0)
+    return {leaves_wheel(*name): negate(quantity("wrap", name)) for name in names}
 
 
 def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:

@@ -52,6 +52,11 @@ def ended(made: Made) -> Trajectory:
 
         if (left := mass_used_up(trajectory)) is not None:
             raise FailedRunError(left, trajectory)
+    if trajectory.stop is not None:
+        from multibody_sym.simulation.runs.why_failed import wheel_left
+
+        if (left := wheel_left(trajectory)) is not None:
+            raise FailedRunError(left, trajectory)
     failure, modes = made.failure, made.modes
     if failure is None or failure.status is Status.INTERRUPTED:
         if modes is not None and (passed := modes.passed_through(made.t, made.q, made.u)):

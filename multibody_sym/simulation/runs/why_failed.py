@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,17 +17,16 @@ from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.guides.touched import Fit, fits
 from multibody_sym.kinematics.loads import apart
 from multibody_sym.kinematics.masses.rates import varies
-from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.partial_velocities import locked
-from multibody_sym.kinematics.ropes import turns_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
+from multibody_sym.model.mechanism.rows import VelocityRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.runs.stiffness import stiffness_of
 
@@ -78,9 +75,9 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 
 
 def _met(run: Trajectory, time: float) -> str:
-    """Return why steps become too small: points that meet, a rope, angles that lock; or that no cause was found."""
+    """Return why steps become too small: points that meet, angles that lock; or that no cause was found."""
     mechanism, integration = run.ready.mechanism, run.integration
-    unknown = "its cause was not found: no points of a force meet, no angles lock and no rope changes its side there"
+    unknown = "its cause was not found: no points of a force meet and no angles lock there"
     if integration.q_final is None or integration.u_final is None:
         return unknown
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
@@ -93,20 +90,7 @@ def _met(run: Trajectory, time: float) -> str:
             a, b = load.line
             return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
     turned = (told for place in range(len(mechanism.bodies)) if (told := locked(last, place)))
-    return next(chain(_turned_over(mechanism, first, last), turned), unknown)
-
-
-def _turned_over(mechanism: Mechanism, first: Motion, last: Motion) -> Iterator[str]:
-    """Yield the ropes that come to the line on which they change to the other side of a wheel."""
-    normals = (row for element in mechanism.one_way for row in element.normals)
-    for row in (row for row in (*mechanism.rows, *normals) if isinstance(row, RopeRow)):
-        begun, now = turns_of(first, row.path), turns_of(last, row.path)
-        for pulley, turn in begun.items():
-            if abs(now[pulley]) <= _MEETS * abs(turn):
-                yield (
-                    f"{row.name} comes there to the line through the centre of {pulley} behind which the bend has the "
-                    f'other side; wrap: {{{pulley}: "{"+" if turn > 0.0 else "-"}"}} keeps it on its side'
-                )
+    return next(turned, unknown)
 
 
 def _happened(run: Trajectory, failure: RunFailure) -> str:
@@ -193,6 +177,17 @@ def mass_used_up(run: Trajectory) -> str | None:
                 f"the mass of {body.name} is used up at t = {end.t_final:.6g} s, and no mass is negative: end the run "
                 f"before, or let the mass stay what is left: mass: {{value: max(m0 - k*t, m1), ..}}"
             )
+    return None
+
+
+def wheel_left(run: Trajectory) -> str | None:
+    """Return that a run ends where a rope comes off a wheel, and when; None where something else ends it."""
+    stop = run.ready.mechanism.stops.get((run.stop or {}).get("element", ""), ZERO)
+    for row, pulley in (leaf.data[1] for leaf in leaves([stop], "quantity") if leaf.data[0] == "wrap"):
+        return (
+            f"{row} comes off {pulley} at t = {run.integration.t_final:.6g} s: it lies around none of the wheel any "
+            "more, and no motion without it is computed; end the run before, or take the pulley out of its path"
+        )
     return None
 
 

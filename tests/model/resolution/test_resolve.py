@@ -151,7 +151,8 @@ def test_base_is_right() -> None:
     assert [body.name for body in found.bodies] == ["crank", "rod"]
     assert [c.name for c in found.coordinates] == ["phi", "psi"]
     assert [s.name for s in found.speeds] == ["u_phi", "u_psi"]
-    unnamed = ["length of string", "most independent rows", "Baumgarte alpha", "Baumgarte beta"]
+    measured = ["side of string at wheel", "length of string"]
+    unnamed = [*measured, "most independent rows", "Baumgarte alpha", "Baumgarte beta"]
     assert [p.name for p in found.parameters] == ["g", "m", "l", *unnamed]
     assert [entry.positive for entry in found.parameters[:3]] == [False, False, True]
     assert set(found.markers) == {"crank", "crank.pin", "rod", "rod.end", "rod.F", "ground", "ground.o"}

@@ -12,10 +12,16 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentDirection, WrapAngle
+from multibody_sym.model.mechanism.start_constants import (
+    Measure,
+    RopeLength,
+    RopeSide,
+    TangentDirection,
+    WrapAngle,
+)
 from multibody_sym.model.resolution.references import References
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ONE, ZERO, Node, negate
+from multibody_sym.scalars.node import ONE, ZERO, negate
 
 
 def run_names(system: System, name: str) -> list[str]:
@@ -37,7 +43,10 @@ def tension_names(system: System, name: str) -> list[str]:
 
 def rope_measures(references: References, name: str, rope: Rope) -> Iterator[tuple[str, Measure]]:
     """Yield what the start measures of a rope, by the names under which rows ask for it."""
-    for row, run in zip(run_names(references.system, name), _runs(references, rope), strict=True):
+    runs = _runs(references, name, rope)
+    for place in (place for run in runs for place in run if _bends(rope, place)):
+        yield _of_side(name, place.step), RopeSide(name, place.step)
+    for row, run in zip(run_names(references.system, name), runs, strict=True):
         grips = [end for end, place in ((0, run[0]), (1, run[-1])) if place.pulley and place.pulley.turns]
         if grips or rope.length is None:
             yield row, RopeLength(row, winds=bool(grips))
@@ -49,7 +58,7 @@ def rope_measures(references: References, name: str, rope: Rope) -> Iterator[tup
 
 def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
     """Return the rows of a rope. Raises ModelError for paths that no rope can take, with the place."""
-    names, runs = run_names(references.system, name), _runs(references, rope)
+    names, runs = run_names(references.system, name), _runs(references, name, rope)
     _verify_length(rope, len(runs), [*runs[0], *runs[-1]])
     made = []
     number = 1
@@ -89,8 +98,21 @@ def _rough(run: Sequence[_Place]) -> list[_Place]:
     return [place for place in run[1:-1] if place.pulley is not None and place.pulley.rough is not None]
 
 
+def _bends(rope: Rope, place: _Place) -> bool:
+    """Return whether the bend alone tells on which side of a wheel the rope runs."""
+    return place.bend.radius.shadow != 0 and place.bend.beside is not None and _word(rope, place.step) is None
+
+
+def _word(rope: Rope, step: str) -> str | None:
+    return rope.wrap.get(step, rope.wrap.get(""))
+
+
 def _of_end(row: str, end: int) -> str:
     return f"{row} at end {end + 1}"
+
+
+def _of_side(rope: str, step: str) -> str:
+    return f"{rope} at {step}"
 
 
 def _verify_length(rope: Rope, runs: int, ends: Sequence[_Place]) -> None:
@@ -114,16 +136,16 @@ class _Place:
     bend: Bend
 
 
-def _runs(references: References, rope: Rope) -> list[list[_Place]]:
+def _runs(references: References, name: str, rope: Rope) -> list[list[_Place]]:
     """Return the path cut at each wheel between its ends that turns with the rope."""
-    places = _places(references, rope)
+    places = _places(references, name, rope)
     cuts = [k for k, p in enumerate(places[1:-1], 1) if p.pulley is not None and p.pulley.grips]
     ends = [0, *cuts, len(places) - 1]
     return [places[first : last + 1] for first, last in pairwise(ends)]
 
 
-def _places(references: References, rope: Rope) -> list[_Place]:
-    """Return the places of a path, with sides where the file gives them."""
+def _places(references: References, name: str, rope: Rope) -> list[_Place]:
+    """Return the places of a path, with sides as the file gives them, or as the start measures them."""
     route, pulleys = rope.route, references.system.pulleys
     _verify_route(rope, pulleys)
     bends = [_bend(index, step, references) for index, step in enumerate(route)]
@@ -134,10 +156,12 @@ def _places(references: References, rope: Rope) -> list[_Place]:
         end = k in (0, len(route) - 1)
         near = (bends[k - 1], bends[(k + 1) % len(bends)]) if not end else (bends[-2], bends[1])
         beside = (near[0].at, near[1].at) if pulley is not None and (belt or not end) else None
-        word = rope.wrap.get(step, rope.wrap.get("")) if pulley is not None else None
-        side: Node | None = None if word is None else ONE if word == "+" else negate(ONE)
-        if pulley is not None and end and not belt and side is None:
+        word = _word(rope, step) if pulley is not None else None
+        if pulley is not None and end and not belt and word is None:
             raise _which_side(step, route[1] if k == 0 else route[-2], first=k == 0).under("path")
+        constant = references.constants.get(_of_side(name, step))
+        measured = ZERO if constant is None else constant.slot
+        side = measured if word is None else ONE if word == "+" else negate(ONE)
         turns = rope.turns.get(step, rope.turns.get("", 0)) if pulley is not None else 0
         made.append(_Place(step, pulley, replace(bend, side=side, beside=beside, turns=turns)))
     return made
