@@ -115,6 +115,22 @@ def test_weights_on_a_rope_that_gives_back_all_rest_when_the_series_of_their_imp
     assert max(event["t"] for event in run.events) == pytest.approx(end, abs=1e-4)
 
 
+@pytest.mark.parametrize("m2", [3e5, 3e6])
+def test_a_heavy_weight_that_a_light_one_jerks_lands_when_its_parabola_does(m2: float) -> None:
+    """It flies for 1e-6 s, 1e-13 m high, then bounces on unseen: mode and impact ended by rounding of its height later.
+
+    That was half of its flight: the floor took 3.6 N*s of its 2 N*s.
+    """
+    run = mbs.simulate(mbs.loads(JERKED.replace("EC", "0.5")), parameters={"m1": 1, "m2": m2}, t_end=0.3, samples=3)
+    jerk, v = 2 / 9.81, 2 / (1 + m2)
+    closed = run.events[-1]
+    assert (closed["element"], closed["kind"]) == ("c", "closed")
+    assert closed["t"] - jerk == pytest.approx(2 * v / 9.81 / (1 - 0.5), abs=1e-14)
+    assert closed["impulse"] == pytest.approx(m2 * v, rel=1e-9)
+    assert sum(event["lost"] for event in run.events) == pytest.approx(m2 * v * v / 2, rel=1e-8)
+    assert abs(run.energy_residual) < 1e-12
+
+
 def test_an_impact_that_ends_a_mode_is_decided_once(monkeypatch: pytest.MonkeyPatch) -> None:
     asked, decided = list[float](), chained.decided
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property, partial
@@ -18,7 +19,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain, shortly
+from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain, shortly, stepped
 from multibody_sym.runtime.course import Passage
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, RunFailure
@@ -51,8 +52,6 @@ _RETURNS: Final = 2
 _GIVEN_UP: Final = 20
 _PROMPT: Final = 1e-14
 """The part of the time up to which an impact is not too late."""
-_WITHIN: Final = 0.01
-"""The part of the time since the last impact by which an impact may be too late: by more it is not by rounding."""
 _KEPT: Final = 1e4
 """How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
 _UNSEEN: Final = 100.0
@@ -372,14 +371,21 @@ class OneWayRun:
         return self._touched(facts, cause.element) if touches else facts, closed
 
     def _touched(self, facts: Facts, element: OneWay) -> Facts:
-        """Return what held when an element touched that strikes: a step ends where rounding has let it in slightly."""
-        gap, rate = facts.gap(element), facts.rate(element)
-        ago = gap / rate if gap < 0.0 and rate < 0.0 else 0.0
-        since = max(self._bounces.rhythm.last, self.stretches[-1].problem.start)
-        if not _PROMPT * abs(facts.t) < ago < _WITHIN * (facts.t - since):
+        """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
+
+        That is late by a large part of a short flight; its parabola tells when it touched, after the last impact.
+        """
+        gap, rate, now = facts.gap(element), facts.rate(element), self.stretches[-1]
+        if not (-2.0 * facts.rounded_gap(element) < gap < 0.0 and rate < 0.0):
             return facts
-        qdot, udot = self.stretches[-1].rates_at(facts)
-        return facts.laws.at(facts.t - ago, facts.q - ago * qdot, facts.u - ago * udot, facts.scale)
+        room = rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts))
+        ago = -2.0 * gap / (math.sqrt(room) - rate) if room > 0.0 else 0.0
+        since = max(self._bounces.rhythm.last, now.problem.start)
+        if not _PROMPT * abs(facts.t) < ago < facts.t - since:
+            return facts
+        before = stepped(now.problem.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
+        q, u = np.split(before, [len(facts.q)])
+        return facts.laws.at(facts.t - ago, q, u, facts.scale)
 
     def _entered(self, found: Decided, switch: Switch | None) -> Problem | RunFailure:
         """Return the run in the mode that was found, noting what has changed."""
@@ -408,13 +414,17 @@ class OneWayRun:
         return stretch.problem
 
     def _behind(self, found: Decided, begun: Begun) -> tuple[Problem, ModeProgram]:
-        """Return the run from a switch on; where impacts have a limit, on the motion that leads to it in that mode."""
-        then = replace(begun, time=found.facts.t)
-        problem, program = self.modes.problem(found, then)
-        if found.facts.t == begun.time:
-            return problem, program
-        q, u = np.split(shortly(problem, begun.time), [len(problem.q0)])
-        return replace(problem, begun=begun, q0=q, u0=u), program
+        """Return the run from what a switch did on, which may have been slightly before it: the part before ends then.
+
+        Where impacts have a limit it is the motion that leads to this in the mode that follows.
+        """
+        problem, program = self.modes.problem(found, replace(begun, time=found.facts.t))
+        if found.facts.t > begun.time:
+            q, u = np.split(shortly(problem, begun.time), [len(problem.q0)])
+            problem = replace(problem, begun=begun, q0=q, u0=u)
+        elif self.legs:
+            self.legs[-1] = replace(self.legs[-1], until=found.facts.t)
+        return problem, program
 
     def _met(self, program: ModeProgram, problem: Problem, mode: Mode, t: float) -> Stretch:
         """Return the run in a mode from a time on, which the loop in C knows if it can follow it."""

@@ -23,6 +23,8 @@ from multibody_sym.runtime.loading import Compiled
 
 _BESIDE: Final = 1.37
 _ULPS: Final = 4.0
+ROUNDED_GAP: Final = 1e-14
+"""The part of the largest length by which what touches may be off its face by rounding."""
 _NONE: Final = np.zeros(0)
 
 
@@ -157,6 +159,10 @@ class Facts:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
         row: Floats = np.abs(self.known["jacobian"][self.place(element.normals[0])])
         return _ULPS * EPSILON * float(row @ self._reach_of_speeds)
+
+    def rounded_gap(self, element: OneWay) -> float:
+        """Return by how much an element may be off its face by rounding: a mode ends where it has got in so far."""
+        return max(self.allowed_gap(element, ROUNDED_GAP), rounded_up(self.rounding_of_gap(element)))
 
     @cached_property
     def _reach_of_speeds(self) -> Floats:

@@ -17,7 +17,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.extrapolation import at_zero
 from multibody_sym.records import dataclass
-from multibody_sym.simulation.one_way.facts import Facts, posed
+from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, posed
 from multibody_sym.simulation.one_way.settling import named, onto_rows
 
 _REMAINING: Final = 1e-9
@@ -26,8 +26,6 @@ _TICKS: Final = 1e3 * np.finfo(float).eps
 """The part of the time, too: shorter flights are not resolved."""
 _HEIGHT: Final = 1e4 * np.finfo(float).eps
 """The part of the largest length below which the height of a bounce is lost in rounding."""
-_ROUNDED_GAP: Final = 1e-14
-"""The part of the largest length by which what touches may be off its face by rounding."""
 _LONGEST: Final = 12
 """Impacts in a cycle of them."""
 _CYCLES: Final = 4
@@ -298,7 +296,7 @@ class Bounces:
         for x in (x for x in facts.near if x.name not in closed):
             rate = abs(facts.rate(x))
             moves = x.name in self.since or rate > facts.allowed_speed(x.normals[0])
-            at_once = max(facts.allowed_gap(x, _ROUNDED_GAP), _TICKS * abs(facts.t) * rate)
+            at_once = max(facts.allowed_gap(x, ROUNDED_GAP), _TICKS * abs(facts.t) * rate)
             high = facts.gap(x) > (at_once if moves else max(at_once, lost_height(facts, x)))
             found |= {x.name} if high else set()
         return found

@@ -22,15 +22,14 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.facts import Facts, rounded_up
+from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, rounded_up
 from multibody_sym.simulation.one_way.held import held_speeds
 from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals
 
 _FORCES: Final = 2e-13
 """The part of the largest force by which a switching function of forces may be beyond zero."""
 _SPEEDS: Final = 1e-13
-_GAPS: Final = 1e-14
-"""And of the speeds along its rows, and of the model's size."""
+"""And of the speeds along its rows."""
 _TIMES: Final = 4.0 * EPSILON
 """And of the time: what moves by a law of time is where it is at a time that is rounded."""
 _MOST_BY_TIME: Final = 1e-12
@@ -182,9 +181,9 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
     if one.ends == "leaves" and is_tip(one.element):
         return at.allowed_gap(one.element)
     if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
-        return -at.allowed_gap(one.element, _GAPS) * at.scale.speed
+        return -at.allowed_gap(one.element, ROUNDED_GAP) * at.scale.speed
     if one.ends in ("closes", "leaves"):
-        return max(at.allowed_gap(one.element, _GAPS), rounded_up(at.rounding_of_gap(one.element)))
+        return at.rounded_gap(one.element)
     assert one.part is not None
     if one.ends == "turns back":
         return _NEVER
