@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.native import INFEASIBLE, linear_program
+from multibody_sym.numerics.native import INFEASIBLE, linear_program, nonnegative_least_squares
 from multibody_sym.numerics.rank import least_combination
 from multibody_sym.records import dataclass
 
@@ -25,6 +25,8 @@ POSSIBLE: Final = 1e-9
 _WEIGHTY: Final = 1e-12
 """The part of the largest weight of a dual that is none."""
 _SCALINGS: Final = 8
+_MANY: Final = 20_000
+"""Entries of rows from which on least squares take as long as a linear program."""
 _ROUNDED: Final = 1e-12
 """The largest entry of a column, among rows of length one, that is what rounding left of nothing."""
 _EXACT: Final = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
@@ -105,7 +107,7 @@ class Contradiction:
 
 def contradiction(conditions: Conditions) -> Contradiction | None:
     """Return the rows that contradict each other, None where all conditions hold together for some x."""
-    if not np.abs(conditions.right).max(initial=0.0) > conditions.nothing:
+    if not np.abs(conditions.right).max(initial=0.0) > conditions.nothing or _hold(conditions):
         return None
     least, dual, _ = _least_violation(conditions)
     if least <= POSSIBLE:
@@ -124,12 +126,37 @@ def nearest(conditions: Conditions) -> Floats:
     return _least_violation(conditions)[2]
 
 
+def _scaled(conditions: Conditions) -> tuple[Floats, Floats]:
+    """Return the scaled rows ((e + g) x n), equalities first, and right sides (e + g)."""
+    rows, columns, size = conditions.scales
+    scaled = rows[:, None] * np.vstack([conditions.equal, conditions.cone]) * columns
+    right = rows[: len(conditions.right)] * conditions.right / size
+    return scaled, np.concatenate([right, np.zeros(len(conditions.cone))])
+
+
+def _hold(conditions: Conditions) -> bool:
+    """Return whether least squares find an x that fulfils all conditions, at a tenth of what a linear program takes.
+
+    Of x = y - z with y, z and what is left to inequalities not negative.
+    """
+    scaled, right = _scaled(conditions)
+    count, n = len(conditions.right), scaled.shape[1]
+    if scaled.size > _MANY:
+        return False
+    left = np.vstack([np.zeros((count, len(scaled) - count)), -np.eye(len(scaled) - count)])
+    try:
+        found, _ = nonnegative_least_squares(np.hstack([scaled, -scaled, left]), right)
+    except RuntimeError:  # too many steps
+        return False
+    missed = scaled @ (found[:n] - found[n : 2 * n]) - right
+    return float(np.maximum(np.abs(missed[:count]).max(initial=0.0), -missed[count:].min(initial=0.0))) <= POSSIBLE
+
+
 def _least_violation(conditions: Conditions) -> tuple[float, Floats, Floats]:
     """Return v, scaled, the dual of the scaled rows, equalities first, and x."""
-    rows, columns, size = conditions.scales
+    _, columns, size = conditions.scales
     count, n = len(conditions.right), len(columns)
-    scaled = rows[:, None] * np.vstack([conditions.equal, conditions.cone]) * columns
-    right = np.concatenate([rows[:count] * conditions.right / size, np.zeros(len(conditions.cone))])
+    scaled, right = _scaled(conditions)
     upper = np.vstack([scaled[:count], -scaled])
     bounds = np.concatenate([right[:count], -right])
     least, below = np.r_[np.zeros(n), 1.0], (np.hstack([upper, -np.ones((len(upper), 1))]), bounds)
