@@ -36,7 +36,10 @@ Solver = Callable[[Floats, Floats], Floats]
 Found = TypeVar("Found")
 
 CLOSED: Final = 1e-13
-"""Rows are closed that are missed by less than this part of their size."""
+"""Rows are closed that are missed by less than this part of their size, ..."""
+WRITTEN: Final = 1e-11
+"""... or this one, where nothing can move changes it: numbers of twelve digits leave so much."""
+_REACHED: Final = 1e-9
 _STEPS: Final = 60
 _HALVINGS: Final = 8
 _SLOW: Final = 0.95
@@ -64,6 +67,13 @@ class Missed(NamedTuple):
     def within(self, part: float) -> bool:
         """Return whether every row is missed by no more than this part of its size."""
         return bool((np.abs(self.residuals) <= part * self.sizes).all())
+
+    def closed(self, jacobian: Floats) -> bool:
+        """Return whether rows are closed, but for rounding in the file that no change by their H (s x n) undoes."""
+        if self.within(CLOSED) or not self.within(WRITTEN):
+            return self.within(CLOSED)
+        reached = jacobian @ np.linalg.lstsq(jacobian, self.residuals, rcond=_REACHED)[0]
+        return Missed(reached, self.sizes).within(CLOSED)
 
 
 class Moving(NamedTuple):
@@ -275,7 +285,8 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
         if ahead is None or slow >= _SLOW_STEPS:
             break
         q, here = ahead
-    return q if _closed(rows, q, CLOSED) else None
+    missed = None if here is None else rows.missed(q)
+    return q if missed is not None and here is not None and missed.closed(here[1]) else None
 
 
 def _closed(rows: Rows, q: Floats, part: float) -> bool:

@@ -148,7 +148,7 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
         found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, exactly)
-        return found if missed(found).within(CLOSED) else None
+        return found if missed(found).closed(jacobian) else None
 
     items = _speed_items(rows.mechanism)
     chosen = _chosen(items, jacobian, missed(u), close, project)
