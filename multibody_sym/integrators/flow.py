@@ -113,13 +113,14 @@ class Rows:
 
     `latest()`: the rows' independence at the latest derivative, at most 1 and 0 where they depend on each other;
     `independence(t, x)`: that at any state; `closed(t, x)`: the state put onto the constraints; may raise StepError.
-    `kept`: the end of each step is put there anyway.
+    `kept`: the end of each step is put there anyway. `crosses`: steps lead across singular positions.
     """
 
     latest: Callable[[], float]
     independence: Callable[[float, Floats], float]
     closed: Settle
     kept: bool
+    crosses: bool = True
 
 
 @dataclass

@@ -27,6 +27,9 @@ NEAR: Final = 0.5  # of the largest independence about a step: with less in it t
 NEAR_BY: Final = 0.1  # ... as with less than this part of the largest in the run
 USUAL: Final = 0.01  # what counts as the largest at least
 LEAST: Final = 1e-8  # nothing in a step may be nearer to zero than that, nor than MARGIN
+HELD: Final = 0.25  # where no step leads across, of what it is at its start: nothing in it may be nearer, ...
+LEAST_HELD: Final = 1e-6  # ... nor than this, ...
+DIPS: Final = 0.75  # ... nor than that beside both ends
 ROOM: Final = 0.5  # of what the step across needs before it: no step may end with less
 NOISE: Final = 1e-16  # what round-off leaves of rows that are closed, ...
 MANY: Final = 50.0  # ... but where many depend on each other so many times more, ...
@@ -171,6 +174,8 @@ class Approach:
         """Raise StepError if the end comes near unforeseen, too near, or is on another branch of the motion."""
         self.end = self.latest
         self.verify(done.t_new)
+        if not self._crosses() and self.least < DIPS * min(self.start, self.end):
+            raise StepError(Status.SINGULAR, done.t_new, -1)
         if self.near and (self._leaves_no_room() or self._strays(trial.x_new, done.x_new)):
             raise StepError(Status.SINGULAR, done.t_new, -1)
 
@@ -198,7 +203,7 @@ class Approach:
 
     def comes_unforeseen(self) -> bool:
         """Tell whether the trial comes near a singular position and was not made for that."""
-        return self._comes_near() and not self.near
+        return self._crosses() and self._comes_near() and not self.near
 
     def foresee(self, before: Step, taking: Stepper) -> Step:
         """Let the next trial be made for that, and return the step before with an end that is on the constraints.
@@ -307,7 +312,13 @@ class Approach:
         return max(self.before, self.start, self.greatest) if math.isfinite(self.start) else 0.0
 
     def _comes_too_near(self) -> bool:
+        if not self._crosses():
+            return math.isfinite(self.start) and self.least < max(LEAST_HELD, HELD * self.start)
         return self._comes_near() and self.least < max(LEAST, MARGIN * self._most_within())
+
+    def _crosses(self) -> bool:
+        """Tell whether steps lead across singular positions."""
+        return self.rows is None or self.rows.crosses
 
     def _most_within(self) -> float:
         """Return the largest in the trial itself: what is nearest in it is near beside that."""

@@ -81,11 +81,11 @@ before what the switch does, or behind it."""
 
 
 Across = Callable[[Problem, Switch], "Problem | RunFailure | Event | Stopped | None"]
-"""The same where rows come to depend on each other and no step leads on; None where nothing else does."""
+"""The same where no step leads on, as rows come to depend on each other; None where nothing else does."""
 
 
-def chain(onward: Onward, across: Across, legs: list[Leg]) -> Loop:
-    """Return the loop of a run that goes on as `onward` and `across` say.
+def chain(onward: Onward, legs: list[Leg], across: Across | None = None) -> Loop:
+    """Return the loop of a run that goes on as `onward` says, and `across`, if it is given.
 
     Its parts are added to `legs`, the one under way last.
     """
@@ -99,15 +99,17 @@ def chain(onward: Onward, across: Across, legs: list[Leg]) -> Loop:
                 problem = legs[-1].of  # the loop may have gone on from mode to mode
                 latest = _joined(done, progress, problem)
                 legs[-1] = legs[-1].passed(latest.written, latest.time, progress.statistics.steps)
-                if _switched(progress, problem) is None and not _is_singular(latest):
+                if _switched(progress, problem) is None and not _is_singular(latest, problem):
                     yield latest
             index = _switched(progress, problem)
             at = Begun(latest.time, latest.written)
-            following = across(problem, Switch(at, latest.x, -1)) if _is_singular(latest) else None
+            following = None
+            if across is not None and _is_singular(latest, problem):
+                following = across(problem, Switch(at, latest.x, -1))
             if following is not None:
                 latest = replace(latest, failure=None)
             elif index is None or latest.failure is not None:
-                if _is_singular(latest):
+                if _is_singular(latest, problem):
                     yield latest
                 return
             if problem.is_over(latest.time) or latest.written == len(samples):
@@ -189,8 +191,11 @@ def _switched(progress: Progress, problem: Problem) -> int | None:
     return last.index - problem.switches if last is not None and last.index >= problem.switches else None
 
 
-def _is_singular(progress: Progress) -> bool:
-    return progress.failure is not None and progress.failure.status is Status.SINGULAR
+def _is_singular(progress: Progress, problem: Problem) -> bool:
+    """Return whether a loop ended as near a singular position; where steps do not cross one, they fail."""
+    status = Status.RUNNING if progress.failure is None else progress.failure.status
+    short = status in (Status.STEP_UNDERFLOW, Status.NOT_CONVERGED)
+    return status is Status.SINGULAR or (short and not problem.crosses)
 
 
 def _joined(done: Progress, latest: Progress, problem: Problem) -> Progress:

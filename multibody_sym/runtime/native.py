@@ -91,6 +91,7 @@ class ProblemStruct(ctypes.Structure):
         ("max_steps", ctypes.c_longlong),
         ("samples", ctypes.c_longlong),
         ("project", ctypes.c_int),
+        ("crosses", ctypes.c_int),
     )
 
 

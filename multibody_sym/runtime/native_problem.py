@@ -127,6 +127,7 @@ def _problem(problem: Problem, method: MethodStruct, system: SystemStruct) -> Pr
         system=ctypes.pointer(system),
         step=problem.step or 0.0,
         project=problem.project,
+        crosses=problem.crosses,
         **{
             name: getattr(problem, name)
             for name in (

@@ -50,7 +50,8 @@ class Problem:
     `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
     put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
     ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
-    that a projection may leave; `independent`: how many rows are so but in singular positions. `terminal`: for each
+    that a projection may leave; `independent`: how many rows are so but in singular positions; `crosses`: whether steps
+    lead across these. `terminal`: for each
     switching function of the program `events` whether the run stops where it becomes positive; where another one
     changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
     where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
@@ -79,6 +80,7 @@ class Problem:
     contradiction: float = 1e-3
     closure: float = 1e-8
     independent: float = 0.0
+    crosses: bool = True
     terminal: tuple[bool, ...] = ()
     pairs: Pairing | None = None
     margins: tuple[float, ...] = ()
@@ -152,15 +154,18 @@ class Problem:
         """Return x' (nq + nu,) at a time and a state x."""
         return self.pushed(t, x)[0]
 
-    def pushed(self, t: float, x: Floats) -> tuple[Floats, Floats]:
-        """Return x' (nq + nu,) at a time and a state x, and the multipliers of all rows."""
+    def pushed(self, t: float, x: Floats) -> tuple[Floats, Floats, float]:
+        """Return x' (nq + nu,) at a time and a state x, the multipliers of all rows, and how independent these are.
+
+        That is 1 at most, and 0 where they, or what they push with the friction of what slides, depend on each other.
+        """
         q, u = x[: len(self.q0)], x[len(self.q0) :]
         inputs = np.zeros(0)
         if self.inputs:
             inputs, *_ = self.compiled["inputs"](t, q, u, self.parameters)
         known = t, q, u, self.parameters, inputs, self.modes
-        qdot, udot, multipliers, *_ = self.compiled["state_derivative"](*known)
-        return np.concatenate([qdot, udot]), multipliers
+        qdot, udot, multipliers, report = self.compiled["state_derivative"](*known)
+        return np.concatenate([qdot, udot]), multipliers, float(report[1])
 
     @property
     def switches(self) -> int:

@@ -123,7 +123,7 @@ class _Run:
             stages=self.stages(),
             counts=self.counts,
             events=Events(self.switching, p.terminal, p.margins, p.limiting, p.moments) if p.terminal else None,
-            rows=Rows(lambda: self.independence, self.independence_at, self.closed, p.project) if p.rows else None,
+            rows=self.rows if p.rows else None,
             pairs=p.pairing,
             begun=None if p.begun is None else p.begun.time,
         )
@@ -136,6 +136,12 @@ class _Run:
             self._pace(done.t_new)
             if after is not None:
                 flow, going = after, steps(after)
+
+    @property
+    def rows(self) -> Rows:
+        """What steps over singular positions know of the constraint rows."""
+        p = self.problem
+        return Rows(lambda: self.independence, self.independence_at, self.closed, p.project, p.crosses)
 
     def _jumped(self, flow: Flow, done: Step) -> Flow | None:
         """Return how a run goes on that stands at a switch from which a jump of speeds leads on, None elsewhere."""

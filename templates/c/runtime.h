@@ -148,6 +148,7 @@ typedef struct {
     long long max_steps;
     long long samples;    /* evenly spaced from t0 to t_end, both among them */
     int project;          /* not 0: each accepted step and each sample is put back onto the constraints */
+    int crosses;          /* not 0: steps lead across singular positions */
 } mbs_problem;
 
 enum {

@@ -11,6 +11,9 @@
 #define USUAL 0.01    /* what counts as the largest at least */
 #define MARGIN 0.05   /* of the largest about a step: nothing in it may be nearer than that, ... */
 #define LEAST 1e-8    /* ... nor than this */
+#define HELD 0.25     /* where no step leads across, of what it is at its start: nothing in it may be nearer, ... */
+#define LEAST_HELD 1e-6 /* ... nor than this, ... */
+#define DIPS 0.75     /* ... nor than that beside both ends */
 #define ROOM 0.5      /* of what the step across needs before it: no step may end with less */
 #define NOISE 1e-16   /* what round-off leaves of rows that are closed, ... */
 #define MANY 50.0     /* ... but where many depend on each other so many times more, ... */
@@ -173,7 +176,7 @@ void mbs_advance_approach(mbs_run *r)
 
 int mbs_comes_unforeseen(const mbs_run *r)
 {
-    return comes_near(r->state) && !r->state->near;
+    return r->problem->crosses && comes_near(r->state) && !r->state->near;
 }
 
 /* Start the step on the constraints. */
@@ -196,15 +199,25 @@ void mbs_foresee(mbs_run *r)
         start_on_rows(r);
 }
 
-static int comes_too_near(const mbs_state *s)
+static int comes_too_near(const mbs_run *r)
 {
+    const mbs_state *s = r->state;
+    if (!r->problem->crosses)
+        return s->start < HUGE_VAL && s->least < larger(LEAST_HELD, HELD * s->start);
     return comes_near(s) && s->least < larger(LEAST, MARGIN * most_within(s));
+}
+
+/* A step that must not lead across may have done so. */
+static int dips(const mbs_run *r)
+{
+    const mbs_state *s = r->state;
+    return !r->problem->crosses && s->least < DIPS * smaller(s->start, s->end);
 }
 
 int mbs_turns_stiff(mbs_run *r)
 {
     mbs_state *s = r->state;
-    if (!r->method->collocation || s->stiff || !s->near || comes_too_near(s))
+    if (!r->method->collocation || s->stiff || !s->near || comes_too_near(r))
         return 0;
     if (++s->vain < MOST_VAIN)
         return 0;
@@ -215,7 +228,7 @@ int mbs_turns_stiff(mbs_run *r)
 
 int mbs_verify_approach(mbs_run *r, double t)
 {
-    if (mbs_comes_unforeseen(r) || comes_too_near(r->state))
+    if (mbs_comes_unforeseen(r) || comes_too_near(r))
         return singular(r, t);
     return MBS_RUNNING;
 }
@@ -253,6 +266,8 @@ int mbs_verify_end(mbs_run *r, double t)
     mbs_state *s = r->state;
     s->end = s->latest;
     int status = mbs_verify_approach(r, t);
+    if (status == MBS_RUNNING && dips(r))
+        return singular(r, t);
     if (status == MBS_RUNNING && s->near && (leaves_no_room(r) || strays(r, r->spare, r->x_new)))
         return singular(r, t);
     return status;

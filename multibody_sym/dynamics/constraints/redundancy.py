@@ -103,13 +103,11 @@ def doubles_of(mechanism: Mechanism) -> dict[str, int]:
 class Dependence:
     """The rows that come nearest to dependence, or to vanishing, as rows of unit length.
 
-    `independence` is 1 for rows across each other, 0 for dependent ones; `pushed` the same of what they push by what
-    they exert, with the friction of what slides.
+    `independence` is 1 for rows across each other, 0 for dependent ones.
     """
 
     names: tuple[str, ...]
     independence: float
-    pushed: float
 
 
 def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
@@ -119,12 +117,11 @@ def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
     """
     own = [k for k, row in enumerate(dynamics.rows) if row.kinematic]
     matrix = scaled_rows(_weighted(dynamics, constraint_jacobian(dynamics.rows)))[1][own]
-    exerts = scaled_rows(_weighted(dynamics, [row.forces for row in dynamics.rows]))[1][own]
     count = min(max(independent - (len(dynamics.rows) - len(own)), 1), *matrix.shape)
     shares, independence = last_share(matrix, count)
     names = [dynamics.row_names[k] for k in own]
     named = tuple(name for name, share in zip(names, shares, strict=True) if share > _SHARE)
-    return Dependence(named, independence, last_share(matrix @ exerts.T, count)[1])
+    return Dependence(named, independence)
 
 
 def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[str, ...]:

@@ -31,10 +31,10 @@ from multibody_sym.simulation.oddities import SEVERAL
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
 from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, stops_at_turns, struck
-from multibody_sym.simulation.one_way.decision import Before, Decided, decided
+from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
-from multibody_sym.simulation.one_way.jams import jam_of
+from multibody_sym.simulation.one_way.jams import jam_of, jams
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
@@ -147,7 +147,7 @@ class OneWayRun:
     @property
     def loop(self) -> Loop:
         """The loop that goes from mode to mode."""
-        return chain(self.onward, self.across, self.legs)
+        return chain(self.onward, self.legs, self.across)
 
     @cached_property
     def account(self) -> EnergyAccount:
@@ -219,21 +219,30 @@ class OneWayRun:
         return followed
 
     def across(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event | Stopped | None:
-        """Return the run behind an instant at which friction jams, or that none is; None where it does not jam."""
+        """Return the run behind an instant at which friction jams, or that none is.
+
+        Where friction has no part in it steps may lead across: None if they have tried.
+        """
         now, t = self.stretches[-1], switch.begun.time
-        jam = jam_of(now, self._seen(t, switch.x))
-        if jam is None:
+        facts = self._seen(t, switch.x)
+        jam = jam_of(now, facts)
+        if jam is None and jams(now.program.mechanism, problem, t, switch.x):
+            return RunFailure(Status.SINGULAR, t, None)
+        if jam is None and problem.crosses:
             return None
-        usual = Before(now.mode, now.udot_at(jam.facts), None, None, self._bounces)
-        beyond = self._tips.aside(jam.facts, now.active)
-        found = self._tips.resting(decided(jam.facts, now.active, usual, beyond=beyond, hidden=tuple(self._hidden)))
+        if jam is None:
+            again = replace(now.problem, crosses=True, course=None, begun=switch.begun, q0=facts.q, u0=facts.u)
+            self._begin(replace(now, problem=again))
+            return again
+        found = self._decided_beyond(jam.facts)
         if found.mode is None:
             self.trouble = (
                 f"friction jams: the force at {jam.row} grows without bound, for with its friction it hardly moves "
                 f"what it presses (Painleve's paradox), and behind that {found.why_none}"
             )
             return RunFailure(Status.NO_MODE, t, None)
-        return self._followed(found, switch)
+        following = self.template.times()[switch.begun.written :][:1]
+        return self._followed(found, replace(switch, begun=replace(switch.begun, time=min(jam.facts.t, *following))))
 
     def _followed(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that was found at a switch, or the stop that it meets."""
@@ -395,6 +404,9 @@ class OneWayRun:
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self._first_problem if switch is None else self._behind(found, switch.begun)
         returns = 0 if switch is None or found.blow is not None else self._returns.to(t, key_of(found.mode))
+        beyond = None if switch is None or returns <= _GIVEN_UP else self._beyond(found.facts)
+        if beyond is not None:
+            return self._entered(beyond, switch)
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
             self.trouble = (
@@ -412,6 +424,26 @@ class OneWayRun:
         if found.blow is not None:
             self._tips.struck(found.facts)
         return stretch.problem
+
+    def _beyond(self, limit: Facts) -> Decided | None:
+        """Return what follows just beyond the limit of a mode; None where that is a state like others, or not known.
+
+        Friction with what presses either way may have two states on one side of where that turns, and none beyond.
+        """
+        now = self.stretches[-1]
+        soon, x = SOON[0] * limit.scale.time, np.concatenate([limit.q, limit.u])
+        q, u = np.split(stepped(now.problem.rates, limit.t, x, soon), [len(limit.q)])
+        facts = self.laws.at(limit.t + soon, q, u, limit.scale)
+        found = self._decided_beyond(facts)
+        proved = found.mode is None and found.found is not None and found.found.proved
+        return found if found.blow is not None or proved else None
+
+    def _decided_beyond(self, facts: Facts) -> Decided:
+        """Return what follows at an instant to which the mode does not lead."""
+        now = self.stretches[-1]
+        before = Before(now.mode, now.udot_at(facts), None, None, self._bounces)
+        aside = self._tips.aside(facts, now.active)
+        return self._tips.resting(decided(facts, now.active, before, beyond=aside, hidden=tuple(self._hidden)))
 
     def _behind(self, found: Decided, begun: Begun) -> tuple[Problem, ModeProgram]:
         """Return the run from what a switch did on, which may have been slightly before it: the part before ends then.

@@ -11,9 +11,13 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.stretches import Stretch
 
@@ -25,6 +29,9 @@ _BEYOND: Final = 1e-6
 """By how much they are changed from where m is zero to the state beyond."""
 _SOON: Final = 1e-3
 """The part of the time in which the fastest passes the model's size within which a jam is near."""
+
+_JAMS: Final = 1e-3
+"""The part of what rows push without friction below which friction leaves next to nothing of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +45,7 @@ class Jam:
 def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     """Return where what slides jams soon after an instant of a mode; None if nothing does."""
     y, rows = np.concatenate([[facts.t], facts.q, facts.u]), now.program.mechanism.rows
-    _, pushes = now.problem.pushed(facts.t, y[1:])
+    _, pushes, _ = now.problem.pushed(facts.t, y[1:])
     sliding = [k for k, row in enumerate(rows) if isinstance(row, SlidingRow)]
     if not sliding or not np.isfinite(pushes).all():
         return None
@@ -50,6 +57,20 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     q, u = np.split(there[1:], [len(facts.q)])
     time = max(facts.t, float(there[0]))  # from where m is zero on the way leads back in time
     return Jam(rows[row].name, facts.laws.at(time, q, u, facts.scale))
+
+
+def jams(mechanism: Mechanism, problem: Problem, t: float, x: Floats) -> bool:
+    """Return whether friction, and not what restricts positions, takes next to all of what rows push at a state."""
+    from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # brings scipy
+
+    if not any(isinstance(row, SlidingRow) for row in mechanism.rows):
+        return False
+    q, u = np.split(x, [len(problem.q0)])
+    parameters = problem.parameters.tolist()
+    state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters)
+    generic = mechanism.parameters.independent_rows(parameters)
+    *_, left = problem.pushed(t, x)
+    return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +106,7 @@ class _Way:
 
     def slope(self, y: Floats) -> tuple[Floats, float]:
         """Return dy/ds, and m."""
-        rates, pushes = self.now.problem.pushed(float(y[0]), y[1:])
+        rates, pushes, _ = self.now.problem.pushed(float(y[0]), y[1:])
         m = self.push / float(pushes[self.row])
         return m * np.concatenate([[1.0], rates]), m
 

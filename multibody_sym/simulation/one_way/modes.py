@@ -16,6 +16,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.rank import ROUNDED, rank
 from multibody_sym.records import dataclass
@@ -136,6 +137,7 @@ class Modes:
             parameters=values,
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
+            crosses=not any(isinstance(row, SlidingRow) for row in entered.rows),  # friction may jam there
             terminal=own + (True,) * count,
             margins=tuple(_margin(one, mode, at, decided.largest) for one in program.switchings),
             limiting=sum(one.shortens for one in program.switchings),

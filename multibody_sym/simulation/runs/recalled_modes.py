@@ -170,7 +170,7 @@ class RecalledModes:
 
     def _played(self, problem: Problem, samples: Floats) -> Iterator[Progress]:
         taken = self.way.taken
-        for latest in chain(self.onward, self.onward, self.legs)(problem, samples):
+        for latest in chain(self.onward, self.legs, self.onward)(problem, samples):
             done = latest.statistics.steps == taken.steps  # all legs together, of which some were one in C
             yield replace(latest, statistics=taken) if done else latest
 

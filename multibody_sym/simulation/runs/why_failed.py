@@ -49,8 +49,6 @@ _USED_UP: Final = 1e-2
 """The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
 _APART: Final = 0.1
 """Independence of rows above which they are far from a singular position."""
-_JAMS: Final = 1e-3
-"""The part of what rows push without friction below which friction leaves next to nothing of it."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -246,11 +244,11 @@ def _singular(run: Trajectory, time: float) -> str:
     )
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
-    sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
-    if sliding and found.pushed < _JAMS * found.independence**2:
+    if run.modes is not None and run.modes.stretches and _jams(run, time):
+        sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
         return (
-            f"friction jams at t = {time:.6g} s: the forces at {', '.join(sliding)} grow without bound, for with their "
-            "friction they hardly move what they press (Painleve's paradox), and no step across was found; lower the "
+            f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly move "
+            "what they press (Painleve's paradox), and what they are from there on is not determined; lower the "
             "friction, or end the run before"
         )
     if found.independence > _APART:
@@ -264,6 +262,14 @@ def _singular(run: Trajectory, time: float) -> str:
         "or to hold nothing, forces grow without bound there, and no step leads across; take other steps or "
         "tolerances, or another method"
     )
+
+
+def _jams(run: Trajectory, time: float) -> bool:
+    from multibody_sym.simulation.one_way.jams import jams  # brings what runs without modes do without
+
+    assert run.modes is not None
+    last, end = run.modes.stretches[-1], run.integration
+    return jams(last.program.mechanism, last.problem, time, np.concatenate([end.q_final, end.u_final]))
 
 
 def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:
