@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from typing import Any
 
 import numpy as np
@@ -109,7 +109,7 @@ def _events_differ(
     first: Sequence[Event], second: Sequence[Event], until: float, allowed: float
 ) -> tuple[float, str] | None:
     margin = max(allowed, 1e-9) * until
-    ends = _joined([*_ends(first), *_ends(second)])
+    ends = _joined([*_ends(first, second, margin), *_ends(second, first, margin)])
     found = []
     for end in ends:
         one, two = (max((x.t for x in events if end.has(x)), default=end.since) for events in (first, second))
@@ -140,17 +140,30 @@ class End:
         return event.element in self.names and self.since < event.t <= self.t
 
 
-def _ends(events: Sequence[Event]) -> list[End]:
-    """Return where elements that struck shortly before come to rest, or where a collapse ends their impacts."""
+def _ends(events: Sequence[Event], others: Sequence[Event], margin: float) -> list[End]:
+    """Return where elements that struck shortly before come to rest, or where a collapse ends their impacts.
+
+    An end lasts until the same is told by `others`, which may be later by a margin (s).
+    """
     found = []
     for end in (x for x in events if x.kind not in ("impact", "open")):
         late = [x for x in events if end.t - TAIL < x.t <= end.t and x != end]
-        struck = {x.t for x in late if (x.element, x.kind) == (end.element, "impact")}
+        struck = {x.t for x in late if (x.element, x.kind) == (end.element, "impact")} | _closings(events, end)
         struck |= {end.t} if end.kind == "collapse" else set()
         if struck:
             names = frozenset({end.element, *(x.element for x in late if x.t in struck)})
-            found.append(End(end.t - TAIL, end.t, names))
+            same = [x.t for x in others if (x.element, x.kind) == (end.element, end.kind)]
+            found.append(End(end.t - TAIL, max([end.t, *(t for t in same if abs(t - end.t) <= margin)]), names))
     return found
+
+
+def _closings(events: Sequence[Event], end: Event) -> set[float]:
+    """Return when an element closed shortly before, each time to open again, sooner by less than half of the time."""
+    times = [x.t for x in events if x.element == end.element and x.kind not in ("impact", "open") and x.t <= end.t]
+    opened = [x.t for x in events if (x.element, x.kind) == (end.element, "open")]
+    closings = [t for t, until in pairwise(times) if any(t <= x < until for x in opened)] + times[-1:]
+    shrinks = len(closings) > 2 and 2.0 * (closings[-1] - closings[-2]) < closings[-2] - closings[-3]
+    return {t for t in closings[:-1] if shrinks and t > end.t - TAIL}
 
 
 def _joined(ends: Sequence[End]) -> list[End]:

@@ -8,7 +8,7 @@ from plane_comparison import compare, reference
 from plane_geometry import TINY, Geometry
 from plane_models import random_model
 
-SOON = (1, 2, 14, 15, 23, 37, 41, 42, 45, 49, 61, 105)
+SOON = (1, 2, 14, 15, 23, 37, 41, 42, 45, 49, 56, 61, 105, 124)
 """Seeds of runs that take little time; they slide, stick, roll, hang on ropes, strike in turn and meet stops."""
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -21,6 +23,7 @@ from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed, rounded_up
+from multibody_sym.simulation.one_way.flights import Fall, Instant, rest_of
 from multibody_sym.simulation.one_way.impact import (
     Blow,
     Bounces,
@@ -122,11 +125,17 @@ class Before:
         return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
 
     def late(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
-        """Return how much longer (s) each element would strike that comes to rest now, or collapses with others."""
+        """Return how much longer (s) each element would strike that comes to rest now, or collapses with others.
+
+        What bounces by itself does not rest if another one strikes before.
+        """
         left = {x.name: self.bounces.remaining(facts, x, self.udot) for x in closing}
+        others = [x for x in facts.near if x not in closing and x.name not in self.resting]
+        falls = (Fall.of(facts, x, max(facts.gap(x), 0.0), self.udot) for x in others)
+        next_one = min((fall.left for fall in falls), default=math.inf)
         ending = dict.fromkeys(self.bounces.collapsing(facts.t, len(facts.laws.unilateral)), 0.0)
         ending |= self.bounces.dying(facts, closing)
-        return ending | {name: time for name, time in left.items() if time is not None}
+        return ending | {name: time for name, time in left.items() if time is not None and time < next_one}
 
 
 def decided(
@@ -163,6 +172,8 @@ def decided(
             late = dict.fromkeys(late, end.t - facts.t)
             end = moved(end, q=onto_rows(end, after.touching))
             after = _resting(end, after.touching, before, after.blow)
+        elif before is not None and held:
+            late = {**late, **dict.fromkeys(held, _left(facts, touching, after.touching, before))}
     except NoSolutionError as error:
         return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
@@ -305,6 +316,26 @@ def _alone(end: Facts, touching: Collection[str]) -> bool:
     """Return whether nothing else touches at the limit of impacts: it would have struck before."""
     others = (x for x in end.laws.unilateral if x.name not in touching)
     return all(end.standing(x) == "open" for x in others)
+
+
+def _left(facts: Facts, touching: list[str], resting: Collection[str], before: Before) -> float:
+    """Return how much longer (s) what comes to rest together would strike unseen; 0 where that is not known."""
+    try:
+        end = rest_of(facts, touching, resting, partial(_instant, before))
+    except NoSolutionError:
+        return 0.0
+    return end.t - facts.t if end is not None and _alone(end, resting) else 0.0
+
+
+def _instant(before: Before, facts: Facts, touching: list[str]) -> Instant:
+    """Return what holds once what touches has struck with its own restitution."""
+    met = _after(facts, touching, before, {}, ())
+    state = met.found.states[0] if met.found.states else None
+    if state is None:
+        return Instant(met.facts, [], met.problem, None)
+    sides = basic_mode(met.problem, state).sides
+    active = [name for name in met.touching if sides.get(name, INACTIVE) != INACTIVE]
+    return Instant(met.facts, active, met.problem, met.facts.udot(state.x))
 
 
 def _back(after: _After, others: Collection[str]) -> set[str]:
