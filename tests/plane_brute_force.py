@@ -12,7 +12,7 @@ from itertools import pairwise, product
 
 import numpy as np
 from plane_geometry import Geometry
-from plane_impacts import SLOW, Blow, SeveralError, affine, least_room, roomiest
+from plane_impacts import SLOW, Blow, NotUniqueError, SeveralError, affine, least_room, roomiest
 from plane_models import Model
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
@@ -288,7 +288,10 @@ class Simulation:
             if good and max(np.abs(x.udot - good[0].udot).max() for x in good) <= size:
                 return good[0]
             found = good or found
-        raise SeveralError("several modes fit")
+        apart = max(np.abs(x.udot - found[0].udot).max() for x in found)
+        if apart <= size:
+            raise SeveralError("no mode that fits lasts")
+        raise NotUniqueError(f"{len(found)} modes fulfil the laws, {AHEAD[-1]:g} s later too: {apart:.3g} m/s^2 apart")
 
     def _fitting(self, near: list[int], moving: frozenset[int]) -> list[Choice]:
         """Return all modes that fit: at rest by static coefficients first, what slips then has its kinetic one."""

@@ -19,6 +19,10 @@ class SeveralError(Exception):
     """The law has several answers, or none."""
 
 
+class NotUniqueError(SeveralError):
+    """Several answers fulfil the laws, each by its own numbers, and differ."""
+
+
 @dataclass
 class Blow:
     """Impacts of k contacts in turn: speeds v (2 k,), impulses p (2 k,), coefficients of friction and restitution.
@@ -127,7 +131,7 @@ class Blow:
         if np.linalg.matrix_rank(self.K[np.ix_(apart, apart)], tol=1e-9) < len(apart):
             self.unsure |= set(rows.tolist())
         if not self.rubs:
-            self._add(rows, self._solved(rows, v, none, -e * np.minimum(v[: len(rows)], 0)))
+            self._add(rows, self._solved(rows, v, none, -e * np.minimum(v[: len(rows)], 0))[0])
             return
         K = self.K[np.ix_(both, both)]
         p = self._poisson(rows, v, e)
@@ -138,16 +142,27 @@ class Blow:
         self._add(rows, p)
 
     def _poisson(self, rows: np.ndarray, v: np.ndarray, e: np.ndarray) -> np.ndarray:
+        """Return the impulses of compression and restitution; each that compression may have, is followed."""
         k, none = len(rows), np.zeros(len(rows))
         both = np.concatenate([rows, rows + self.k])
-        p = self._solved(rows, v, none, none)
-        if (e * p[:k] > 0).any():
-            after = v + self.K[np.ix_(both, both)] @ p
-            p = p + self._solved(rows, after, e * np.maximum(p[:k], 0), none)
-        return p
+        K, ends = self.K[np.ix_(both, both)], list[np.ndarray]()
+        for p in self._solved(rows, v, none, none):
+            more = [np.zeros(2 * k)]
+            if (e * p[:k] > 0).any():
+                more = self._solved(rows, v + K @ p, e * np.maximum(p[:k], 0), none)
+            ends += [p + x for x in more]
+        apart = max(np.abs(K @ (p - ends[0])).max() for p in ends)
+        if apart > 1e-9 * (1 + np.abs(v).max()):
+            raise NotUniqueError(
+                f"{len(ends)} restitutions of compressions that fulfil the laws: {apart:.3g} m/s apart"
+            )
+        return ends[0]
 
-    def _solved(self, rows: np.ndarray, v: np.ndarray, given: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-        """Return p with p_n >= given complementary to v_n >= wanted, |p_t| <= mu p_n against the slip at the end."""
+    def _solved(self, rows: np.ndarray, v: np.ndarray, given: np.ndarray, wanted: np.ndarray) -> list[np.ndarray]:
+        """Return all p with p_n >= given complementary to v_n >= wanted, |p_t| <= mu p_n against the slip at the end.
+
+        They lead to the same speeds. Raises SeveralError.
+        """
         both = np.concatenate([rows, rows + self.k])
         K, slips = self.K[np.ix_(both, both)], frozenset[int]()
         while True:
@@ -156,17 +171,51 @@ class Blow:
             if not found:
                 raise SeveralError("no impulses fulfil the laws of an impact")
             after = [v + K @ p for p in found]
-            if max(np.abs(x - after[0]).max() for x in after) > 1e-9 * (1 + np.abs(v).max()):
-                raise SeveralError("several impulses fulfil the laws of an impact")
-            unlike = max(np.abs(p - found[0]).max() for p in found) > 1e-9 * (1e-3 + np.abs(found).max())
-            if unlike and not given.any() and self.restitution[rows].any():
-                raise SeveralError("impulses of compression are not unique")
+            self._verify_alike(rows, v, (given, wanted), found)
             new = {
                 i for i in range(len(rows)) if abs(after[0][len(rows) + i]) > SLOW and mu[i] != self.kinetic[rows[i]]
             }
             if not new - slips:
-                return found[0]
+                return found
             slips |= new
+
+    def _verify_alike(
+        self, rows: np.ndarray, v: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], found: list[np.ndarray]
+    ) -> None:
+        """Raise SeveralError if impulses lead to different speeds, as not unique if two such fulfil all laws."""
+        both = np.concatenate([rows, rows + self.k])
+        K = self.K[np.ix_(both, both)]
+        allowed = 1e-9 * (1 + np.abs(v).max())
+        if max(np.abs(K @ (p - found[0])).max() for p in found) <= allowed:
+            return
+        mu = self.static[rows], self.kinetic[rows]
+        good = [p for p in found if missed(K, v, bounds, mu, p) < 1e-9]
+        apart = max((np.abs(K @ (p - good[0])).max() for p in good), default=0.0)
+        if apart > allowed:
+            worst = max(missed(K, v, bounds, mu, p) for p in good)
+            raise NotUniqueError(f"{len(good)} impacts fulfil the laws to {worst:.1g}: {apart:.3g} m/s apart")
+        raise SeveralError("several impulses fulfil the laws of an impact")
+
+
+def missed(
+    K: np.ndarray,
+    v: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    mu: tuple[np.ndarray, np.ndarray],
+    p: np.ndarray,
+) -> float:
+    """Return by how much impulses p miss the laws at worst, as parts of the largest impulse and speed.
+
+    p_n >= given, v_n >= wanted of `bounds`, one of both equal; what sticks is within its cone by the first of `mu`,
+    what slips on it by the second, against the slip.
+    """
+    k, (given, wanted), (static, kinetic) = len(v) // 2, bounds, mu
+    after = v + K @ p
+    more, faster = (p[:k] - given) / np.abs(p).max(), (after[:k] - wanted) / np.abs(v).max()
+    slips = np.abs(after[k:]) > SLOW
+    cone = np.where(slips, np.abs(p[k:] + kinetic * p[:k] * np.sign(after[k:])), np.abs(p[k:]) - static * p[:k])
+    both = np.minimum(np.abs(more), np.abs(faster))
+    return float(max(-more.min(), -faster.min(), both.max(), (cone / np.abs(p).max()).max()))
 
 
 def _modes(K: np.ndarray, v: np.ndarray, given: np.ndarray, wanted: np.ndarray, mu: np.ndarray) -> list[np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from plane_comparison import compare, reference
 from plane_geometry import TINY, Geometry
+from plane_impacts import Blow, missed
 from plane_models import random_model
 
 SOON = (1, 2, 14, 15, 23, 37, 41, 42, 45, 49, 56, 61, 105, 124)
@@ -17,6 +18,20 @@ def test_a_plane_run_is_that_of_an_independent_program(seed: int) -> None:
     found = compare(reference(random_model(seed)), backend="python")
     assert (found.difference, found.why) == ("", "")
     assert found.events > 0
+
+
+def test_an_end_is_not_unique_where_two_answers_fulfil_the_laws_and_only_there() -> None:
+    """Of two contacts that strike one leaves, or both stay; where only impulses within are open the run goes on."""
+    assert "impacts fulfil the laws" in reference(random_model(160)).why
+    inner = np.array([[1.0, 0.2], [0.2, 1.0]])
+    K = np.block([[inner, np.zeros((2, 2))], [np.zeros((2, 2)), np.ones((2, 2))]])
+    v, mu, e = np.array([-1.0, -1.0, 0.1, 0.1]), np.full(2, 0.7), np.array([0.5, 0.5])
+    blow = Blow(K, v, mu, mu, e)
+    blow.strike()
+    assert blow.v == pytest.approx([0.5, 0.5, 0.0, 0.0], abs=1e-12)
+    bounds = np.zeros(2), np.zeros(2)
+    assert missed(K, v, bounds, (mu, mu), np.array([1.0, 1.0, -0.05, -0.05]) / 1.2) > 0.01
+    assert missed(K, v, bounds, (mu, mu), np.array([1 / 1.2, 1 / 1.2, -0.3, 0.2])) < 1e-12
 
 
 @pytest.mark.long
