@@ -33,6 +33,10 @@ ROUGH: Final = 0.01
 """Part of the largest by which directions in space that some passes have brought near may still miss."""
 
 
+_STEEP: Final = 1e3
+"""A coefficient of friction beyond which rounding may lead Lemke's method astray."""
+
+
 @dataclass(frozen=True)
 class Near:
     """A mode that may hold, the rows (m) that carry force in it, and how many flips are worth a try.
@@ -170,12 +174,22 @@ class States:
         return None
 
     def _proposed(self, mu: Floats) -> tuple[Trial | None, bool]:
-        """Return a state that Lemke's method leads to, and whether it ended on a ray."""
+        """Return a state that Lemke's method leads to, and whether it ended on a ray, which no rounding explains.
+
+        Coefficients that stand for all that is needed are beyond its digits: lower ones propose a mode then.
+        """
+        found, ray = self._proposed_by(mu, mu)
+        if found is None and (mu > _STEEP).any():
+            return self._proposed_by(mu, np.minimum(mu, _STEEP))[0], False
+        return found, ray
+
+    def _proposed_by(self, mu: Floats, coefficients: Floats) -> tuple[Trial | None, bool]:
+        """Return a state with coefficients mu that Lemke's method leads to with others, and whether it met a ray."""
         norms = [p for p in self.problem.parts if p.norm and mu[p.number]]
         pressing: dict[int, Floats] = {}
         ray = False
         for _ in range(PASSES if norms else 1):
-            proposal = propose(self.problem, self.small, mu, pressing)
+            proposal = propose(self.problem, self.small, coefficients, pressing)
             ray = proposal.ray and not proposal.spent
             trial = None if proposal.ray else self._refined(mu, pressing, proposal)
             if trial is not None:
