@@ -145,6 +145,7 @@ def test_with_a_restitution_what_jams_strikes_and_no_tolerance_decides_that() ->
         assert run.modes is not None
         blows.append(run.modes.blows[0])
         assert blows[-1].t == pytest.approx(0.000813679, rel=1e-4)
+    assert run.energy_residual == pytest.approx(0.0, abs=1e-4)
     corner = Corner(blows[1].q)
 
     def slips(impulse: float, u: np.ndarray) -> float:

@@ -21,6 +21,8 @@ from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
 
 _SETTLED: Final = 1e-9
 """Part of the work in a run by which half as many places may change it: Boole's rule is 64 times nearer."""
+_SHORT: Final = 1e-14
+"""The part of a time of which nothing is left to halve."""
 _MOST_HALVINGS: Final = 60
 """How often stretches are halved in all where places are too far apart."""
 
@@ -77,8 +79,8 @@ def _work(stretch: Stretch, program: Compiled) -> _Work:
     friction, shares, loads = (integral(value, fine.t)[-1] for value in values)
     powers = np.column_stack([values[0], values[2]])
     size = float(integral(np.abs(powers), fine.t)[-1].sum())
-    if (len(fine.t) - 1) % 8:  # a sample is missing at the end: there is nothing to compare with
-        return _Work(friction, shares, loads, size, 0.0)
+    if (len(fine.t) - 1) % 8:  # samples are missing at the end, before which no step leads near enough
+        return _Work(friction, shares, loads, size, size if stretch.duration > _SHORT * abs(stretch.until) else 0.0)
     fewer = integral(powers[::2], fine.t[::2])[-1]
     return _Work(friction, shares, loads, size, float(np.abs(fewer - np.append(friction, loads)).sum()))
 
