@@ -173,7 +173,8 @@ def decided(
             end = moved(end, q=onto_rows(end, after.touching))
             after = _resting(end, after.touching, before, after.blow)
         elif before is not None and held:
-            late = {**late, **dict.fromkeys(held, _left(facts, touching, after.touching, before))}
+            left = _left(facts, touching, after.touching, before)
+            late = late if left is None else dict.fromkeys(late, left)
     except NoSolutionError as error:
         return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
@@ -318,13 +319,13 @@ def _alone(end: Facts, touching: Collection[str]) -> bool:
     return all(end.standing(x) == "open" for x in others)
 
 
-def _left(facts: Facts, touching: list[str], resting: Collection[str], before: Before) -> float:
-    """Return how much longer (s) what comes to rest together would strike unseen; 0 where that is not known."""
+def _left(facts: Facts, touching: list[str], resting: Collection[str], before: Before) -> float | None:
+    """Return how much longer (s) all that comes to rest together would strike unseen; None if that is not known."""
     try:
         end = rest_of(facts, touching, resting, partial(_instant, before))
     except NoSolutionError:
-        return 0.0
-    return end.t - facts.t if end is not None and _alone(end, resting) else 0.0
+        return None
+    return end.t - facts.t if end is not None and _alone(end, resting) else None
 
 
 def _instant(before: Before, facts: Facts, touching: list[str]) -> Instant:
