@@ -44,8 +44,6 @@ _ALIKE: Final = 1e-2
 """The part by which they may differ: rounding of where what is nearly at rest strikes is in them."""
 _PRESSED: Final = 2.0
 """By how many times of what counts as touching without closing loads have made closing what wedges."""
-_NOTHING: Final = 1e-13
-"""The part of the largest impulse of an impact that is none: what takes so little was not struck."""
 _ROUNDING: Final = 16.0 * np.finfo(float).eps
 """The part of the time by which it has to go on to have done so."""
 MOST: Final = 1e7
@@ -492,11 +490,10 @@ def struck(
     returned = _returned(facts, problem)
     found = strike(ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names))
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
-    seen = np.where(np.abs(found.impulses) > _NOTHING * np.abs(found.impulses).max(initial=0.0), found.impulses, 0.0)
     return Blow(
         facts.speeds(found.x) + pressed * facts.known["free"],
-        {element.name: float(seen[problem.places[element.normals[0].name]]) for element in own},
-        {name: float(np.nansum(np.where(seen, found.lost, 0.0)[places])) for name, places in taken.items()},
+        {element.name: float(found.impulses[problem.places[element.normals[0].name]]) for element in own},
+        {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
         facts.t,
         facts.q,
         facts.u,
