@@ -65,21 +65,22 @@ def gap(resolved: Mechanism, begin: Start) -> tuple[float, float]:
     return max(abs(float(m.phi)) / (length if isinstance(r, PositionRow) else 1.0) for r, m in rows), length
 
 
-STALLS = pytest.mark.xfail(raises=NoSolutionError, strict=True, reason="rounding leaves 1.7e-13 of this long loop")
-
-
-@pytest.mark.parametrize("seed", [pytest.param(4, marks=STALLS) if k == 4 else k for k in blocks(60, quick=5)])
+@pytest.mark.parametrize("seed", blocks(60, quick=5))
 def test_disturbed_random_loops(seed: int) -> None:
-    """All known: refused above 1e-13 of the lengths. Projected, or not marked: closed to 1e-12, the shift told."""
+    """All known: refused above 1e-13 of the lengths, or of more that nothing can undo, as in loop 4.
+
+    Projected, or not marked: closed to 1e-12, the shift told.
+    """
     case, exact = loop(seed)
     joints = [body.joint_name for body in case.mechanism.bodies if body.q]
+    left = gap(mbs.mechanism(case.system), exact)[0]
     rng = np.random.default_rng(seed)
     for size in rng.choice(SIZES, 3, replace=False).tolist():
         q = (np.array(exact.q) + size * rng.uniform(-1, 1, len(exact.q))).tolist()
         known = mbs.mechanism(declared(case.system, case.mechanism, q, exact.u, joints))
         guessed = mbs.mechanism(declared(case.system, case.mechanism, q, exact.u, ()))
         missed, _ = gap(known, replace(exact, q=unit(known, q)))
-        if missed > 1.01e-13:
+        if missed > 1.01 * max(1e-13, left):
             with pytest.raises(NoSolutionError, match=r"L0\.\w+ misses by .*--project") as caught:
                 start(known)
             assert caught.value.where.path == ("joints", "L0")
