@@ -115,8 +115,9 @@ class Printer:
         self.origins: dict[Node, tuple[_Piece, str]] = {}
         self.kept: dict[Node, int] = {}
         self.records = 0
-        self.factors: dict[tuple[tuple[tuple[Node, ...], ...], int, Node], str] = {}
+        self.factors: dict[tuple[object, ...], str] = {}
         self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
+        self.masked: dict[str, str] = {}
         self.pieces: list[_Piece] = []
         self.longest = _LONGEST_WITH_LOOPS if any(isinstance(x, Scan) for x in program.statements) else _LONGEST
         self._cut()
@@ -134,7 +135,8 @@ class Printer:
         used = set().union(*(piece.used for piece in self.pieces))
         body = [f"    (void){name};" for name in declared if name not in used]
         for name, (spans, columns) in self.patterns.items():
-            body.append(f"    double {name}[MBS_FACTORS({len(spans)}, {columns})];")
+            some = self.masked.get(name, "").upper()
+            body.append(f"    double {name}[MBS_{some}FACTORS({len(spans)}, {columns})];")
             declared[name] = f"double *{name}"
         patterns = [_pattern(f"{self.function.name}__{name}", *pattern) for name, pattern in self.patterns.items()]
         head = f"{head_of(self.function)}\n{{"
@@ -236,6 +238,8 @@ class Printer:
 
     def variant(self, factors: str) -> str:
         """Return the ending of the functions that eliminate a matrix of this pattern."""
+        if factors in self.masked:
+            return "_" + self.masked[factors].rstrip("_")
         return "_unrolled" if elimination_cost(self.patterns[factors][0]) <= _UNROLLED else ""
 
     def _output(self, name: str, output: Output) -> None:

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from multibody_sym.codegen.c_function import Printer
 from multibody_sym.codegen.layout import wrapped
-from multibody_sym.codegen.profile import column_order, row_spans
+from multibody_sym.codegen.profile import column_order, row_spans, whole_span
 from multibody_sym.program.accesses import accesses
 from multibody_sym.program.infix import expression
 from multibody_sym.program.progressions import Progression
@@ -50,7 +50,7 @@ def _solve(printer: Printer, statement: Solve) -> None:
     """Factorise the matrix, unless an earlier solve has, and substitute; columns come in an order with short spans."""
     number, columns = printer.record(), len(statement.solution)
     order = column_order(statement.matrix, columns)
-    known = statement.matrix, columns, statement.most
+    known = statement.matrix, columns, statement.most, statement.acting, statement.exerted
     if known not in printer.factors:
         printer.factors[known] = f"f{number}"
         _factorise(printer, statement, order, f"f{number}")
@@ -67,14 +67,19 @@ def _solve(printer: Printer, statement: Solve) -> None:
 
 def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
     rows = [[row[k] for k in order] for row in statement.matrix]
-    spans = row_spans(rows)
+    spans = [whole_span(len(order)) for _ in rows] if statement.acting else row_spans(rows)
     printer.patterns[factors] = spans, len(order)
+    if statement.acting:
+        printer.masked[factors] = "rubbing_" if statement.exerted else "some_"
     solver = f"mbs_factorise{printer.variant(factors)}"
     inside = [element for row, span in zip(rows, spans, strict=True) for element in row[span.first : span.end]]
     matrix = printer.array("matrix", inside)
-    given = [f"&{printer.function.name}__{factors}", "matrix", printer.names[statement.most], factors]
+    others = {"exerted": [row[k] for row in statement.exerted for k in order], "acting": statement.acting}
+    told = {name: printer.array(name, atoms) for name, atoms in others.items() if atoms}
+    given = [f"&{printer.function.name}__{factors}", "matrix", *told, printer.names[statement.most], factors]
     printer.piece.used.add(factors)
-    printer.piece.lines += ["    {", matrix, wrapped(f"        {solver}(", given, ");", indent=" " * 12), "    }"]
+    called = wrapped(f"        {solver}(", given, ");", indent=" " * 12)
+    printer.piece.lines += ["    {", matrix, *told.values(), called, "    }"]
 
 
 def _scan(printer: Printer, statement: Scan) -> None:

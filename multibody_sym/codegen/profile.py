@@ -44,6 +44,11 @@ def row_spans(matrix: Sequence[Sequence[Node]]) -> list[Span]:
     return spans
 
 
+def whole_span(columns: int) -> Span:
+    """Return the span of a row that may have any elements, wherever it is eliminated."""
+    return Span(0, columns, 0, columns)
+
+
 def elimination_cost(spans: Sequence[Span]) -> int:
     """Return how many elements of vectors the elimination reads, about half of its multiplications."""
     return sum((span.high - span.low) * (j - span.low + 1) for j, span in enumerate(spans))

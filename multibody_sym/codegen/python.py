@@ -223,7 +223,10 @@ def _solve(printer: _Printer, statement: Solve) -> None:
     rows = [printer.value((len(row),), row) for row in statement.matrix]
     given = [wrapped("[", rows, "]", indent=" " * 8), printer.value((len(rows),), statement.right)]
     sizes = [str(len(statement.solution)), printer.names[statement.most]]
-    called = wrapped("solve_lists(", [*given, *sizes], ")", indent=" " * 8)
+    acting = [printer.value((len(rows),), statement.acting)] if statement.acting else []
+    exerted = [printer.value((len(row),), row) for row in statement.exerted]
+    forces = [wrapped("[", exerted, "]", indent=" " * 8)] if exerted else []
+    called = wrapped("solve_lists(", [*given, *sizes, *acting, *forces], ")", indent=" " * 8)
     printer.lines.append(f"    r{number} = {called}")
     for k, leaves in enumerate((statement.solution, statement.multipliers, statement.report)):
         printer.define(f"r{number}[{k}]", (len(leaves),), leaves)

@@ -6,7 +6,7 @@ The text of this file stands in exported Python, and imports NumPy and the stand
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from operator import mul
 from typing import Final
 
@@ -18,6 +18,13 @@ from multibody_sym.records import dataclass
 
 _FEW: Final = 6
 """Rows up to which lists are quicker than arrays."""
+
+
+Lists = list[list[float]]
+Found = tuple[list[float], list[float], list[float]]
+SHORTEST: Final = 1e-6
+"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
+_NEARLY_ZERO: Final = 1e-150
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,13 @@ class _Factors:
         return len(self.diagonal)
 
 
-def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
+def solve(
+    matrix: Floats,
+    right: Floats,
+    most: float = math.inf,
+    acting: Sequence[float] = (),
+    exerted: Sequence[Sequence[float]] = (),
+) -> Solution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
     The rows of A, scaled to unit length, are the columns of A^T = Q R P^T. They are taken as they come where at least
@@ -57,7 +70,9 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and R lambda = R^-T r, over the
     kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
     squares solution as well whenever they agree with the kept ones. No more than `most` rows are kept: rows that depend
-    on each other only in positions that satisfy them are independent beside such a position, by rounding.
+    on each other only in positions that satisfy them are independent beside such a position, by rounding. Rows that
+    `acting` has a zero for are left out, and have no multipliers. With `exerted` C (s, n) x is C^T lambda: where A C^T
+    is regular lambda follows from that, else x and lambda are of least norm together, lambda times lengths of C.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
     part of a kept row that those before it leave, relative to the longest of them (0 if there is none), which vanishes
@@ -65,14 +80,31 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
-    found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most)
+    found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most, acting, exerted)
     return Solution(*(np.array(values, dtype=float) for values in found))
 
 
 def solve_lists(
-    matrix: list[list[float]], right: list[float], columns: int, most: float
-) -> tuple[list[float], list[float], list[float]]:
+    matrix: Lists,
+    right: list[float],
+    columns: int,
+    most: float,
+    acting: Sequence[float] = (),
+    exerted: Sequence[Sequence[float]] = (),
+) -> Found:
     """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
+    if acting:
+        places = [j for j, acts in enumerate(acting) if acts]
+        rows, wanted = [matrix[j] for j in places], [right[j] for j in places]
+        forces = [list(exerted[j]) for j in places if exerted]
+        if not exerted or forces == rows:
+            solution, carried, report = solve_lists(rows, wanted, columns, most)
+        else:
+            solution, carried, report = _rubbing(rows, forces, wanted, columns, most)
+        multipliers = [0.0] * len(right)
+        for j, value in zip(places, carried, strict=True):
+            multipliers[j] = value
+        return solution, multipliers, report
     factors = _few_in_order(matrix) if 0 < len(right) <= min(_FEW, columns, most) else None
     if factors is None:
         factors = _factored(np.array(matrix, dtype=float).reshape(len(right), columns), most)
@@ -84,6 +116,32 @@ def solve_lists(
     for j, value in zip(factors.order, _backward(factors, halfway), strict=False):
         multipliers[j] = value / factors.lengths[j]
     return _rotated(factors, halfway, columns), multipliers, _report(factors, scaled, halfway)
+
+
+def _rubbing(matrix: Lists, exerted: Lists, right: list[float], columns: int, most: float) -> Found:
+    """Return x = C^T lambda, lambda, A x = r: of least norm together, lambda times lengths, if A C^T is singular."""
+    count = len(right)
+    lengths = [math.sqrt(_dot(row, row)) for row in exerted]
+    shortest = max(SHORTEST * max(lengths), _NEARLY_ZERO)
+    lengths = [length if length > shortest else shortest for length in lengths]
+    unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]
+    square = [[_dot(a, c) for c in unit] for a in matrix]
+    carried, _, report = solve_lists(square, right, count, most)
+    if report[0] == count:  # what is left of rows is measured by the rows of A
+        report = [report[0], report[1] * _longest(square) / _longest(matrix), report[2]]
+    if report[0] < count:
+        upper = [[*row, *[0.0] * count] for row in matrix]
+        lower = [[*(float(i == k) for k in range(columns)), *(-c[i] for c in unit)] for i in range(columns)]
+        both, _, report = solve_lists(upper + lower, right + [0.0] * columns, columns + count, most + columns)
+        carried, report = both[columns:], [report[0] - columns, *report[1:]]
+    x = [0.0] * columns
+    for z, row in zip(carried, unit, strict=True):
+        x = [a + z * b for a, b in zip(x, row, strict=True)]
+    return x, [z / length for z, length in zip(carried, lengths, strict=True)], report
+
+
+def _longest(rows: Lists) -> float:
+    return math.sqrt(max(_dot(row, row) for row in rows))
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:

@@ -8,7 +8,7 @@ from typing import Any, assert_never
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Integers
-from multibody_sym.program.statements import Assign, Call, Callee, Kernel, Loop, Scan, Solve, targets
+from multibody_sym.program.statements import Assign, Call, Callee, Kernel, Loop, Scan, Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node
@@ -37,7 +37,8 @@ def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Progr
         elif isinstance(statement, Solve):
             matrix = tuple(map(constant, statement.matrix))
             right, (most,) = constant(statement.right), constant((statement.most,))
-            trace.adopt(Solve(matrix, right, most, *targets(statement)))
+            acting, exerted = constant(statement.acting), tuple(map(constant, statement.exerted))
+            trace.adopt(replace(statement, matrix=matrix, right=right, most=most, acting=acting, exerted=exerted))
         elif not isinstance(statement, Assign):
             assert_never(statement)
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})

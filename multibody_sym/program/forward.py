@@ -147,6 +147,8 @@ class _Forward:
 
     def solve(self, statement: Solve, rates: dict[Node, Node]) -> None:
         """With p = dA^T lambda: A y = dr - dA x - A p gives dx = p + y, and the multipliers of y are dlambda."""
+        if statement.exerted:
+            raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
         matrix_rates = [taken(rates, row) for row in statement.matrix]
         right_rates = taken(rates, statement.right)
         if all(rate is ZERO for part in (*matrix_rates, right_rates) for rate in part):
@@ -156,7 +158,7 @@ class _Forward:
             subtract(subtract(r, dot(dA, statement.solution)), dot(A, turned))
             for r, dA, A in zip(right_rates, matrix_rates, statement.matrix, strict=True)
         ]
-        found = self.trace.solve(statement.matrix, rest, len(statement.solution), statement.most)
+        found = self.trace.solve(statement.matrix, rest, len(statement.solution), statement.most, statement.acting)
         put(rates, statement.solution, list(map(add, turned, found.solution)))
         put(rates, statement.multipliers, found.multipliers)
 

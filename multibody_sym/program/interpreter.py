@@ -71,7 +71,11 @@ def _solve(statement: Solve, values: _Values) -> None:
     rows, columns = len(statement.right), len(statement.solution)
     matrix = np.array([values[atom] for row in statement.matrix for atom in row], dtype=float).reshape(rows, columns)
     right = np.array([values[atom] for atom in statement.right], dtype=float)
-    found = solve(matrix, right, values[statement.most])
+    others: dict[str, Any] = {}
+    if statement.acting:
+        others["acting"] = [values[atom] for atom in statement.acting]
+        others["exerted"] = [[values[atom] for atom in row] for row in statement.exerted]
+    found = solve(matrix, right, values[statement.most], **others)
     _store(statement, (found.solution, found.multipliers, found.report), values)
 
 

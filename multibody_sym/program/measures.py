@@ -161,7 +161,8 @@ def _hash_call(statement: Call, numbers: _Numbers) -> None:
 
 
 def _hash_solve(statement: Solve, numbers: _Numbers) -> None:
-    _hash_record((_SOLVE, len(statement.right), len(statement.solution)), statement, numbers)
+    sizes = len(statement.right), len(statement.solution), len(statement.acting), len(statement.exerted)
+    _hash_record((_SOLVE, *sizes), statement, numbers)
 
 
 def _hash_scan(statement: Scan, numbers: _Numbers) -> None:

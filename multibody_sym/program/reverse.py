@@ -110,12 +110,14 @@ class _Reverse:
 
     def solve(self, statement: Solve, weights: dict[Node, Node]) -> None:
         """With A A^T mu = A wx + wlambda: wr = mu, wA = lambda (wx - A^T mu)^T - mu x^T."""
+        if statement.exerted:
+            raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
         x, multipliers = statement.solution, statement.multipliers
         x_weights, multiplier_weights = taken(weights, x), taken(weights, multipliers)
         if all(weight is ZERO for weight in (*x_weights, *multiplier_weights)):
             return
         right = [add(dot(row, x_weights), w) for row, w in zip(statement.matrix, multiplier_weights, strict=True)]
-        found = self.trace.solve(statement.matrix, right, len(x), statement.most)
+        found = self.trace.solve(statement.matrix, right, len(x), statement.most, statement.acting)
         rest = list(map(subtract, x_weights, found.solution))
         for k, row in enumerate(statement.matrix):
             mu = found.multipliers[k]

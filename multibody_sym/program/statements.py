@@ -121,7 +121,8 @@ class Solve:
 
     `matrix` holds the s rows of A, `right` r (s); the targets are `solution` x (n), `multipliers` lambda (s, zero for
     dependent rows) and `report` (rank, smallest part of a kept row, relative residual of the dependent rows). No more
-    rows are kept than `most`.
+    rows are kept than `most`. Rows that `acting` (s) has a zero for are left out, as if they were not there: their
+    multipliers are zero. Without it all act. With `exerted` C (s rows of n) x = C^T lambda.
     """
 
     matrix: tuple[tuple[Node, ...], ...]
@@ -130,6 +131,8 @@ class Solve:
     solution: tuple[Node, ...]
     multipliers: tuple[Node, ...]
     report: tuple[Node, ...]
+    acting: tuple[Node, ...] = ()
+    exerted: tuple[tuple[Node, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -186,7 +189,7 @@ Statement = Assign | Record
 def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
     """Return the atoms that a record reads."""
     if isinstance(statement, Solve):
-        return (*statement.matrix, statement.right, (statement.most,))
+        return (*statement.matrix, statement.right, (statement.most,), statement.acting, *statement.exerted)
     if isinstance(statement, Call):
         return statement.arguments
     if isinstance(statement, Scan):

@@ -81,7 +81,10 @@ def _solve(statement: Solve, counter: _Counter) -> str:
     right = _listed(statement.right, counter.texts)
     unknown = _defined((statement.solution, statement.multipliers, statement.report), counter)
     most = "" if statement.most.shadow == len(statement.right) else f", most {counter.texts[statement.most]}"
-    return f"{unknown} = solve(({rows}), {right}{most})"
+    forces = ", ".join(_listed(row, counter.texts) for row in statement.exerted)
+    exerted = f", exerted ({forces})" if forces else ""
+    acting = f", acting {_listed(statement.acting, counter.texts)}" if statement.acting else ""
+    return f"{unknown} = solve(({rows}), {right}{most}{acting}{exerted})"
 
 
 def _scan(statement: Scan, counter: _Counter) -> str:

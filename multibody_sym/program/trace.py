@@ -60,16 +60,20 @@ class Trace:
         right: Sequence[Node],
         columns: int | None = None,
         most: Node | None = None,
+        acting: Sequence[Node] = (),
+        exerted: Sequence[Sequence[Node]] = (),
     ) -> Solve:
         """Return the Solve of A x = r with fresh leaves for x, lambda and the report.
 
-        Arguments: `matrix` A (s rows of n), `right` r (s), n where there may be no row to tell it, and `most` rows to
-        keep (all, if None).
+        Arguments: `matrix` A (s rows of n), `right` r (s), n where there may be no row to tell it, `most` rows to keep
+        (all, if None), which rows act (all, if none are told), and what these exert, if it is not A^T lambda.
         """
         rows = tuple(tuple(map(as_node, row)) for row in matrix)
         size = len(rows[0]) if rows else columns or 0
         unknown = self._fresh(size), self._fresh(len(rows)), self._fresh(3)
-        record = Solve(rows, tuple(map(as_node, right)), as_node(len(rows)) if most is None else most, *unknown)
+        kept = as_node(len(rows)) if most is None else most
+        forces = tuple(tuple(map(as_node, row)) for row in exerted)
+        record = Solve(rows, tuple(map(as_node, right)), kept, *unknown, tuple(acting), forces)
         self.adopt(record)
         return record
 

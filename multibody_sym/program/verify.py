@@ -84,6 +84,8 @@ def _verify_solve(statement: Solve, known: set[Node]) -> None:
     rows, columns = len(statement.right), len(statement.solution)
     _verify_sizes(statement.matrix, [columns] * rows, "the rows of a matrix to solve with")
     _verify_sizes((statement.multipliers, statement.report), [rows, 3], "multipliers and report of a solve")
+    _verify_sizes(statement.exerted or statement.matrix, [columns] * rows, "what rows exert in a solve")
+    _verify_sizes((statement.acting or statement.right,), [rows], "which rows act in a solve")
     _verify_operands_and_targets(statement, known)
 
 

@@ -42,6 +42,12 @@ typedef struct {
 /* Doubles that the factors of a matrix take. */
 #define MBS_FACTORS(rows, columns) ((rows) * ((columns) + 6) + 3)
 
+/* ... and those of a matrix of which some rows act. */
+#define MBS_SOME_FACTORS(rows, columns) (MBS_FACTORS(rows, columns) + (rows) * ((columns) + 3) + 1)
+#define MBS_RUBBING_FACTORS(rows, columns) \
+    (MBS_FACTORS((rows) + (columns), (rows) + (columns)) + (rows) * (2 * (columns) + 4) + 2 + \
+     ((rows) + (columns)) * ((rows) + (columns) + 2))
+
 /* Factorise A, of which `matrix` holds the elements within the spans, row after row. At most `most` rows are taken for
    independent. The _pivoted ones do not try first whether the rows are independent as they come; in in_order.h are some
    for small patterns. */
@@ -54,6 +60,19 @@ void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, dou
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                     double *multipliers, double *report);
 void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                            double *multipliers, double *report);
+
+/* The same for the rows that act, those for which `acting` is not zero; all have all elements. */
+void mbs_factorise_some(const mbs_pattern *pattern, const double *matrix, const double *acting, double most,
+                        double *factors);
+void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                         double *multipliers, double *report);
+
+/* ... and x = C^T multipliers with what rows exert, C, in the place of A. Where A C^T is singular x and the multipliers,
+   times lengths of C, are of least norm together. */
+void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
+                           double most, double *factors);
+void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                             double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */

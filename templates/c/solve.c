@@ -189,3 +189,182 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 {
     mbs_substitute_unrolled(pattern, factors, right, solution, multipliers, report);
 }
+
+/* ---- some rows ---- */
+
+#define SHORTEST 1e-6       /* part of the longest row's length that scales shorter rows */
+#define NEARLY_ZERO 1e-150
+
+/* The rows that act, one after the other, in what begins with how many they are: which, the room for their right side and
+   their multipliers, their elements; what they exert in unit vectors, the lengths of that, and the factors of a matrix. */
+typedef struct {
+    mbs_pattern pattern;
+    double *which, *right, *multipliers, *matrix;
+    double *unit, *lengths, *kind, *large, *solution, *factors;
+} some;
+
+enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and are found with x */
+
+static some laid_out_for(const mbs_pattern *pattern, double *space, int rubs)
+{
+    int rows = pattern->rows, n = pattern->columns, all = rows + n;
+    double *which = space + 1, *matrix = which + 3 * rows, *unit = matrix + rows * n, *large = unit + rows * (n + 1) + 1;
+    some s = {.pattern = {(int)space[0], n, pattern->spans},
+              .which = which,
+              .right = which + rows,
+              .multipliers = which + 2 * rows,
+              .matrix = matrix,
+              .factors = unit};
+    if (rubs) {
+        s.unit = unit;
+        s.lengths = unit + rows * n;
+        s.kind = s.lengths + rows;
+        s.large = large;
+        s.solution = large + all * all;
+        s.factors = s.solution + 2 * all;
+    }
+    return s;
+}
+
+static void gather(some *s, int rows, const double *acting, double *space, const double *from, double *to)
+{
+    int count = 0, n = s->pattern.columns;
+    for (int j = 0; j < rows; ++j)
+        if (acting[j] != 0.0) {
+            mbs_copy(n, from + j * n, to + count * n);
+            s->which[count++] = j;
+        }
+    s->pattern.rows = count;
+    space[0] = count;
+}
+
+static void scatter(const some *s, int rows, const double *from, double *to)
+{
+    mbs_fill(rows, 0.0, to);
+    for (int k = 0; k < s->pattern.rows; ++k)
+        to[(int)s->which[k]] = from[k];
+}
+
+static void gather_right(const some *s, const double *right)
+{
+    for (int k = 0; k < s->pattern.rows; ++k)
+        s->right[k] = right[(int)s->which[k]];
+}
+
+void mbs_factorise_some(const mbs_pattern *pattern, const double *matrix, const double *acting, double most,
+                        double *factors)
+{
+    some s = laid_out_for(pattern, factors, 0);
+    gather(&s, pattern->rows, acting, factors, matrix, s.matrix);
+    mbs_factorise(&s.pattern, s.matrix, most, s.factors);
+}
+
+void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                         double *multipliers, double *report)
+{
+    some s = laid_out_for(pattern, factors, 0);
+    gather_right(&s, right);
+    mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
+    scatter(&s, pattern->rows, s.multipliers, multipliers);
+}
+
+/* Make what rows exert unit vectors, none of them much shorter than the longest; returns whether they differ from A. */
+static int made_units(const some *s)
+{
+    int count = s->pattern.rows, n = s->pattern.columns, differs = 0;
+    double longest = 0.0;
+    for (int i = 0; i < count * n; ++i)
+        differs |= s->unit[i] != s->matrix[i];
+    for (int k = 0; k < count && differs; ++k) {
+        s->lengths[k] = sqrt(mbs_dot(n, s->unit + k * n, s->unit + k * n));
+        longest = s->lengths[k] > longest ? s->lengths[k] : longest;
+    }
+    double shortest = SHORTEST * longest > NEARLY_ZERO ? SHORTEST * longest : NEARLY_ZERO;
+    for (int k = 0; k < count && differs; ++k) {
+        if (!(s->lengths[k] > shortest))
+            s->lengths[k] = shortest;
+        for (int i = 0; i < n; ++i)
+            s->unit[k * n + i] /= s->lengths[k];
+    }
+    return differs;
+}
+
+static double longest_of(int rows, int columns, const double *matrix)
+{
+    double longest = 0.0;
+    for (int j = 0; j < rows; ++j, matrix += columns)
+        longest = fmax(longest, mbs_dot(columns, matrix, matrix));
+    return sqrt(longest);
+}
+
+/* [A 0; E -C^T]: x and multipliers are found together. */
+static mbs_pattern together(const some *s)
+{
+    int count = s->pattern.rows, n = s->pattern.columns, all = count + n;
+    mbs_fill(all * all, 0.0, s->large);
+    for (int k = 0; k < count; ++k)
+        mbs_copy(n, s->matrix + k * n, s->large + k * all);
+    for (int i = 0; i < n; ++i) {
+        double *row = s->large + (count + i) * all;
+        row[i] = 1.0;
+        for (int k = 0; k < count; ++k)
+            row[n + k] = -s->unit[k * n + i];
+    }
+    mbs_pattern pattern = {all, all, 0};
+    return pattern;
+}
+
+void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
+                           double most, double *factors)
+{
+    some s = laid_out_for(pattern, factors, 1);
+    gather(&s, pattern->rows, acting, factors, matrix, s.matrix);
+    gather(&s, pattern->rows, acting, factors, exerted, s.unit);
+    int count = s.pattern.rows, n = s.pattern.columns;
+    *s.kind = OWN;
+    if (!made_units(&s)) {
+        mbs_factorise(&s.pattern, s.matrix, most, s.factors);
+        return;
+    }
+    *s.kind = REGULAR;
+    if (count <= n) { /* A C^T, with zeros beside it up to n columns */
+        mbs_fill(count * n, 0.0, s.large);
+        for (int j = 0; j < count; ++j)
+            for (int k = 0; k < count; ++k)
+                s.large[j * n + k] = mbs_dot(n, s.matrix + j * n, s.unit + k * n);
+        mbs_factorise(&s.pattern, s.large, most, s.factors);
+        if (!(s.factors[MBS_RANK] < count)) { /* what is left of rows is measured by the rows of A */
+            s.factors[MBS_CONDITIONING] *= longest_of(count, n, s.large) / longest_of(count, n, s.matrix);
+            return;
+        }
+    }
+    *s.kind = TOGETHER;
+    mbs_pattern own = together(&s);
+    mbs_factorise(&own, s.large, most + n, s.factors);
+}
+
+void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                            double *multipliers, double *report)
+{
+    some s = laid_out_for(pattern, factors, 1);
+    int count = s.pattern.rows, n = s.pattern.columns, large = *s.kind == TOGETHER;
+    gather_right(&s, right);
+    if (*s.kind == OWN) {
+        mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
+        scatter(&s, pattern->rows, s.multipliers, multipliers);
+        return;
+    }
+    mbs_pattern both = {count + n, count + n, 0};
+    double *wanted = s.large, *unused = wanted + both.rows;
+    mbs_fill(both.rows, 0.0, wanted);
+    mbs_copy(count, s.right, wanted);
+    mbs_substitute(large ? &both : &s.pattern, s.factors, wanted, s.solution, unused, report);
+    const double *carried = large ? s.solution + n : s.solution;
+    report[0] -= large ? n : 0;
+    mbs_fill(n, 0.0, solution);
+    for (int k = 0; k < count; ++k) {
+        mbs_subtract(n, -carried[k], s.unit + k * n, solution);
+        s.multipliers[k] = carried[k] / s.lengths[k];
+    }
+    scatter(&s, pattern->rows, s.multipliers, multipliers);
+}

@@ -109,3 +109,18 @@ def test_what_is_not_finite_is_never_hidden(entry: float, value: float) -> None:
     assert np.isnan(found.solution).all()
     assert np.isnan(found.multipliers).all()
     assert np.isnan(found.report).all()
+
+
+def test_rows_that_exert_other_forces_and_depend_on_each_other_have_multipliers_of_least_norm() -> None:
+    """Two equal normals that slide: x and the multipliers, times lengths of C, by a pseudo-inverse of both together."""
+    A = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    C = A.copy()
+    C[0, 0], C[1, 0] = -0.3, -0.3
+    right = np.array([2.0, 2.0, 5.0])
+    found = solve(A, right, 1, [1.0, 1.0, 0.0], C.tolist())
+    unit = C[:2] / np.linalg.norm(C[:2], axis=1)[:, None]
+    both = np.block([[A[:2], np.zeros((2, 2))], [np.eye(3), -unit.T]])
+    x, z = np.split(np.linalg.pinv(both) @ np.array([2.0, 2.0, 0.0, 0.0, 0.0]), [3])
+    assert found.solution == pytest.approx(x, abs=1e-12)
+    assert found.multipliers == pytest.approx([*(z / np.linalg.norm(C[:2], axis=1)), 0.0], abs=1e-12)
+    assert found.report[0] == 1.0

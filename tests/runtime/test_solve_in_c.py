@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from c_solve import solve_in_c
+from c_solve import solve_in_c, solve_some_in_c
 from hand_models import OSCILLATOR
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -165,3 +165,30 @@ def test_what_is_zero_by_structure_may_be_left_out(in_c, seed, size, filled, twi
     np.testing.assert_allclose(x, wanted.solution[order], rtol=0, atol=blurred)
     np.testing.assert_allclose(multipliers, wanted.multipliers, rtol=0, atol=blurred * (1 + abs(multipliers).max()))
     assert report[1] == pytest.approx(wanted.report[1], rel=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_rows_that_act_and_what_they_exert(seed):
+    """Against NumPy's reference, and that against what defines the solution: A x = r, x = C^T lambda, of least norm."""
+    library = ctypes.CDLL(str(OSCILLATOR.load().path))
+    rng = np.random.default_rng(seed)
+    s, n = int(rng.integers(1, 7)), int(rng.integers(2, 7))
+    matrix = rng.standard_normal((s, n)) * 10.0 ** rng.uniform(-2, 2, (s, 1))
+    if seed % 3 == 0 and s > 2:
+        matrix[1] = 2.0 * matrix[0]
+    acting = np.array(rng.random(s) < 0.7, dtype=float)
+    rubbing = None if seed % 2 else matrix + 0.3 * rng.standard_normal((s, n)) * (rng.random((s, 1)) < 0.5)
+    right = matrix @ rng.standard_normal(n)
+    places = np.flatnonzero(acting)
+    independent = int(np.linalg.matrix_rank(matrix[places])) if len(places) else 0
+    forces = () if rubbing is None else rubbing.tolist()
+    wanted = solve(matrix, right, independent, acting.tolist(), forces)
+    found = solve_some_in_c(library, matrix, right, independent, acting, rubbing)
+    size = max(1.0, float(np.abs(wanted.solution).max()), float(np.abs(wanted.multipliers).max()))
+    for a, b in zip(found.__dict__.values(), wanted.__dict__.values(), strict=True):
+        assert np.abs(a - b).max(initial=0.0) <= 1e-8 * size
+    C = matrix if rubbing is None else rubbing
+    assert not wanted.multipliers[acting == 0.0].any()
+    assert C.T @ wanted.multipliers == pytest.approx(wanted.solution, abs=1e-9 * size)
+    if independent == len(places) and wanted.report[1] > 1e-3:
+        assert matrix[places] @ wanted.solution == pytest.approx(right[places], abs=1e-8 * size * np.abs(matrix).max())

@@ -22,13 +22,11 @@ from typing import Final, Protocol
 
 from multibody_sym.dynamics.formalisms.equations import Friction, MassFactors
 from multibody_sym.kinematics.joint_forces import along_reactions
+from multibody_sym.numerics.least_norm import SHORTEST
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import S
-
-SHORTEST: Final = 1e-6
-"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
 
 _NEARLY_ZERO: Final = 1e-150
 """What forces are scaled by that vanish at the values of parameters, as friction without a coefficient."""

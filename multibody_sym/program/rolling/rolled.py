@@ -17,7 +17,7 @@ import numpy as np
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Window, progression
-from multibody_sym.program.statements import Array, Assign, Call, Kernel, Loop, Scan, Solve
+from multibody_sym.program.statements import Array, Assign, Call, Kernel, Loop, Scan, Solve, operands
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
@@ -131,7 +131,9 @@ class _Rolling:
         self._compute(_asked(statement))
         matrix = [[self._atom(x) for x in row] for row in statement.matrix]
         right = [self._atom(x) for x in statement.right]
-        done = self.trace.solve(matrix, right, len(statement.solution), self._atom(statement.most))
+        acting = [self._atom(x) for x in statement.acting]
+        exerted = [[self._atom(x) for x in row] for row in statement.exerted]
+        done = self.trace.solve(matrix, right, len(statement.solution), self._atom(statement.most), acting, exerted)
         for old, new in (
             (statement.solution, done.solution),
             (statement.multipliers, done.multipliers),
@@ -276,9 +278,7 @@ class _Stage:
 
 def _asked(statement: Call | Solve) -> list[Node]:
     """Return the values that a statement needs."""
-    if isinstance(statement, Call):
-        return [x for values in statement.arguments for x in values]
-    return [*(x for row in statement.matrix for x in row), *statement.right, statement.most]
+    return [x for atoms in operands(statement) for x in atoms]
 
 
 def _uses(program: Program) -> dict[Node, int]:
