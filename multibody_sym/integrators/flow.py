@@ -68,14 +68,14 @@ class Events:
     The run stops where a terminal one becomes positive; where another changes sign, a kink, a step ends and the next
     one starts afresh. What is zero at the start crosses nothing until it has left zero.
     The last are the switching functions of a mode, with `margins` by which they may exceed zero: the run stops where
-    one exceeds that, from whichever side it starts; if it is negative, once it has been below it. The first `limiting`
-    of these keep adaptive steps short, none of which leads over one of the `moments`, times that rise.
+    one exceeds that, from whichever side it starts; if it is negative, once it has been below it. Those at the
+    places `limiting` keep adaptive steps short, none of which leads over one of the `moments`, times that rise.
     """
 
     values: Callable[[float, Floats], Floats]
     terminal: tuple[bool, ...]
     margins: tuple[float, ...] = ()
-    limiting: int = 0
+    limiting: tuple[int, ...] = ()
     moments: tuple[float, ...] = ()
 
     def beyond(self, t: float, x: Floats) -> Floats:

@@ -56,7 +56,7 @@ def _uncertain(start: Floats, end: Floats, rise: Floats, fall: Floats) -> NDArra
 
 
 class Reach:
-    """The last looks at functions that keep steps short: the first `limiting` of those of a mode.
+    """The last looks at functions that keep steps short: those of a mode at the places `limiting`.
 
     In a step they may change by half their distance from zero, or a tenth of the largest they had, as the quadratic
     through their last three looks goes: where a body sticks nothing else says that the force on it changes. One that
@@ -64,9 +64,9 @@ class Reach:
     left from there.
     """
 
-    def __init__(self, limiting: int, margins: Sequence[float] = ()) -> None:
-        self.limiting = limiting
-        self._short_of = [max(-margin, 0.0) for margin in margins[:limiting]] or [0.0] * limiting
+    def __init__(self, limiting: Sequence[int], margins: Sequence[float] = ()) -> None:
+        self.limiting = list(limiting)
+        self._short_of = [max(-margins[k], 0.0) if margins else 0.0 for k in limiting]
         self._looks: list[tuple[float, list[float]]] = []
         self._largest: list[float] = []
 
@@ -76,8 +76,8 @@ class Reach:
 
     def step(self, t: float, values: Floats) -> float:
         """Return the longest step that may be tried after a look at the functions of a mode at time t."""
-        latest = values[: self.limiting].tolist()
-        known = self._largest if self._looks else [0.0] * self.limiting
+        latest = values[self.limiting].tolist()
+        known = self._largest if self._looks else [0.0] * len(latest)
         self._largest = [before if before > abs(now) else abs(now) for now, before in zip(latest, known, strict=True)]
         longest = min(self._reach(t, i, now) for i, now in enumerate(latest))
         self._looks = [*self._looks[-1:], (t, latest)]

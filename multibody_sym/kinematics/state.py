@@ -68,5 +68,5 @@ def arrays(mechanism: Mechanism) -> tuple[Array, ...]:
         Array("u", (len(mechanism.speeds),)),
         Array("parameters", (len(mechanism.parameters),)),
         Array("inputs", (len(mechanism.inputs),)),
-        Array("modes", (0,)),
+        Array("modes", (len(mechanism.mode_numbers),)),
     )

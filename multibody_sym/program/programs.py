@@ -7,10 +7,12 @@ from typing import Final, Literal
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, Output, ProgramError, ShapeError
+from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 
 _INPUTS: Final = ("t", "q", "u", "parameters", "inputs", "modes")
 _FURTHER: Final = {"index_2": ("multipliers",), "index_2_by_state": ("multipliers",)}
+_PERHAPS: Final = {"events": ("multipliers",)}
 _OUTPUTS: Final = {
     "inputs": ("inputs",),
     "state_derivative": ("qdot", "udot", "multipliers", "report"),
@@ -56,7 +58,8 @@ class Programs:
     - `energy`: kinetic (), potential ().
     - `outputs`: values (no,).
     - `events`: values (ne,): first the conditions that stop a run, positive where they hold, then what changes its sign
-      at kinks of forces and inputs. None where there are neither.
+      at kinks of forces and inputs, then those of a mode, which take the multipliers (ns,) as one more input. None
+      where there are none.
     - `index_2`: qdot (nq,), udot (nu,), phi (ns,), residual (ns,) of the equations with rows on positions and speeds.
       It has one more input, the multipliers (2 ns,), first those on positions; so has
     - `index_2_by_state`: jacobian (nq + nu + 2 ns, nq + nu), the derivative of those four by (q, u).
@@ -100,8 +103,19 @@ class Programs:
         return {name: program for name, program in self.as_mapping().items() if name not in left_out}
 
     def exported(self) -> dict[str, Program]:
-        """Return by name those that an exported model has."""
-        return {name: program for name, program in self.as_mapping().items() if name not in ("missed", "put_back")}
+        """Return by name those that an exported model has; its `events` take the inputs of all."""
+        found = {name: program for name, program in self.as_mapping().items() if name not in ("missed", "put_back")}
+        return found if self.events is None else {**found, "events": self._events_alone(self.events)}
+
+    def _events_alone(self, events: Program) -> Program:
+        """Return `events` of a mode with the multipliers that its state derivative has."""
+        trace = Trace("events", self.state_derivative.inputs)
+        given = [trace[array.name] for array in trace.inputs]
+        if len(events.inputs) == len(given):
+            return events
+        _, _, multipliers, _ = trace.call(self.state_derivative, given)
+        (values,) = trace.call(events, [*given, multipliers])
+        return trace.finish({"values": ((len(values),), values)})
 
     @property
     def nq(self) -> int:
@@ -160,7 +174,8 @@ class Programs:
 
 def _verify_names(name: str, program: Program) -> None:
     wanted = _INPUTS[:4] if name == "inputs" else _INPUTS + _FURTHER.get(name, ())
-    if program.name != name or tuple(a.name for a in program.inputs) != wanted:
+    inputs = tuple(a.name for a in program.inputs)
+    if program.name != name or inputs not in (wanted, wanted + _PERHAPS.get(name, ())):
         raise ProgramError(f"program {program.name} stands for {name}({', '.join(wanted)}) and has other inputs")
     if tuple(o.name for o in program.outputs) != _OUTPUTS[name]:
         raise ProgramError(f"program {name} must have the outputs {', '.join(_OUTPUTS[name])}")

@@ -74,7 +74,8 @@ class SystemStruct(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("plain", "ball")),
         *((name, ctypes.c_int) for name in ("plains", "balls")),
         ("margins", ctypes.c_void_p),
-        *((name, ctypes.c_int) for name in ("switches", "limiting")),
+        ("limiting", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in ("switches", "limits")),
         ("moments", ctypes.c_void_p),
         ("moment_count", ctypes.c_int),
     )

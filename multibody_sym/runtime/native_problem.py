@@ -83,6 +83,7 @@ def _of(problem: Problem) -> NativeProblem:
 def _whole_numbers(problem: Problem) -> dict[str, Integers]:
     pairs = problem.pairing
     lists: dict[str, Sequence[Any]] = {"terminal": problem.terminal, "plain": pairs.plain, "ball": pairs.balls}
+    lists["limiting"] = problem.limiting
     return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
 
 
@@ -114,7 +115,7 @@ def _system(problem: Problem, given: tuple[Floats, ...], whole: dict[str, Intege
         balls=len(problem.pairing.balls),
         margins=address(margins),
         switches=len(margins),
-        limiting=problem.limiting,
+        limits=len(problem.limiting),
         moments=address(moments),
         moment_count=len(moments),
         **{name: address(values) for name, values in whole.items()},

@@ -37,10 +37,7 @@ def _first_stop(problem: Problem) -> Step | None:
     stops = np.flatnonzero(problem.terminal)
 
     def values(t: float, _: Floats) -> Floats:
-        state = (t, _NOTHING, _NOTHING, problem.parameters)
-        inputs = problem.compiled["inputs"](*state)[0] if problem.inputs else _NOTHING
-        found: Floats = problem.compiled["events"](*state, inputs, problem.modes)[0][stops]
-        return found
+        return problem.switching(t, _NOTHING)[stops]
 
     events = Events(values, (True,) * len(stops))
     flow = Flow(problem.method, lambda t, x: _NOTHING, problem.t0, problem.t_end, _NOTHING, events=events)

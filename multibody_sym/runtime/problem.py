@@ -55,8 +55,8 @@ class Problem:
     switching function of the program `events` whether the run stops where it becomes positive; where another one
     changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
     where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
-    by which they may exceed zero, of which the first `limiting` keep adaptive steps short, and no adaptive step leads
-    over one of the `moments` (`integrators.flow.Events`).
+    by which they may exceed zero, of which those at the places `limiting` keep adaptive steps short, and no adaptive
+    step leads over one of the `moments` (`integrators.flow.Events`).
     `like` is one that differs in numbers alone, from which it was made.
     `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and
     the loop in C may follow a `course` from mode to mode.
@@ -84,7 +84,7 @@ class Problem:
     terminal: tuple[bool, ...] = ()
     pairs: Pairing | None = None
     margins: tuple[float, ...] = ()
-    limiting: int = 0
+    limiting: tuple[int, ...] = ()
     moments: tuple[float, ...] = ()
     begun: Begun | None = None
     jump: Jump | None = None
@@ -159,13 +159,25 @@ class Problem:
 
         That is 1 at most, and 0 where they, or what they push with the friction of what slides, depend on each other.
         """
-        q, u = x[: len(self.q0)], x[len(self.q0) :]
-        inputs = np.zeros(0)
-        if self.inputs:
-            inputs, *_ = self.compiled["inputs"](t, q, u, self.parameters)
-        known = t, q, u, self.parameters, inputs, self.modes
-        qdot, udot, multipliers, report = self.compiled["state_derivative"](*known)
+        qdot, udot, multipliers, report = self.compiled["state_derivative"](*self._arguments(t, x))
         return np.concatenate([qdot, udot]), multipliers, float(report[1])
+
+    def switching(self, t: float, x: Floats, multipliers: Floats | None = None) -> Floats:
+        """Return the values of the switching functions (ng,) at a time and a state, with multipliers if known."""
+        known = self._arguments(t, x)
+        program = self.compiled["events"]
+        if len(program.signature.inputs) > len(known):
+            known += (self.compiled["state_derivative"](*known)[2] if multipliers is None else multipliers,)
+        found: Floats = program(*known)[0]
+        return found
+
+    def _arguments(self, t: float, x: Floats) -> tuple[Any, ...]:
+        """Return what every Program takes at a time and a state."""
+        q, u = x[: len(self.q0)], x[len(self.q0) :]
+        known, inputs = (t, q, u, self.parameters), np.zeros(0)
+        if self.inputs:
+            (inputs,) = self.compiled["inputs"](*known)
+        return *known, inputs, self.modes
 
     @property
     def switches(self) -> int:

@@ -105,6 +105,7 @@ class _Run:
     residual: float = 0.0  # of dependent rows in the step on trial
     trial: _Trial = field(default_factory=_Trial)
     largest: _Trial = field(default_factory=_Trial)
+    _latest: tuple[tuple[float, bytes], tuple[Floats, ...]] | None = None
 
     def steps(self, x0: Floats) -> Iterator[Step]:
         """Yield the accepted steps; raises StepError."""
@@ -175,7 +176,7 @@ class _Run:
 
     def derivative(self, t: float, x: Floats) -> Floats:
         """Return x', and watch the rank of the rows and how far dependent ones disagree."""
-        qdot, udot, _, report = self.call("state_derivative", t, x)
+        qdot, udot, _, report = self._evaluated(t, x)
         self.evaluations += 1
         slope = np.concatenate([qdot, udot])
         if self.problem.rows and np.isfinite(slope).all():
@@ -184,7 +185,7 @@ class _Run:
 
     def independence_at(self, t: float, x: Floats) -> float:
         """Return the independence of the rows at (t, x)."""
-        report = self.call("state_derivative", t, x)[3]
+        report = self._evaluated(t, x)[3]
         return self._independence(*report[:2].tolist())
 
     def _independence(self, rank: float, conditioning: float) -> float:
@@ -257,8 +258,14 @@ class _Run:
 
     def switching(self, t: float, x: Floats) -> Floats:
         """Return the values of the switching functions."""
-        (values,) = self.call("events", t, x)
-        return values
+        return self.problem.switching(t, x, self._evaluated(t, x)[2] if self.problem.margins else None)
+
+    def _evaluated(self, t: float, x: Floats) -> tuple[Floats, ...]:
+        """Return what the state derivative says at (t, x), which is kept until another one is asked for."""
+        at = t, x.tobytes()
+        if self._latest is None or self._latest[0] != at:
+            self._latest = at, self.call("state_derivative", t, x)
+        return self._latest[1]
 
     def _normalized(self, t: float, x: Floats) -> Floats:
         if "normalize" not in self.problem.compiled:

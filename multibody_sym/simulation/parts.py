@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by `parameters` (np,)."""
+    """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by `parameters` (np,).
+
+    `modes` (nm,) are the numbers of the mode that they are in.
+    """
 
     told: Told
     compiled: Compiled
@@ -27,6 +31,7 @@ class Part:
     t: Floats
     q: Floats
     u: Floats
+    modes: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def mechanism(self) -> Mechanism:
@@ -39,9 +44,9 @@ class Part:
         given = (self.t, self.q, self.u, self.parameters)
         shape = len(self.t), len(self.told.inputs)
         if 0 in shape:
-            return (*given, np.empty(shape), np.empty(0))
+            return (*given, np.empty(shape), self.modes)
         (inputs,) = self.compiled.map("inputs", *given)
-        return (*given, inputs, np.empty(0))
+        return (*given, inputs, self.modes)
 
     def evaluated(self, program: str) -> tuple[Floats, ...]:
         """Return what a Program says at each sample."""

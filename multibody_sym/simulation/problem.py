@@ -48,7 +48,10 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         verify_mass_laws(ready.system, values, settings.t_end)
     verify_regular_start(ready.mechanism, ready.start)
     mechanism, constrained = ready.mechanism, bool(ready.mechanism.rows)
-    margins = (0.0,) * len(switchings(mechanism))
+    margins = (0.0,) * (len(switchings(mechanism)) if ready.laws is None else ready.laws.functions)
+    parameters, modes = ready.parameters, np.empty(0)
+    if ready.laws is not None:
+        parameters, modes = ready.laws.numbers(mechanism, parameters)
     problem = Problem(
         compiled=ready.compiled,
         method=settings.method,
@@ -56,8 +59,8 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         t_end=settings.t_end,
         q0=ready.q0,
         u0=ready.u0,
-        parameters=ready.parameters,
-        modes=np.empty(0),
+        parameters=parameters,
+        modes=modes,
         step=settings.step,
         rtol=settings.rtol,
         atol=settings.atol,

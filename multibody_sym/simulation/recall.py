@@ -81,28 +81,42 @@ def known(
     return replace(recalled.compiled, wanted=backend, native=native, remake=again)
 
 
-def recalled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> loading.Recalled:
+def recalled_laws(
+    mechanism: Mechanism,
+    served: tuple[str, Form] | None = None,
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> loading.Recalled:
     """Return the Programs `inputs` and `laws` of a mechanism in no mode, recalled likewise, ready to be called.
 
-    With them are the places of the entries of each of its matrices (see `law_program`).
+    With them are the places of the entries of each of its matrices (see `law_program`), and if all its modes are to be
+    `served`, by a formalism and for the form of a method, the Programs of these (see `every_mode_programs`).
     """
-    key = structure_key(mechanism, "laws")
+    formalism, form = served or ("", "explicit")
+    key = structure_key(mechanism, f"laws {formalism}", form)
     recalled = loading.recall(key, native=native, backend=backend)
-    again = partial(_compiled_laws, mechanism)
+    again = partial(_compiled_laws, mechanism, served)
     if recalled is not None:
         return replace(recalled, compiled=replace(recalled.compiled, wanted=backend, native=native, remake=again))
-    from multibody_sym.dynamics.programs.law_rows import law_program
+    from multibody_sym.dynamics.programs.every_mode import every_mode_programs
+    from multibody_sym.dynamics.programs.law_rows import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program
 
-    program, places = law_program(mechanism)
-    derived = {"inputs": inputs_program(mechanism), "laws": program}
-    made = loading.load(derived, native=native, backend=backend)
+    if not formalism:
+        program, places = law_program(mechanism, row_program(mechanism))
+        derived = {"inputs": inputs_program(mechanism), "laws": program}
+    else:
+        derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
+    made = loading.load(derived, native=native, backend=backend, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)
 
 
-def _compiled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> Compiled:
-    return recalled_laws(mechanism, native=native, backend=backend).compiled
+def _compiled_laws(
+    mechanism: Mechanism, served: tuple[str, Form] | None, *, native: bool = False, backend: Backend | None = None
+) -> Compiled:
+    return recalled_laws(mechanism, served, native=native, backend=backend).compiled
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

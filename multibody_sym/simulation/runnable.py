@@ -19,12 +19,13 @@ from multibody_sym.errors import MultibodyError
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.loading import Backend, Compiled
-from multibody_sym.simulation.recall import compiled, formalism_name, known
+from multibody_sym.simulation.recall import compiled, formalism_name, known, recalled_laws
 from multibody_sym.simulation.runs.runnable import Numbers, Runnable
 from multibody_sym.simulation.settings import form_of
 
 if TYPE_CHECKING:
     from multibody_sym.program.programs import Form
+    from multibody_sym.simulation.one_way.every import LawMechanism
 
 _FEW: Final = 30
 """Speeds of a model that is soon walked through in Python: what is wrong with its start is told before it is compiled.
@@ -33,21 +34,37 @@ _FEW: Final = 30
 
 @on_numbers
 def runnable(
-    system: System, formalism: str | None = None, *, native: bool = False, backend: Backend | None = None
+    system: System,
+    formalism: str | None = None,
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+    modes: bool = False,
 ) -> Runnable:
     """Return the system ready to run by a formalism, in C or Python (`runtime.loading.load`).
 
-    Raises InputError for what the model contradicts, and NoSolutionError where no start satisfies the constraints or a
-    free direction has no inertia.
+    `modes`: its Programs are those of all modes of what holds one way only, where one set of them serves these; else
+    they are those of the mode at its start. Raises InputError for what the model contradicts, and NoSolutionError where
+    no start satisfies the constraints or a free direction has no inertia.
     """
     verify_formalism(formalism)
     finding = _Programs(system, formalism, native, backend)
     state, made = _started(system, finding)
     state = with_numbers_as_data(state)
-    name, programs = made or finding.made(state.mechanism)
+    laws = _laws(state, system) if modes and state.declared.one_way else None
+    if laws is not None and laws.every is not None:
+        name, programs = finding.of_all_modes(laws)
+    else:
+        laws, (name, programs) = None, made or finding.made(state.mechanism)
     begin = state.start
     numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
-    return Runnable(name, programs, numbers, partial(_known, system, state))
+    return Runnable(name, programs, numbers, partial(_known, system, state), laws=laws)
+
+
+def _laws(state: StartState, system: System) -> LawMechanism:
+    from multibody_sym.simulation.one_way.every import LawMechanism  # which few runs need
+
+    return LawMechanism.of(state.declared, system.simulation)
 
 
 Made = tuple[str, Compiled]
@@ -65,6 +82,13 @@ class _Programs(NamedTuple):
     def made(self, mechanism: Mechanism) -> Made:
         name = formalism_name(self.formalism, mechanism)
         return name, compiled(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+
+    def of_all_modes(self, laws: LawMechanism) -> Made:
+        assert laws.every is not None
+        name = formalism_name(self.formalism, laws.every)
+        form = form_of(self.system.simulation, constrained=True, varies=True)
+        found = recalled_laws(laws.declared, (name, form), native=self.native, backend=self.backend)
+        return name, found.compiled
 
     def recalled(self, mechanism: Mechanism) -> Made | None:
         name = formalism_name(self.formalism, mechanism)

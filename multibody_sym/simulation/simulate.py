@@ -239,7 +239,7 @@ class Prepared:
 
     @cached_property
     def _ready(self) -> Runnable:
-        return runnable(self._start[0], self.formalism, native=self.native, backend=self.backend)
+        return runnable(self._start[0], self.formalism, native=self.native, backend=self.backend, modes=True)
 
     @cached_property
     def _problem(self) -> Problem:

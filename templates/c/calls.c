@@ -56,13 +56,26 @@ static void note_report(mbs_run *r, double t)
         r->residual = r->report[2];
 }
 
+void mbs_evaluate(mbs_run *r, double t, const double *x)
+{
+    double *out[4] = {r->known_slope, r->known_slope + r->system->nq, r->multipliers, r->report};
+    int known = t == r->known_time;
+    for (int i = 0; i < r->n && known; ++i)
+        known = x[i] == r->known_x[i];
+    if (known)
+        return;
+    mbs_call(r, r->system->state_derivative, t, x, out);
+    mbs_copy(r->n, x, r->known_x);
+    r->known_time = t;
+}
+
 int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
 {
-    double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report};
     int status = MBS_RUNNING, near = r->state->near;
     if (near && (status = mbs_closed(r, t, x, r->settled)) != MBS_RUNNING)
         return status;
-    mbs_call(r, r->system->state_derivative, t, near ? r->settled : x, out);
+    mbs_evaluate(r, t, near ? r->settled : x);
+    mbs_copy(r->n, r->known_slope, slope);
     ++r->state->evaluations;
     if (r->watching && !r->beyond)
         r->beyond = mbs_beyond_kink(r, t, x);

@@ -22,6 +22,10 @@ static double side(double value)
 static void evaluate(mbs_run *r, double t, const double *x)
 {
     const mbs_system *s = r->system;
+    if (s->events->n_in > 6) { /* those of a mode ask for its forces */
+        mbs_evaluate(r, t, x);
+        r->further = r->multipliers;
+    }
     mbs_call(r, s->events, t, x, &r->values);
     for (int i = 0; i < s->switches; ++i)
         r->values[s->ng - s->switches + i] -= s->margins[i];

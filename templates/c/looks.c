@@ -107,13 +107,14 @@ double mbs_longest(mbs_run *r)
     double longest = (r->problem->t_end - r->problem->t0) / count, t = r->state->t, seen = r->past[0];
     double way = to_moment(s, t);
     longest = way < longest ? way : longest;
-    if (s->limiting == 0)
+    if (s->limits == 0)
         return longest;
-    double *latest = r->past + 3, *before = latest + s->limiting, *largest = before + s->limiting;
+    double *latest = r->past + 3, *before = latest + s->limits, *largest = before + s->limits;
     double late = t - r->past[1], early = r->past[1] - r->past[2];
     mbs_switching(r, t, r->x);
-    for (int i = 0; i < s->limiting; ++i) {
-        double now = r->values[s->ng - s->switches + i], b = 0.0, c = 0.0, size = fabs(now);
+    for (int i = 0; i < s->limits; ++i) {
+        int place = s->limiting[i];
+        double now = r->values[s->ng - s->switches + place], b = 0.0, c = 0.0, size = fabs(now);
         largest[i] = seen > 0.0 && largest[i] > size ? largest[i] : size;
         if (seen > 0.0)
             b = (now - latest[i]) / late;
@@ -121,7 +122,7 @@ double mbs_longest(mbs_run *r)
             c = (b - (latest[i] - before[i]) / early) / (late + early);
             b += c * late;
         }
-        double short_of = -s->margins[i]; /* where a function that must not get to zero ends */
+        double short_of = -s->margins[place]; /* where a function that must not get to zero ends */
         double found = reach(now, short_of > 0.0 ? short_of : MOST_OF_ALL * largest[i], b, c);
         longest = found < longest ? found : longest;
         before[i] = latest[i];

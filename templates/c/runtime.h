@@ -137,7 +137,8 @@ typedef struct {
     const mbs_program *missed;           /* (as before) -> phi, phidot; and, in place of the two before, ... */
     const mbs_program *put_back;         /* ... (as before) -> corrections of q and of u, by one factorisation */
     const mbs_program *normalize;        /* (as before) -> q, deviation */
-    const mbs_program *events;           /* (as before) -> values of the switching functions */
+    const mbs_program *events;           /* (as before) -> values of the switching functions; those of a mode take its
+                                            multipliers too */
     const int *terminal;                 /* for each of them 1: the run stops where it becomes positive; 0: a kink, where
                                             it changes sign a step ends and the next one starts afresh */
     const double *parameters;
@@ -149,7 +150,8 @@ typedef struct {
     const double *margins; /* for each of the last `switches` switching functions, those of a mode, by how much it may
                               exceed zero: the run stops where it exceeds that, from whichever side it starts; if that is
                               negative, once it has been below it */
-    int switches, limiting; /* how many they are, and how many of them, the first, keep adaptive steps short */
+    const int *limiting; /* the places among them of those that keep adaptive steps short */
+    int switches, limits; /* how many they are, and those */
     const double *moments;  /* times, rising, over which no adaptive step of a run with events leads */
     int moment_count;
 } mbs_system;

@@ -77,16 +77,9 @@ void mbs_begin_approach(mbs_run *r)
     r->state->greatest = 0.0;
 }
 
-/* Fill r->report at (t, x). */
-static void call_rows(mbs_run *r, double t, const double *x)
-{
-    double *out[4] = {r->stage, r->stage + r->system->nq, r->multipliers, r->report};
-    mbs_call(r, r->system->state_derivative, t, x, out);
-}
-
 void mbs_look_at_rows(mbs_run *r, double t, const double *x)
 {
-    call_rows(r, t, x);
+    mbs_evaluate(r, t, x);
     if (isfinite(independence(r)))
         mbs_note_independence(r, t);
 }
@@ -140,12 +133,13 @@ int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
 
 int mbs_slope_on_rows(mbs_run *r, const double *x, double *slope)
 {
-    double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report}, t = r->state->t;
+    double t = r->state->t;
     mbs_copy(r->n, x, r->settled);
     int status = put_onto_rows(r, t, r->settled);
     if (status != MBS_RUNNING)
         return status;
-    mbs_call(r, r->system->state_derivative, t, r->settled, out);
+    mbs_evaluate(r, t, r->settled);
+    mbs_copy(r->n, r->known_slope, slope);
     ++r->state->evaluations;
     return mbs_all_finite(r, t, slope);
 }
@@ -332,7 +326,7 @@ static double within(mbs_run *r, double theta)
     double t = r->state->t + theta * r->state->h, *x = r->settled;
     if (mbs_value(r, theta, x) != MBS_RUNNING)
         return NAN;
-    call_rows(r, t, x);
+    mbs_evaluate(r, t, x);
     return independence(r);
 }
 

@@ -62,6 +62,7 @@ void mbs_first_multipliers(mbs_run *r, const mbs_stages *p)
     if (!p->rows)
         return;
     mbs_fill(ns, 0.0, p->multipliers);
+    r->known_time = NAN; /* this report is of no known slope */
     mbs_call(r, r->system->state_derivative, r->state->t, r->x, out);
     ++r->state->evaluations;
 }

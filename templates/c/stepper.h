@@ -53,6 +53,8 @@ struct mbs_run {
                                latest and of the one before, then their values, and the largest sizes seen */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
     double *inputs, *multipliers, *rows, *others, *report;
+    double *known_x, *known_slope, known_time; /* the state of the latest slope, with `multipliers` and `report`: switching
+                                                  functions, and steps that begin there, solve nothing again */
     const double *further; /* the input that some programs have beyond those of all */
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
@@ -69,6 +71,9 @@ int mbs_failed(mbs_run *r, int status, double time, int component);
 
 /* MBS_RUNNING if all values (n) are finite. */
 int mbs_all_finite(mbs_run *r, double time, const double *values);
+
+/* Fill known_slope, multipliers and report at (t, x). */
+void mbs_evaluate(mbs_run *r, double t, const double *x);
 
 /* Call a program of the system at (t, x), with the inputs that its program for them gives. */
 void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out);

@@ -151,16 +151,24 @@ def test_a_run_that_comes_elsewhere_is_made_from_its_model(
     assert told == ["recalled", "made"]
 
 
-def test_what_is_damaged_is_made_again(told: list[str], run: Callable[..., Any]) -> None:
-    right = run()
-    for name in ('"asked"', '"run": ""'):  # all files of the run; those of its modes but the first
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [((), ['"asked"']), (("--method", "radau_5"), ['"asked"', '"run": ""'])],
+    ids=["one library", "one for each mode"],
+)
+def test_what_is_damaged_is_made_again(
+    words: tuple[str, ...], names: list[str], told: list[str], run: Callable[..., Any]
+) -> None:
+    """All files of the run; those of its modes but the first."""
+    right = run(*words)
+    for name in names:
         kept = [path for path in cache.folder().glob("*.json") if name.encode() in path.read_bytes()]
         assert kept
         for path in kept:
             path.write_bytes(path.read_bytes()[:-9])
-        assert run() == right
+        assert run(*words) == right
         assert told == []
-    assert run() == right
+    assert run(*words) == right
     assert told == ["recalled"]
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from multibody_sym.dynamics.programs.law_rows import friction_parts
 from multibody_sym.dynamics.programs.switching import SwitchingValues, length
 from multibody_sym.kinematics.energy import split
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
@@ -16,6 +15,7 @@ from multibody_sym.kinematics.masses.rates import carried_by_flows
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, coefficients
 from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.model.mechanism.every_mode import friction_parts
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import slip_of
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
@@ -53,15 +53,17 @@ def friction_power_program(mechanism: Mechanism) -> Program:
 
 def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
     """Return N, the forces along the rows, the power and that on each body."""
-    motion = values.motion
+    motion, own = values.motion, [values.row(row) for row in part.rows]
+    if motion.mechanism.mode_numbers:  # what slides has multipliers of its own, and what does not act has zeros
+        forces: list[S] = [values.by_name[row.name] for row in part.rows]
+        return values.pressing(element, part), forces, _power(forces, own), _shares(motion, forces, own)
     mode = motion.mechanism.mode
     assert mode is not None
     nothing = [ZERO] * len(motion.bodies)
     if element.unilateral and mode.sides.get(element.name, INACTIVE) == INACTIVE:
         return ZERO, [ZERO] * len(part.rows), ZERO, nothing
-    rows = [values.row(row) for row in part.rows]
+    rows = own
     slip, N = slip_of(part, mode), values.pressing(element, part)
-    forces: list[S]
     if part.regularised is not None:
         (kinetic,) = coefficients(motion, part.rows, [part.kinetic])
         (least,) = motion.state.values([part.regularised])
@@ -75,8 +77,11 @@ def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tu
         speeds = values.slip(part, rows)
         along = [slip] if len(rows) == 1 else [v / length(speeds) for v in speeds]
         forces = [-kinetic * N * way for way in along]
-    power = sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO)
-    return N, forces, power, _shares(motion, forces, rows)
+    return N, forces, _power(forces, rows), _shares(motion, forces, rows)
+
+
+def _power(forces: Sequence[S], rows: Sequence[RowMotion]) -> S:
+    return sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO)
 
 
 def _of_loads(motion: Motion) -> S:

@@ -6,13 +6,14 @@ r = gamma - H M^-1 f; and what decides which rows take part: gaps, rates, ways t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.energy import kinetic_energy
@@ -20,12 +21,13 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.every_mode import every_row, friction_parts
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
-from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.program.program import Program
 from multibody_sym.program.rolling.rolled import rolled
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
@@ -33,39 +35,84 @@ from multibody_sym.scalars.vectors import S
 _ENDLESS: Final = as_node(1e300)
 
 
-def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
-    """Return a mechanism's rows and those of its one-way elements after them."""
-    return (*mechanism.rows, *(row for element in mechanism.one_way for row in element.rows))
-
-
-def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
-    """Return the friction parts that rub, with their elements."""
-    pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
-    return tuple((x, part) for x, part in pairs if part.enough or not (part.static is part.kinetic is ZERO))
-
-
-def law_program(mechanism: Mechanism) -> tuple[Program, dict[str, list[int]]]:
+def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[str, list[int]]]:
     """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode, and where the entries of its matrices stand.
 
-    `phi`, `phidot` (m; zero where a row has none), `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D (m, m),
-    `right` r (m) of every row, `driven` (m) how long G M^-1 f is over all that it is joined to: a force, divided by how
-    long its row of C is; `coefficients` (parts, 2: static, kinetic), `bounces`, `returns` and `reaches` (elements:
-    restitution, normal and tangential, and how far the next end of a face is); `inverse` G^-1 (n, n), `free` M^-1 f
-    (n), `energy` (J). Of the matrices H, A, C, D and G^-1 the outputs are the entries that may differ from zero, of C
-    those that may differ from A's; their places count row by row.
+    It is what `row_program` tells, which is `known`, but for gamma and forcing; and `driven` (m) how long G M^-1 f is
+    over all that a row is joined to: a force, divided by how long its row of C is; `bounces`, `returns` and `reaches`
+    (elements: restitution, normal and tangential, and how far the next end of a face is); `energy` (J).
     """
-    trace = Trace("laws", arrays(mechanism))
+    trace, elements = Trace("laws", arrays(mechanism)), mechanism.one_way
+    motion = motion_of(mechanism, slot_state(mechanism))
+    outputs = known.called(trace, [trace[array.name] for array in trace.inputs])
+    driven = _driven(mechanism, known, outputs)
+    del outputs["gamma"], outputs["forcing"]
+    program = trace.finish(
+        {
+            **{name: column(values) for name, values in outputs.items()},
+            "coefficients": ((len(outputs["coefficients"]) // 2, 2), outputs["coefficients"]),
+            "driven": column(driven),
+            "bounces": column([element.restitution for element in elements]),
+            "returns": column([element.tangential_restitution for element in elements]),
+            "reaches": column([_reach(element, motion) for element in elements]),
+            "energy": ((), [as_node(kinetic_energy(motion))]),
+        }
+    )
+    return rolled(program), {name: list(places) for name, places in known.places.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class RowProgram:
+    """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix."""
+
+    program: Program
+    places: Mapping[str, Sequence[int]]
+    count: int
+    size: int
+
+    def called(self, trace: Trace, given: Sequence[Sequence[Node]]) -> dict[str, tuple[Node, ...]]:
+        """Return the outputs by name of a call in a trace, for the inputs that every Program of a system has."""
+        outputs = trace.call(self.program, given)
+        return {output.name: values for output, values in zip(self.program.outputs, outputs, strict=True)}
+
+    def moves(self, row: int) -> set[int]:
+        """Return the speeds that a row names or acts on."""
+        places = (place for name in ("jacobian", "matrix", "exerted") for place in self.places[name])
+        return {place % self.size for place in places if place // self.size == row}
+
+    def columns(self) -> list[set[int]]:
+        """Return by column of G^-1 the speeds in it."""
+        places = self.places["inverse"]
+        return [{place // self.size for place in places if place % self.size == j} for j in range(self.size)]
+
+    def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[list[Node]]:
+        """Return a matrix row by row from what a call gives."""
+        width = self.size if name != "coupling" else self.count
+        entries = dict(zip(self.places[name], outputs[name], strict=True))
+        height = self.size if name == "inverse" else self.count
+        return [[entries.get(k * width + j, ZERO) for j in range(width)] for k in range(height)]
+
+
+def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> RowProgram:
+    """Return (t, q, u, ...) -> all rows of a mechanism in no mode, whether they act or not, and the free motion.
+
+    It is by a formalism, that of least cost if none is told.
+
+    `phi`, `phidot` (m; zero where a row has none), `gamma`, `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D
+    (m, m), `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic) row by row; `inverse` G^-1 (n, n),
+    `free` M^-1 f and `forcing` f (n). Of the matrices H, A, C, D and G^-1 the outputs are the entries that may differ
+    from zero, of C those that may differ from A's; their places count row by row.
+    """
+    trace = Trace("rows", arrays(mechanism))
     state = slot_state(mechanism)
     every = replace(mechanism, rows=every_row(mechanism))
     whole = replace(motion_of(mechanism, state), mechanism=every)
     rows, size = row_motions(whole), len(mechanism.speeds)
-    dynamics = (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)
+    dynamics = (formalism or (composite_body if massless_speeds(mechanism) else block_ldl))(mechanism, state)
     weighted, free, count = dynamics.factors.weighted, dynamics.bias_acceleration, len(rows)
     units = [[ONE if k == j else ZERO for k in range(size)] for j in range(size)]
     columns = [dynamics.factors.unweighted(unit) for unit in units]
-    right = [row.gamma - sum(h * x for h, x in zip(row.jacobian, free, strict=True)) for row in rows]
     parts = [part for _, part in friction_parts(mechanism)]
-    elements = mechanism.one_way
     matrix = [weighted(row.jacobian) for row in rows]
     sparse = {
         "jacobian": _entries([row.jacobian for row in rows]),
@@ -74,27 +121,26 @@ def law_program(mechanism: Mechanism) -> tuple[Program, dict[str, list[int]]]:
         "coupling": {k * count + j: as_node(x) for k, row in enumerate(rows) for j, x in sorted(row.coupling.items())},
         "inverse": _entries([[column[k] for column in columns] for k in range(size)]),
     }
-
-    def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
-        nodes = [as_node(x) for x in values]
-        return (len(nodes),), nodes
-
+    right = [row.gamma - sum(h * x for h, x in zip(row.jacobian, free, strict=True)) for row in rows]
     program = trace.finish(
         {
             **{name: column(entries.values()) for name, entries in sparse.items()},
             "phi": column([row.phi if row.holonomic else ZERO for row in rows]),
             "phidot": column([row.phidot if row.kinematic else ZERO for row in rows]),
+            "gamma": column([row.gamma for row in rows]),
             "right": column(right),
-            "driven": column(_driven(mechanism, rows, columns, dynamics.forcing, free)),
-            "coefficients": ((len(parts), 2), [as_node(x) for part in parts for x in _coefficients(part, whole, rows)]),
-            "bounces": column([element.restitution for element in elements]),
-            "returns": column([element.tangential_restitution for element in elements]),
-            "reaches": column([_reach(element, whole) for element in elements]),
+            "coefficients": column([x for part in parts for x in _coefficients(part, whole, rows)]),
             "free": column(free),
-            "energy": ((), [as_node(kinetic_energy(whole))]),
+            "forcing": column(dynamics.forcing),
         }
     )
-    return rolled(program), {name: list(entries) for name, entries in sparse.items()}
+    return RowProgram(rolled(program), {name: list(entries) for name, entries in sparse.items()}, count, size)
+
+
+def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
+    """Return values as an output of a Program."""
+    nodes = [as_node(x) for x in values]
+    return (len(nodes),), nodes
 
 
 def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None = None) -> dict[int, Node]:
@@ -104,25 +150,16 @@ def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None
     return {k: node for k, (node, other) in enumerate(zip(nodes, others, strict=True)) if node is not other}
 
 
-def _driven(
-    mechanism: Mechanism,
-    rows: Sequence[RowMotion],
-    columns: Sequence[Sequence[S]],
-    forcing: Sequence[S],
-    free: Sequence[S],
-) -> list[S]:
+def _driven(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Sequence[Node]]) -> list[S]:
     """Return of each row the root of f . M^-1 f over the speeds it is joined to, by masses and by what holds both ways.
 
-    `columns` are those of G^-1, `forcing` is f and `free` M^-1 f.
+    f is the forcing and M^-1 f the free motion.
     """
-    own = [_moving(row.jacobian) | _moving(row.forces) for row in rows]
-    joined = disjoint([*map(_moving, columns), *own[: len(mechanism.rows)]])
+    own = [known.moves(k) for k in range(known.count)]
+    joined = disjoint([*known.columns(), *own[: len(mechanism.rows)]])
     reached = [sorted(set().union(*(each for each in joined if each & speeds))) for speeds in own]
-    return [sqrt(absolute(sum((forcing[k] * free[k] for k in speeds), start=ZERO))) for speeds in reached]
-
-
-def _moving(values: Sequence[S]) -> set[int]:
-    return {k for k, value in enumerate(values) if as_node(value) is not ZERO}
+    f, free = outputs["forcing"], outputs["free"]
+    return [sqrt(absolute(sum((f[k] * free[k] for k in speeds), start=ZERO))) for speeds in reached]
 
 
 def disjoint(sets: Iterable[set[int]]) -> list[set[int]]:

@@ -12,6 +12,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motions
 from multibody_sym.model.mechanism.contact_rows import presses_at
+from multibody_sym.model.mechanism.every_mode import ModeNodes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
     FRICTION,
@@ -28,8 +29,8 @@ from multibody_sym.model.mechanism.one_way import (
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import sqrt
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.functions import maximum, sqrt, where
+from multibody_sym.scalars.node import ONE, ZERO, less
 from multibody_sym.scalars.vectors import S, Vec
 
 
@@ -39,8 +40,10 @@ def mode_of(mechanism: Mechanism) -> Mode:
 
 
 def is_active(mechanism: Mechanism, element: OneWay) -> bool:
-    """Return whether an element acts: friction in joints always does."""
-    return not element.unilateral or mode_of(mechanism).sides.get(element.name, INACTIVE) != INACTIVE
+    """Return whether an element acts: friction in joints always does, and any may `in_every_mode`."""
+    if mechanism.mode_numbers or not element.unilateral:
+        return True
+    return mode_of(mechanism).sides.get(element.name, INACTIVE) != INACTIVE
 
 
 def slip_of(mechanism: Mechanism, part: FrictionPart) -> int:
@@ -96,6 +99,8 @@ class OneWayForces:
 
         What sticks has a row of its own, but for what a mode of rest carries at its limit as if it slid.
         """
+        if self.mechanism.mode_numbers:
+            return [self.multiplier(row.name) for row in part.rows]
         if slip_of(self.mechanism, part) == STICKS and (self._rests(part) or part.name not in self._carried):
             return [self.multiplier(row.name) for row in part.rows]
         total: list[S] = [0 for _ in part.rows]
@@ -158,10 +163,18 @@ class OneWayForces:
         Normal forces whose sum vanishes as an expression alone have no place, and a division by zero there.
         """
         pairs = self.presses_at(elements)
-        if all(isinstance(force, (int, float)) and force == 0 for force, _ in pairs):
+        if self.mechanism.mode_numbers:
+            pairs = self._or_middle([x for x in elements if self.place(x) is not None], pairs)
+        elif all(isinstance(force, (int, float)) and force == 0 for force, _ in pairs):
             pairs = [(1, at) for at in map(self.place, elements) if at is not None]
         total: S = reduce(add, (force for force, _ in pairs), 0)
         return {name: reduce(add, (force * at[k] for force, at in pairs)) / total for k, name in enumerate(AT) if pairs}
+
+    def _or_middle(self, elements: Sequence[OneWay], pairs: list[tuple[S, Vec]]) -> list[tuple[S, Vec]]:
+        """Return normal forces and places, ones where none of the elements acts."""
+        acts = [ModeNodes(self.mechanism).acts(element.normals[0]) for element in elements]
+        some = reduce(maximum, acts, ZERO)
+        return [(where(less(ZERO, some), force, ONE), at) for force, at in pairs]
 
     def asked(self, name: str, component: str) -> S:
         """Return a component by the names of `exerted_by`, of a contact's corners together; 0 where there is none."""

@@ -49,6 +49,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, sqrt
@@ -129,6 +130,11 @@ class Sources:
     motion: Callable[[Trace], Motion]
 
 
+def forces_of(mechanism: Mechanism) -> Array:
+    """Return the input that stands for the multipliers of a mechanism's rows."""
+    return Array("multipliers", (len(mechanism.rows),))
+
+
 def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[Node]:
     """Return expressions in slots with their quantities answered.
 
@@ -137,7 +143,7 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
     asked = leaves(declared, "quantity")
     if not asked:
         return list(declared)
-    given = [trace[a.name] for a in trace.inputs]
+    given = [trace[a.name] for a in sources.energy.inputs]
     (kinetic,), (potential,) = trace.call(sources.energy, given)
     energies = {"kinetic_energy": kinetic, "potential_energy": potential, "total_energy": kinetic + potential}
     found = {leaf: energies[leaf.data[0]] for leaf in asked if leaf.data[0] in energies and not leaf.data[1]}
@@ -151,17 +157,18 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
 def events(mechanism: Mechanism, sources: Sources) -> Program | None:
     """Return (t, q, u, ...) -> values: stops, then kinks and fades, then those of a mode; None where there are none.
 
+    With those of a mode its multipliers (ns,) are one more input.
     A stop's value becomes positive where its condition holds, a mode's where it ends; a kink's or a fade's value
     changes its sign.
     """
     asked, switching = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades], switchings(mechanism)
     if not asked and not switching:
         return None
-    trace = Trace("events", arrays(mechanism))
+    trace = Trace("events", (*arrays(mechanism), *([forces_of(mechanism)] if switching else [])))
     values = answered(trace, sources, asked)
     if switching:
-        _, _, multipliers, _ = trace.call(sources.state_derivative, [trace[a.name] for a in trace.inputs])
-        values += [as_node(x) for x in SwitchingValues(sources.motion(trace), multipliers).of(switching)]
+        functions = SwitchingValues(sources.motion(trace), trace["multipliers"]).of(switching)
+        values += [as_node(x) for x in functions]
     return trace.finish({"values": ((len(values),), values)})
 
 

@@ -26,7 +26,8 @@ from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.relative import separation, slip_velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Skin, Tip
+from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.every_mode import has_end
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -84,7 +85,7 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
         yield Switching("opens" if active else "closes", element)
         if not active:
             return
-        if isinstance(element.normals[0], ContactRow) and any(_ends(skin) for skin in element.normals[0].skins):
+        if has_end(element):
             yield Switching("leaves", element)
     rubbing = [part for part in element.frictions if part.static is not ZERO or part.enough]
     for k in range(len(element.normals)):
@@ -101,10 +102,6 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
                 yield Switching("turns back", element, part)
         elif not part.enough and part.name not in mechanism.mode.carried:
             yield Switching("slips", element, part)
-
-
-def _ends(skin: Skin) -> bool:
-    return isinstance(skin, (Edge, Tip)) or (isinstance(skin, Flat) and skin.ends is not None)
 
 
 def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
@@ -141,25 +138,36 @@ class SwitchingValues:
     def _value(self, one: Switching) -> S:
         mechanism, element, normal = self.motion.mechanism, one.element, one.element.normals
         assert mechanism.mode is not None
-        row = normal[0] if normal else None
-        if one.ends == "closes" and isinstance(row, ContactRow) and row.tip is not None:
-            return dot(*separation(self.motion, row.skins[0].place, row.skins[1].place))
-        if one.ends == "closes":
-            return reduce(minimum, self._reach(normal[0]), -self.row(normal[0]).phi)
-        if one.ends == "leaves":
-            return -reduce(minimum, self._reach(normal[0]))
-        if one.ends == "opens":
-            return -self.by_name[normal[0].name]
+        if one.ends in ("closes", "leaves", "opens"):
+            return {"closes": self.closes, "leaves": self.leaves, "opens": self.opens}[one.ends](normal[0])
         if one.ends == "turns" and side_of(mechanism, element, normal[one.normal]) == INACTIVE:
             return absolute(self.by_name[normal[one.normal].name])
         if one.ends == "turns":
             return -side_of(mechanism, element, normal[one.normal]) * self.by_name[normal[one.normal].name]
         assert one.part is not None
         if one.ends == "slips":
-            (static,) = coefficients(self.motion, one.part.rows, [one.part.static])
-            limit = static * self.pressing(element, one.part)
-            return length([self.by_name.get(row.name, ZERO) for row in one.part.rows]) - limit
+            return self.slips(element, one.part)
         return self._of_slip(one.ends, one.part, mechanism.mode.slips[one.part.name])
+
+    def closes(self, row: Row) -> S:
+        """Return what becomes positive where a row touches that does not act."""
+        if isinstance(row, ContactRow) and row.tip is not None:
+            return dot(*separation(self.motion, row.skins[0].place, row.skins[1].place))
+        return reduce(minimum, self._reach(row), -self.row(row).phi)
+
+    def leaves(self, row: Row) -> S:
+        """Return what becomes positive where what touches gets past an edge."""
+        return -reduce(minimum, self._reach(row))
+
+    def opens(self, row: Row) -> S:
+        """Return what becomes positive where a row that acts would have to pull, or to push."""
+        return -self.by_name[row.name]
+
+    def slips(self, element: OneWay, part: FrictionPart) -> S:
+        """Return what becomes positive where a part that sticks exceeds its static limit."""
+        (static,) = coefficients(self.motion, part.rows, [part.static])
+        force = length([self.by_name.get(row.name, ZERO) for row in part.rows])
+        return force - static * self.pressing(element, part)
 
     def _of_slip(self, ends: Ends, part: FrictionPart, sense: int) -> S:
         rows = [self.row(row) for row in part.rows]

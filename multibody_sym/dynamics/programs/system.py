@@ -49,7 +49,7 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     def motion(trace: Trace) -> Motion:
         return motion_of(mechanism, slot_state(mechanism))
 
-    sources = Sources(state_derivative(mechanism, dynamics), _energy(mechanism), motion)
+    sources = Sources(state_derivative(mechanism, dynamics), energy_program(mechanism), motion)
     if not mechanism.rows:
         return _programs(mechanism, sources, _normalize(mechanism), None, form)
     made = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
@@ -74,7 +74,7 @@ def _programs(
         put_back=_put_back(mechanism, constrained, missed) if constrained and missed else None,
         normalize=normalize,
         energy=sources.energy,
-        outputs=_outputs(mechanism, sources),
+        outputs=outputs_program(mechanism, sources),
         events=events(mechanism, sources),
         jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if form == "implicit" else None,
         **(index_2_programs(mechanism, constrained, inputs, derivative) if constrained and form == "index_2" else {}),
@@ -117,7 +117,7 @@ def constrained_motion(
         dynamics.factors,
         dynamics.forcing,
         _nodes([row.jacobian for row in rows]),
-        _stabilised(rows, mechanism),
+        stabilised(rows, mechanism),
         _solver(trace, mechanism),
         minimum_norm=mechanism.minimum_norm,
         friction=friction_of(dynamics, acting),
@@ -181,7 +181,7 @@ def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[No
     return found
 
 
-def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
+def stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
     """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
     alpha, beta = map(mechanism.parameters.slot, (ALPHA, BETA))
     return [
@@ -211,8 +211,12 @@ def _felt(free: Sequence[Node], row: Sequence[Node]) -> list[Node]:
     held = [absolute(whole) for moving, whole in zip(free, row, strict=True) if moving is ZERO and whole is not ZERO]
     if not held:
         return list(free)
-    least = sum(held[1:], held[0]) * real(_ROUNDING)
-    return [x if x is ZERO else as_node(where(less(absolute(x), least), ZERO, x)) for x in free]
+    return [felt(x, sum(held[1:], held[0])) for x in free]
+
+
+def felt(x: Node, held: Node) -> Node:
+    """Return a coefficient of a speed, zero where it is rounding beside what is `held`, all coefficients' sizes."""
+    return x if x is ZERO else as_node(where(less(absolute(x), held * real(_ROUNDING)), ZERO, x))
 
 
 def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
@@ -280,14 +284,16 @@ def inputs_program(mechanism: Mechanism) -> Program:
     return trace.finish({"inputs": ((len(values),), values)})
 
 
-def _energy(mechanism: Mechanism) -> Program:
+def energy_program(mechanism: Mechanism) -> Program:
+    """Return (t, q, u, ..) -> kinetic, potential."""
     motion = motion_of(mechanism, slot_state(mechanism))
     trace = Trace("energy", arrays(mechanism))
     kinetic, potential = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
     return trace.finish({"kinetic": ((), [kinetic]), "potential": ((), [potential])})
 
 
-def _outputs(mechanism: Mechanism, sources: Sources) -> Program:
+def outputs_program(mechanism: Mechanism, sources: Sources) -> Program:
+    """Return (t, q, u, ..) -> values of the declared outputs."""
     trace = Trace("outputs", arrays(mechanism))
     values = answered(trace, sources, list(mechanism.outputs.values()))
     return trace.finish({"values": ((len(values),), values)})

@@ -159,7 +159,8 @@ class Mechanism:
     `outputs`. `run_outputs` name what adds up along a run, work and impulses, and are not among `outputs` either.
     `driving_inputs` are those that motions and constraints name, where their expressions stand.
     Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
-    places `held` stay zero. `state_stops` end the run where an element begins to be in a state. `impact` is what
+    places `held` stay zero. With `mode_numbers` all rows are there, and numbers of these names say which act
+    (`in_every_mode`). `state_stops` end the run where an element begins to be in a state. `impact` is what
     strikes at the start, which no motion asks for.
     """
 
@@ -191,6 +192,7 @@ class Mechanism:
     held: tuple[int, ...] = ()
     state_stops: Mapping[str, StateCondition] = field(default_factory=dict)
     impact: StruckImpacts | None = None
+    mode_numbers: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         parts = f"{len(self.bodies)} bodies, {len(self.coordinates)} coordinates, {len(self.rows)} rows"

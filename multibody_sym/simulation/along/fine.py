@@ -60,12 +60,12 @@ class Stretch:
         run = self._run(self.until, 4 * pieces + 1)
         count = 4 * ((len(run.t) - 1) // 4) + 1
         told = Told(Alone(self.mechanism))
-        return Part(told, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])
+        return Part(told, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count], problem.modes)
 
     def _run(self, until: float, samples: int) -> Integration:
         """Run from the beginning until a time once more, whatever the mode's switching functions say."""
         problem = replace(self.problem, t0=self.problem.start, t_end=until, samples=samples, begun=None)
-        return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=0))
+        return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 
     def halves(self) -> tuple[Stretch, Stretch]:
         """Return the first half, and the rest from the state that it reaches."""

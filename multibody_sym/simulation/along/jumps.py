@@ -15,13 +15,13 @@ from dataclasses import replace
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.programs.law_rows import every_row
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, generalized_momenta
 from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.every_mode import every_row
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, least_squares

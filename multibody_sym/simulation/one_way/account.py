@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
-from multibody_sym.dynamics.programs.law_rows import friction_parts
 from multibody_sym.kinematics.energy import split
+from multibody_sym.model.mechanism.every_mode import friction_parts
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.rows import VelocityRow

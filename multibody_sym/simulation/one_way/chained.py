@@ -88,6 +88,7 @@ class OneWayRun:
     answers: list[Answer] = field(default_factory=list)
     blows: list[Jump] = field(default_factory=list)
     bars: tuple[thin_bars.ThinBar, ...] = ()
+    every: Mechanism | None = None
     remembered: Remembered = field(default_factory=Remembered)
     _hidden: list[str] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
@@ -97,7 +98,7 @@ class OneWayRun:
     _last: tuple[tuple[int, float, int, bytes], Decided] | None = None
 
     def __post_init__(self) -> None:
-        self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
+        self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0), self._every)
         soon = _AT_ONCE * self.template.t_end / 200.0
         self._returns, self._standstill = Returns(soon), Standstill(self.template.t_end - self.template.t0)
         self._roads = Roads(self.laws, self.template, soon, self.turned)
@@ -121,7 +122,7 @@ class OneWayRun:
     def again(self) -> OneWayRun:
         """Return the run before it begins, which shares what follows from its start, and what is remembered."""
         given = self.laws, self.make, self.template, self.scale, self.stabilised
-        run = OneWayRun(*given, bars=self.bars, remembered=self.remembered)
+        run = OneWayRun(*given, bars=self.bars, every=self.every, remembered=self.remembered)
         run.modes = self.modes
         run.__dict__["_first"] = self._first
         run.__dict__ |= {name: x for name, x in vars(self).items() if name == "_first_problem"}
@@ -143,6 +144,10 @@ class OneWayRun:
     @cached_property
     def _first_problem(self) -> tuple[Problem, ModeProgram]:
         return self.modes.problem(self._first[0], None)
+
+    @property
+    def _every(self) -> tuple[Mechanism, Compiled] | None:
+        return None if self.every is None else (self.every, self.laws.compiled)
 
     @property
     def loop(self) -> Loop:
@@ -202,7 +207,7 @@ class OneWayRun:
 
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that follows at a switch, or why there is none."""
-        cause = self.stretches[-1].program.switchings[switch.index]
+        cause = self.stretches[-1].cause(switch.index)
         self.trouble = self._hindered(switch.begun.time, switch.x, cause)
         if self.trouble:
             return RunFailure(Status.NO_MODE, switch.begun.time, None)
@@ -226,7 +231,7 @@ class OneWayRun:
         now, t = self.stretches[-1], switch.begun.time
         facts = self._seen(t, switch.x)
         jam = jam_of(now, facts)
-        if jam is None and jams(now.program.mechanism, problem, t, switch.x):
+        if jam is None and jams(now, t, switch.x):
             return RunFailure(Status.SINGULAR, t, None)
         if jam is None and problem.crosses:
             return None
@@ -259,7 +264,7 @@ class OneWayRun:
     def jump(self, t: float, x: Floats, index: int) -> Floats | None:
         """Return the state after an impact from which the run goes on in its mode; None where that ends."""
         now = self.stretches[-1]
-        cause = now.program.switchings[index]
+        cause = now.cause(index)
         if cause.ends != "closes" or self._standstill.lasts(t, len(self.laws.unilateral)):
             return None
         facts = self._seen(t, x)
@@ -303,7 +308,7 @@ class OneWayRun:
         turns = self.remembered.turns.get((now.key, switch.index))
         if not turns:
             return None
-        facts, closed = self._at(switch.begun.time, switch.x, now.program.switchings[switch.index])
+        facts, closed = self._at(switch.begun.time, switch.x, now.cause(switch.index))
         rates = None if turns[0].cause is None else now.rates_at(facts)
         ways = (followed(turn, facts, closed, rates) for turn in turns)
         return next((found for found in ways if found is not None), None)
@@ -350,7 +355,7 @@ class OneWayRun:
         asked = (len(self.stretches), t, index, x.tobytes())
         if self._last is not None and self._last[0] == asked:
             return self._last[1]
-        cause = now.program.switchings[index]
+        cause = now.cause(index)
         guess = None if cause.limits else self._usual.get((now.key, index))
         facts, closed = self._at(t, x, cause)
         beyond = [cause.element.name] if cause.ends == "leaves" else []
@@ -416,7 +421,8 @@ class OneWayRun:
             return RunFailure(Status.NO_MODE, t, None)
         if returns >= _RETURNS:
             pairs = zip(program.switchings, problem.margins, strict=True)
-            problem = replace(problem, margins=tuple(_KEPT * margin if x.limits else margin for x, margin in pairs))
+            kept = (_KEPT * margin if x is not None and x.limits else margin for x, margin in pairs)
+            problem = replace(problem, margins=tuple(kept))
         stretch = self._met(program, problem, found.mode, t)
         if stretch.problem.course is not None:
             self.remembered.stretches.setdefault(key_of(found.mode), Stretch(program, problem, found.mode))

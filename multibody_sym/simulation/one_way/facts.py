@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
 from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
-from multibody_sym.dynamics.programs.law_rows import every_row, friction_parts
+from multibody_sym.model.mechanism.every_mode import every_row, friction_parts
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row

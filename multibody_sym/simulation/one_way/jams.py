@@ -13,11 +13,9 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.stretches import Stretch
 
@@ -46,7 +44,8 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     """Return where what slides jams soon after an instant of a mode; None if nothing does."""
     y, rows = np.concatenate([[facts.t], facts.q, facts.u]), now.program.mechanism.rows
     _, pushes, _ = now.problem.pushed(facts.t, y[1:])
-    sliding = [k for k, row in enumerate(rows) if isinstance(row, SlidingRow)]
+    names = {row.name for row in now.program.entered.rows if isinstance(row, SlidingRow)}
+    sliding = [k for k, row in enumerate(rows) if row.name in names]
     if not sliding or not np.isfinite(pushes).all():
         return None
     row = max(sliding, key=lambda k: abs(float(pushes[k])))
@@ -59,17 +58,17 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     return Jam(rows[row].name, facts.laws.at(time, q, u, facts.scale))
 
 
-def jams(mechanism: Mechanism, problem: Problem, t: float, x: Floats) -> bool:
+def jams(now: Stretch, t: float, x: Floats) -> bool:
     """Return whether friction, and not what restricts positions, takes next to all of what rows push at a state."""
     from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # brings scipy
 
+    mechanism, parameters = now.program.entered, now.parameters
     if not any(isinstance(row, SlidingRow) for row in mechanism.rows):
         return False
-    q, u = np.split(x, [len(problem.q0)])
-    parameters = problem.parameters.tolist()
+    q, u = np.split(x, [len(now.problem.q0)])
     state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters)
     generic = mechanism.parameters.independent_rows(parameters)
-    *_, left = problem.pushed(t, x)
+    *_, left = now.problem.pushed(t, x)
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
 
 

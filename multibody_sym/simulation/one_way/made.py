@@ -11,11 +11,11 @@ from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.chained import OneWayRun
+from multibody_sym.simulation.one_way.every import LawMechanism
 from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.moments import moments
-from multibody_sym.simulation.one_way.tips import first_normal, with_tips
+from multibody_sym.simulation.one_way.tips import first_normal
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, recalled_laws
 from multibody_sym.simulation.runs.runnable import Runnable
@@ -27,37 +27,39 @@ def one_way_run(
 ) -> OneWayRun:
     """Return the run of a system of which some holds one way only."""
     known = ready.mechanism.parameters.places
-    declared, bars = thin_bars.with_one_side(with_tips(ready.state.declared))
-    begun = ready.mechanism, ready.compiled
+    laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
+    declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
+    begun = None if ready.laws else (ready.mechanism, ready.compiled)
     make = partial(_made, begun, ready.system.simulation, ready.formalism, native, backend)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
-    recalled = recalled_laws(declared, native=native, backend=backend)
+    served = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
+    recalled = recalled_laws(declared, served, native=native, backend=backend)
     laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
     scale = ready.state.posed.rows.scale
     template = replace(template, project=settings.project, moments=looks)
     if settings.baumgarte is None:
-        return OneWayRun(laws, make, template, scale, bars=bars)
+        return OneWayRun(laws, make, template, scale, bars=bars, every=every)
 
     def own() -> float:
-        pilot = OneWayRun(laws, make, replace(template, samples=2), scale, bars=bars)
+        pilot = OneWayRun(laws, make, replace(template, samples=2), scale, bars=bars, every=every)
         return own_coefficient(pilot.begin(), pilot.loop)
 
-    return OneWayRun(laws, make, template, scale, settings.baumgarte.chosen(own), bars=bars)
+    return OneWayRun(laws, make, template, scale, settings.baumgarte.chosen(own), bars=bars, every=every)
 
 
 def _made(
-    begun: tuple[Mechanism, Compiled],
+    begun: tuple[Mechanism, Compiled] | None,
     settings: Settings,
     formalism: str,
     native: bool,
     backend: Backend | None,
     entered: Mechanism,
 ) -> Compiled:
-    """Return a mechanism in a mode, compiled, as that with which a run has `begun` is; no closure, to be pickled."""
+    """Return a mechanism in a mode, compiled; that with which a run has `begun` is so. No closure, to be pickled."""
     form = form_of(settings, constrained=bool(entered.rows), varies=True)
-    if not entered.rows and entered == begun[0]:
+    if begun is not None and not entered.rows and entered == begun[0]:
         return begun[1]
     if form == "index_2" and len(entered.held) == len(entered.speeds):
         form = "implicit"  # nothing moves: no rows have to be kept

@@ -12,6 +12,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws, Scale
 from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.kinematics.relative import STARTING
+from multibody_sym.model.mechanism.every_mode import functions, mode_numbers
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
@@ -23,6 +24,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.every import serves
 from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, rounded_up
 from multibody_sym.simulation.one_way.held import held_speeds
 from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals
@@ -63,17 +65,46 @@ def key_of(mode: Mode) -> Key:
 
 @dataclass(frozen=True, eq=False)
 class ModeProgram:
-    """A mechanism in a mode, its Programs and switching functions."""
+    """A mechanism in a mode, `entered`, the mechanism that its Programs are of, and switching functions.
 
+    The Programs are those of the mode alone, or of the mechanism `in_every_mode`; then functions at which this mode
+    does not end are None.
+    """
+
+    entered: Mechanism
     mechanism: Mechanism
     compiled: Compiled
-    switchings: tuple[Switching, ...]
+    switchings: tuple[Switching | None, ...]
+
+    def numbers(self, mode: Mode) -> Floats:
+        """Return the numbers (nm,) by which its Programs know a mode."""
+        if not self.mechanism.mode_numbers:
+            return _NONE
+        names = dict.fromkeys(map(function_of, filter(None, self.switchings)))
+        return np.array(mode_numbers(self.mechanism, mode, self.entered.held, names))
+
+
+def function_of(one: Switching) -> str:
+    """Return the name of a switching function among those of all modes."""
+    kind = _KINDS[one.ends]
+    return f"{kind} {one.element.name if one.part is None else one.part.name}"
+
+
+_KINDS: Final = {
+    **dict.fromkeys(("closes", "opens"), "normal"),
+    "leaves": "edge",
+    **dict.fromkeys(("slips", "stops", "stops in space"), "slip"),
+    "moves on": "onward",
+    "turns back": "back",
+}
+_NONE: Final = np.zeros(0)
 
 
 class Modes:
     """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem.
 
-    Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s).
+    Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s). `every` is
+    the mechanism `in_every_mode`, with its Programs, where one set of these serves all modes.
     """
 
     def __init__(
@@ -82,8 +113,10 @@ class Modes:
         make: Callable[[Mechanism], Compiled],
         template: Problem,
         stabilised: tuple[float, float] = (0.0, 0.0),
+        every: tuple[Mechanism, Compiled] | None = None,
     ) -> None:
         self.mechanism = mechanism
+        self.every = every
         self.template = template
         self._make = make
         self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
@@ -96,9 +129,17 @@ class Modes:
             entered = in_mode(self.mechanism, mode)
             values = self.parameters(entered, at.laws.parameters, mode, 0)
             held = held_speeds(entered, values, at.t, at.q)
-            entered = replace(entered, held=held)
-            self._known[key] = ModeProgram(entered, self._make(entered), switchings(entered))
+            self._known[key] = self._made(replace(entered, held=held), mode)
         return self._known[key]
+
+    def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
+        own = switchings(entered)
+        if self.every is None or not serves(mode):
+            return ModeProgram(entered, entered, self._make(entered), own)
+        known = {function_of(one): one for one in own}
+        mechanism, compiled = self.every
+        every = replace(mechanism, mode=mode, held=entered.held)
+        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(every))))
 
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
@@ -121,10 +162,10 @@ class Modes:
         at, mode = decided.facts, decided.mode
         assert mode is not None
         program = self.program(mode, at)
-        entered = program.mechanism
+        entered = program.entered
         independent = len(entered.rows) if decided.posed is None else independent_rows(entered, decided.posed)
         mode = _slowly(mode, at.scale)
-        values = self.parameters(entered, at.laws.parameters, mode, independent)
+        values = self.parameters(program.mechanism, at.laws.parameters, mode, independent)
         count = len(program.switchings)
         own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
         u = at.u.copy()
@@ -135,12 +176,15 @@ class Modes:
             q0=at.q,
             u0=u,
             parameters=values,
+            modes=program.numbers(mode),
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
             crosses=not any(isinstance(row, SlidingRow) for row in entered.rows),  # friction may jam there
             terminal=own + (True,) * count,
-            margins=tuple(_margin(one, mode, at, decided.largest) for one in program.switchings),
-            limiting=sum(one.shortens for one in program.switchings),
+            margins=tuple(
+                0.0 if one is None else _margin(one, mode, at, decided.largest) for one in program.switchings
+            ),
+            limiting=tuple(k for k, one in enumerate(program.switchings) if one is not None and one.shortens),
             begun=begun,
         )
         return problem, program
@@ -158,16 +202,19 @@ def on_its_way(program: ModeProgram, now: Problem, mode: Mode, part: FrictionPar
 
     First it may turn back from then on: sooner its direction may still settle. Then it does not keep that any more.
     """
-    own = {x.ends: k for k, x in enumerate(program.switchings) if x.part == part}
-    margins, values = list(now.margins), now.parameters.copy()
+    own = {x.ends: k for k, x in enumerate(program.switchings) if x is not None and x.part == part}
+    margins, values, modes = list(now.margins), now.parameters.copy(), now.modes
     if margins[own["turns back"]] == _NEVER:
         margins[own["turns back"]] = _BACK * margins[own["moves on"]]
         margins[own["moves on"]] *= _ON_ITS_WAY / _BEGUN
     else:
         margins[own["turns back"]] = margins[own["moves on"]] = _NEVER
         mode = replace(mode, directions={**mode.directions, part.name: (0.0,) * len(part.rows)})
-        values[[program.mechanism.parameters.places[name] for name in direction_names(part)]] = 0.0
-    return replace(now, parameters=values, margins=tuple(margins)), mode
+        if program.mechanism.mode_numbers:
+            modes = program.numbers(mode)
+        else:
+            values[[program.mechanism.parameters.places[name] for name in direction_names(part)]] = 0.0
+    return replace(now, parameters=values, modes=modes, margins=tuple(margins)), mode
 
 
 def _slowly(mode: Mode, scale: Scale) -> Mode:

@@ -23,7 +23,7 @@ class Remembered:
 
     def learn(self, found: Decided, now: Stretch, key: Key, index: int) -> None:
         """Remember where a switch led: for forces at a limit all ways, for others the last one."""
-        cause = now.program.switchings[index]
+        cause = now.cause(index)
         turn = turn_of(found, now.mode, cause)
         others = self.turns.get((key, index), ()) if cause.limits else ()
         new = () if turn is None else (turn,)

@@ -37,7 +37,7 @@ class Roads:
 
     def entered(self, problem: Problem, program: ModeProgram, mode: Mode, time: float, scale: Scale) -> Problem:
         """Return the problem of a mode that begins, which knows the course if it is one that C can follow."""
-        rows = program.mechanism.rows
+        rows = program.entered.rows
         kept = problem.project or not rows
         if self.course is None or not kept or len(rows) > _ROWS or problem.independent < len(rows):
             self.course = None
@@ -48,7 +48,7 @@ class Roads:
             rules = tuple(self._rule(one) for one in program.switchings)
             closed = tuple(int(mode.sides.get(x.name, INACTIVE) != INACTIVE) for x in self.laws.mechanism.one_way)
             turns: list[list[KnownTurn]] = [[] for _ in rules]
-            course.modes.append(CourseMode(problem, rules, tuple(program.mechanism.held), closed, turns))
+            course.modes.append(CourseMode(problem, rules, tuple(program.entered.held), closed, turns))
         course.mode, course.since = self._numbers[key], time
         course.length, course.speed = scale.length, scale.speed
         return replace(problem, course=course)
@@ -63,8 +63,8 @@ class Roads:
             known = [self._turn(turn) for turn in turns if key_of(turn.mode) in self._numbers]
             self.course.modes[self.number(before)].turns[index] = known
 
-    def _rule(self, one: Switching) -> tuple[int, int]:
-        if one.limits:
+    def _rule(self, one: Switching | None) -> tuple[int, int]:
+        if one is None or one.limits:
             return FORCE, -1
         if one.part is None:
             return (ANGLE if one.element.name in self.laws.turning else LENGTH), -1

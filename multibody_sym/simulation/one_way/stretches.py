@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
 from multibody_sym.numerics.arrays import Floats
@@ -62,6 +63,20 @@ class Stretch:
     problem: Problem
     mode: Mode
 
+    @property
+    def parameters(self) -> list[float]:
+        """The parameters (np) of the mechanism in the mode."""
+        of, problem = self.program.mechanism, self.problem
+        known = {entry.name: x for entry, x in zip(of.parameters, problem.parameters.tolist(), strict=True)}
+        known |= zip(of.mode_numbers, problem.modes.tolist(), strict=True)  # where slip in space starts
+        return [known.get(entry.name, 0.0) for entry in self.program.entered.parameters]
+
+    def cause(self, index: int) -> Switching:
+        """Return a switching function at which the mode may end, by its number."""
+        cause = self.program.switchings[index]
+        assert cause is not None  # others never become positive
+        return cause
+
     def rates_at(self, at: Facts) -> tuple[Floats, Floats]:
         """Return the rates of coordinates (nq,) and speeds (nu,) in the mode."""
         rates = self.problem.rates(at.t, np.concatenate([at.q, at.u]))
@@ -74,11 +89,8 @@ class Stretch:
 
     def stops_at(self, t: float, x: Floats) -> Floats:
         """Return the functions of declared stops (ns,) at a state, positive where the run stops, nan for kinks."""
-        nq = len(self.problem.q0)
-        known = (t, x[:nq], x[nq:], self.problem.parameters)
-        inputs = self.problem.compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
         count = self.problem.switches
-        values = self.problem.compiled["events"](*known, inputs, self.problem.modes)[0][:count]
+        values = self.problem.switching(t, x)[:count]
         return np.where(self.problem.terminal[:count], values, np.nan)
 
     @cached_property
@@ -119,5 +131,6 @@ def parts_of(
         if len(t) or not found:
             program = stretch.program
             told = Told(Alone(program.mechanism))
-            found.append(Part(told, program.compiled, stretch.problem.parameters, t, q, u))
+            problem = stretch.problem
+            found.append(Part(told, program.compiled, problem.parameters, t, q, u, problem.modes))
     return tuple(found)

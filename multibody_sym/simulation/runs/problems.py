@@ -14,10 +14,10 @@ from multibody_sym.runtime.problem import Begun, Problem
 
 _PLAIN: Final = (
     *("t0", "t_end", "step", "rtol", "atol", "samples", "project", "max_steps", "contradiction", "closure"),
-    *("independent", "crosses", "limiting"),
+    *("independent", "crosses"),
 )
 _ARRAYS: Final = ("q0", "u0", "parameters", "modes")
-_TUPLES: Final = ("terminal", "margins", "moments")
+_TUPLES: Final = ("terminal", "margins", "limiting", "moments")
 TOLD: Final = frozenset({*_PLAIN, *_ARRAYS, *_TUPLES, "method", "pairs", "begun"})
 """The fields of a problem that are among its values."""
 

@@ -181,7 +181,8 @@ class RecalledModes:
             own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
             if len(t[own]) or not found:
                 problem = leg.of
-                found.append(Part(self._told[number], problem.compiled, problem.parameters, t[own], q[own], u[own]))
+                samples = t[own], q[own], u[own]
+                found.append(Part(self._told[number], problem.compiled, problem.parameters, *samples, problem.modes))
         return tuple(found)
 
     @cached_property

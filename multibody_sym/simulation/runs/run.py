@@ -80,10 +80,8 @@ def held_at_start(problem: Problem) -> int | None:
     """Return the index of the first stop whose condition holds at the start, None if there is none."""
     if not any(problem.terminal):
         return None
-    state = (problem.t0, problem.q0, problem.u0, problem.parameters)
-    inputs = problem.compiled["inputs"](*state)[0] if problem.inputs else np.empty(0)
     stops = slice(len(problem.terminal) - len(problem.margins))
-    values = problem.compiled["events"](*state, inputs, problem.modes)[0][stops]
+    values = problem.switching(problem.t0, problem.x0)[stops]
     holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal[stops], dtype=bool))
     return int(holding[0]) if len(holding) else None
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
     from multibody_sym.model.declaration.system import System
     from multibody_sym.model.mechanism.mechanism import Mechanism
     from multibody_sym.scalars.node import Node
+    from multibody_sym.simulation.one_way.every import LawMechanism
 
 
 class Numbers(NamedTuple):
@@ -38,7 +39,8 @@ class Runnable:
     """A mechanism in its mode at the start, with compiled Programs and the numbers that it starts with.
 
     `begin` tells its system and how it starts. Runs that differ in numbers alone share one mechanism, whose own numbers
-    are those of the first, with what is told of it. Of a run that is recalled `begin` makes all that anew; `known` is
+    are those of the first, with what is told of it. With `laws` the Programs are those of all modes. Of a run that is
+    recalled `begin` makes all that anew; `known` is
     what results tell of it.
     """
 
@@ -48,6 +50,7 @@ class Runnable:
     begin: Callable[[], tuple[System, StartState]]
     shared: Told | None = None
     known: Mapping[str, Any] | None = None
+    laws: LawMechanism | None = None
 
     @cached_property
     def mechanism(self) -> Mechanism:

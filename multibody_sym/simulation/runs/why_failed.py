@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 _BROKEN: Final = (Status.NOT_CLOSED, Status.CONTRADICTION, Status.LEFT)
 """A constraint row is broken."""
+_OF_MODE: Final = (Status.NOT_CLOSED, Status.CONTRADICTION)
+"""One of those of the mode in which the run ended."""
 _STEP_TOO_LONG: Final = (Status.STEP_UNDERFLOW, Status.NOT_FINITE, Status.NOT_CONVERGED)
 """What too long a step may end in."""
 _LEFT: Final = 1e-3
@@ -55,6 +57,7 @@ _SIZED: Final = 20
 
 def failure_message(run: Trajectory, failure: RunFailure) -> str:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
+    failure = _in_rows_of_its_mode(run, failure)
     tight = _tight(run, failure.time)
     if tight:
         return f"at t = {failure.time:.6g} s {tight.text}, and what goes on from there is not told; {tight.advice}"
@@ -180,7 +183,10 @@ def mass_used_up(run: Trajectory) -> str | None:
 
 def wheel_left(run: Trajectory) -> str | None:
     """Return that a run ends where a rope comes off a wheel, and when; None where something else ends it."""
-    stop = run.ready.mechanism.stops.get((run.stop or {}).get("element", ""), ZERO)
+    name = (run.stop or {}).get("element", "")
+    if " " not in name:  # declared: a run that is recalled needs no mechanism to tell it
+        return None
+    stop = run.ready.mechanism.stops.get(name, ZERO)
     for row, pulley in (leaf.data[1] for leaf in leaves([stop], "quantity") if leaf.data[0] == "wrap"):
         return (
             f"{row} comes off {pulley} at t = {run.integration.t_final:.6g} s: it lies around none of the wheel any "
@@ -269,7 +275,7 @@ def _jams(run: Trajectory, time: float) -> bool:
 
     assert run.modes is not None
     last, end = run.modes.stretches[-1], run.integration
-    return jams(last.program.mechanism, last.problem, time, np.concatenate([end.q_final, end.u_final]))
+    return jams(last, time, np.concatenate([end.q_final, end.u_final]))
 
 
 def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:
@@ -277,7 +283,16 @@ def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:
     if run.modes is None or not run.modes.stretches:
         return run.ready.mechanism, run.parameters.tolist()
     last = run.modes.stretches[-1]
-    return last.program.mechanism, last.problem.parameters.tolist()
+    return last.program.entered, last.parameters
+
+
+def _in_rows_of_its_mode(run: Trajectory, failure: RunFailure) -> RunFailure:
+    """Return a failure whose row is counted among those of the mode in which the run ended, not of all modes."""
+    if run.modes is None or not run.modes.stretches or failure.status not in _OF_MODE or failure.component is None:
+        return failure
+    program = run.modes.stretches[-1].program
+    name, own = program.mechanism.rows[failure.component].name, [row.name for row in program.entered.rows]
+    return replace(failure, component=own.index(name) if name in own else None)
 
 
 def _contradiction(run: Trajectory, time: float) -> Contradiction | None:

@@ -67,7 +67,7 @@ def test_a_correction_is_the_smallest_in_the_norm_of_the_mass_matrix() -> None:
 def solving(within: Sequence[ast.AST]) -> Iterator[int]:
     """Yield the lines that turn solutions back from the coordinates in which M is the unit matrix.
 
-    Only the constrained solve has a reason to, and factors that are made of factors.
+    Only the constrained solve has a reason to, that of rows that act as a mode says, and factors made of factors.
     """
     methods = [f for f in within if isinstance(f, ast.FunctionDef) and f.name == "unweighted"]
     own = {id(n) for method in methods for n in ast.walk(method)}
@@ -79,4 +79,4 @@ def solving(within: Sequence[ast.AST]) -> Iterator[int]:
 def test_the_system_with_rows_is_solved_in_one_place() -> None:
     found = {name for name, within in nodes().items() for _ in solving(within)}
     posing = {"dynamics/laws/assemble.py", "dynamics/programs/law_rows.py"}  # states the laws' problem in these units
-    assert found == {"dynamics/formalisms/constrained.py", *posing}
+    assert found == {"dynamics/formalisms/constrained.py", "dynamics/programs/every_mode.py", *posing}

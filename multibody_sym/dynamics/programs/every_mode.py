@@ -1,0 +1,309 @@
+"""The Programs of a mechanism in all its modes: which rows act, and how they rub, are numbers that a run hands over.
+
+All rows are computed; a solve takes those that act, A = H G^-1, and what they exert, which is A too where nothing
+slides. What slides has a multiplier too, -mu N along its slip, so that reactions, powers and outputs are sums over all
+rows, whatever the mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property, reduce
+from typing import Final
+
+from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.programs.law_rows import RowProgram, column, law_program, row_program
+from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
+from multibody_sym.dynamics.programs.switching import SwitchingValues, length
+from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.relative import STARTING
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.model.mechanism.every_mode import (
+    ModeNodes,
+    friction_parts,
+    functions,
+    has_end,
+    in_every_mode,
+)
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import FrictionPart
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
+from multibody_sym.program.program import Program
+from multibody_sym.program.rolling.rolled import all_rolled
+from multibody_sym.program.statements import Solve
+from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import absolute, maximum, where
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
+from multibody_sym.scalars.rotations import unit_quaternion
+from multibody_sym.scalars.vectors import S
+
+_HALF: Final = ONE / 2
+_Frictions = list[tuple[int, list[tuple[int, Node]]]]
+_NO_END: Final = -ONE
+"""The value of a switching function at which a mode does not end."""
+
+
+def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict[str, Program], dict[str, list[int]]]:
+    """Return by name the Programs that runs of a mechanism take in any of its modes, by a formalism; `laws` among them.
+
+    `declared` is in no mode; those for runs are of the mechanism `in_every_mode`, by methods that take the derivative
+    alone. With them are the places of the entries of matrices of `laws` (see `law_program`).
+    """
+    known, mechanism = row_program(declared, formalism), in_every_mode(declared)
+    laws, places = law_program(declared, known)
+    modes = _EveryMode(mechanism, known)
+
+    def motion(_: Trace) -> Motion:
+        return motion_of(mechanism, slot_state(mechanism))
+
+    sources = Sources(modes.state_derivative(), energy_program(mechanism), motion)
+    missed, normalize = modes.missed(), modes.normalize()
+    made = {
+        "inputs": inputs_program(mechanism),
+        "state_derivative": sources.state_derivative,
+        "missed": missed,
+        "put_back": modes.put_back(missed),
+        "energy": sources.energy,
+        "outputs": outputs_program(mechanism, sources),
+        "events": modes.events(sources),
+    }
+    made |= {} if normalize is None else {"normalize": normalize}
+    return {**all_rolled(made), "laws": laws}, places
+
+
+def _if(number: Node, yes: S, no: S) -> Node:
+    """Return one of two values by a number that is 1 or 0."""
+    return as_node(where(less(_HALF, number), as_node(yes), as_node(no)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Instant:
+    """What `rows` tells of a state in a trace: matrices row by row, and vectors by name."""
+
+    known: RowProgram
+    values: Mapping[str, Sequence[Node]]
+
+    @cached_property
+    def jacobian(self) -> list[list[Node]]:
+        return self.known.matrix("jacobian", self.values)
+
+    @cached_property
+    def matrix(self) -> list[list[Node]]:
+        return self.known.matrix("matrix", self.values)
+
+    @cached_property
+    def _inverse(self) -> list[list[Node]]:
+        return self.known.matrix("inverse", self.values)
+
+    def unweighted(self, x: Sequence[Node]) -> list[Node]:
+        """Return G^-1 x (n)."""
+        return [_dot(row, x) for row in self._inverse]
+
+
+@dataclass(frozen=True, eq=False)
+class _EveryMode:
+    """A mechanism `in_every_mode`, and the Program of all its rows."""
+
+    mechanism: Mechanism
+    known: RowProgram
+
+    @cached_property
+    def modes(self) -> ModeNodes:
+        return ModeNodes(self.mechanism)
+
+    @cached_property
+    def _acts(self) -> list[Node]:
+        return [self.modes.acts(row) for row in self.mechanism.rows]
+
+    @cached_property
+    def _places(self) -> Mapping[str, int]:
+        return {row.name: k for k, row in enumerate(self.mechanism.rows)}
+
+    @cached_property
+    def _motion(self) -> Motion:
+        return motion_of(self.mechanism, slot_state(self.mechanism))
+
+    def _rows(self, trace: Trace) -> _Instant:
+        """Return all rows at the state of a trace."""
+        given = [trace[array.name] if array.size else () for array in self.known.program.inputs]
+        return _Instant(self.known, self.known.called(trace, given))
+
+    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> _Frictions:
+        """Return the places of normals, each with those of the tangents that it brings along and the force along them.
+
+        `speeds` are phidot of all rows, `limits` the static and the kinetic coefficient of all parts.
+        """
+        found = []
+        for k, (element, part) in enumerate(friction_parts(self.mechanism)):
+            tangents = [self._places[row.name] for row in part.rows]
+            forces = self._of_friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
+            found.append((self._places[element.normals[0].name], list(zip(tangents, forces, strict=True))))
+        return found
+
+    def _of_friction(self, part: FrictionPart, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Node]:
+        """Return the force along each row of a part for a unit normal force, zero where it does not slide."""
+        if part.regularised is not None:
+            kinetic, least = self._motion.state.values([part.kinetic, part.regularised])
+            return [as_node(-kinetic * v / length([*speeds, least])) for v in speeds]
+        slip, mu = self.modes.slip(part), _if(self.modes.at_limit(part), *limits)
+        if len(part.rows) == 1:
+            return [as_node(-slip * mu)]
+        ways = self._slip_velocity(part, speeds)
+        whole = _if(slip, length(ways), ONE)
+        return [_if(slip, -mu * v / whole, ZERO) for v in ways]
+
+    def _slip_velocity(self, part: FrictionPart, speeds: Sequence[Node]) -> list[Node]:
+        """Return what has the direction of slip in space (see `kinematics.relative`)."""
+        return [v + real(STARTING) * way for v, way in zip(speeds, self.modes.direction(part), strict=True)]
+
+    # --- accelerations ------------------------------------------------------------------------------------------------
+
+    def state_derivative(self) -> Program:
+        """Return (t, q, u, ..) -> qdot, udot, multipliers of all rows, report.
+
+        A second solve brings back what large accelerations without rows round away (see `formalisms.constrained`).
+        """
+        trace, mechanism = Trace("state_derivative", arrays(self.mechanism)), self.mechanism
+        now, size = self._rows(trace), self.known.size
+        gamma, right, free, phidot = (now.values[name] for name in ("gamma", "right", "free", "phidot"))
+        more = self._stabilising(now)
+        frictions = self._frictions(phidot, now.values["coefficients"])
+        exerted = _with_sliding(now.matrix, frictions)
+
+        def solved(right: Sequence[Node]) -> Solve:
+            return trace.solve(now.matrix, right, size, mechanism.parameters.slot(INDEPENDENT), self._acts, exerted)
+
+        first = solved([a + b for a, b in zip(right, more, strict=True)])
+        near = [a + b for a, b in zip(free, now.unweighted(first.solution), strict=True)]
+        second = solved([a + b - _dot(row, near) for a, b, row in zip(gamma, more, now.jacobian, strict=True)])
+        rest = second.solution
+        udot = self._moving([a + b for a, b in zip(near, now.unweighted(rest), strict=True)])
+        rates = coordinate_rates(mechanism, trace["q"], self._moving(trace["u"]))
+        both = zip(first.multipliers, second.multipliers, strict=True)
+        multipliers = _with_friction([a + b for a, b in both], frictions)
+        rank, independence, residual = first.report
+        told = [rank, _if(self.modes.any_acts, independence, ONE), residual]
+        outputs = {"qdot": rates, "udot": udot, "multipliers": multipliers, "report": told}
+        return trace.finish({name: column(values) for name, values in outputs.items()})
+
+    def _stabilising(self, now: _Instant) -> list[Node]:
+        """Return Baumgarte's terms of all rows (see `system.stabilised`)."""
+        alpha, beta = map(self.mechanism.parameters.slot, (ALPHA, BETA))
+        pairs = zip(now.values["phi"], now.values["phidot"], self.mechanism.rows, strict=True)
+        return [
+            -2 * alpha * phidot - beta**2 * phi if row.is_holonomic else -alpha * phidot for phi, phidot, row in pairs
+        ]
+
+    def _moving(self, values: Sequence[Node]) -> list[Node]:
+        """Return values of the speeds, zero where they are held."""
+        return [_if(held, ZERO, value) for held, value in zip(self.modes.held(), values, strict=True)]
+
+    # --- positions and speeds -----------------------------------------------------------------------------------------
+
+    def missed(self) -> Program:
+        """Return -> phi, residual of the rows that act."""
+        trace, rows = Trace("missed", arrays(self.mechanism)), row_motions(self._motion)
+        phi = [row.phi if row.holonomic else ZERO for row in rows]
+        levels = {"phi": phi, "residual": [row.phidot for row in rows]}
+        return trace.finish({name: column(self._acting(values)) for name, values in levels.items()})
+
+    def _acting(self, values: Sequence[S]) -> list[Node]:
+        return [_if(acts, value, ZERO) for acts, value in zip(self._acts, values, strict=True)]
+
+    def put_back(self, missed: Program) -> Program:
+        """Return both corrections: that of u for phidot where that of q leads, with H where it starts."""
+        trace = Trace("put_back", arrays(self.mechanism))
+        now, holonomic = self._rows(trace), [k for k, row in enumerate(self.mechanism.rows) if row.is_holonomic]
+        change = self._correction(trace, now, holonomic, [-now.values["phi"][k] for k in holonomic])
+        of_q = coordinate_rates(self.mechanism, trace["q"], change)
+        given = {array.name: trace[array.name] for array in missed.inputs}
+        given["q"] = tuple(as_node(x) + dx for x, dx in zip(given["q"], of_q, strict=True))
+        residual = trace.call(missed, list(given.values()))[1]
+        of_u = self._correction(trace, now, range(len(residual)), [-x for x in residual])
+        return trace.finish({"of_q": column(of_q), "of_u": column(of_u)})
+
+    def _correction(self, trace: Trace, now: _Instant, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
+        """Return the least change of the speeds that changes rows as wanted: of all by mass, or of those not held."""
+        held, some = self.modes.held(), self.modes.any_held
+        matrix = []
+        for k in places:
+            row = now.jacobian[k]
+            least = sum((absolute(h) * fixed for h, fixed in zip(row, held, strict=True)), ZERO)
+            moving = [_if(fixed, ZERO, felt(h, least)) for h, fixed in zip(row, held, strict=True)]
+            matrix.append([_if(some, a, b) for a, b in zip(moving, now.matrix[k], strict=True)])
+        acting = [self._acts[k] for k in places]
+        found = trace.solve(matrix, wanted, len(held), self.mechanism.parameters.slot(INDEPENDENT), acting)
+        pairs = zip(self._moving(found.solution), now.unweighted(found.solution), strict=True)
+        return [_if(some, a, b) for a, b in pairs]
+
+    def normalize(self) -> Program | None:
+        """Return -> q with unit quaternions, deviation; those of what stands still stay as they are."""
+        trace, held = Trace("normalize", arrays(self.mechanism)), self.modes.held()
+        q, deviation = list(trace["q"]), ZERO
+        for body in self.mechanism.bodies:
+            for free in body.free_steps:
+                if not free.step.unit_quaternion:
+                    continue
+                stands = reduce(lambda a, b: a * b, [held[k] for k in free.u])
+                unit, off = unit_quaternion([q[k] for k in free.q])
+                deviation = as_node(maximum(deviation, _if(stands, ZERO, off)))
+                q[free.q[0] : free.q[-1] + 1] = [_if(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
+        if deviation is ZERO:
+            return None
+        return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
+
+    # --- where a mode ends --------------------------------------------------------------------------------------------
+
+    def events(self, sources: Sources) -> Program:
+        """Return -> values: those of `quantities.events`, then the `functions`, negative where a mode does not end."""
+        mechanism = self.mechanism
+        trace = Trace("events", (*arrays(mechanism), forces_of(mechanism)))
+        asked = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades]
+        values = answered(trace, sources, asked)
+        known = self._functions(SwitchingValues(self._motion, trace["multipliers"]))
+        values += [_if(self.modes.watched(name), known[name], _NO_END) for name in functions(mechanism)]
+        return trace.finish({"values": ((len(values),), values)})
+
+    def _functions(self, values: SwitchingValues) -> dict[str, S]:
+        found: dict[str, S] = {}
+        for element in self.mechanism.one_way:
+            normal = element.normals[0]
+            found[f"normal {element.name}"] = _if(self.modes.acts(normal), values.opens(normal), values.closes(normal))
+            if has_end(element):
+                found[f"edge {element.name}"] = values.leaves(normal)
+        for element, part in friction_parts(self.mechanism):
+            speeds = [as_node(values.row(row).phidot) for row in part.rows]
+            slip, way = self.modes.slip(part), f"slip {part.name}"
+            held = values.slips(element, part)
+            if len(part.rows) == 1:
+                found[way] = _if(slip * slip, -slip * speeds[0], held)
+                continue
+            found[way] = _if(slip, -length(self._slip_velocity(part, speeds)), held)
+            onward = sum((v * x for v, x in zip(speeds, self.modes.direction(part), strict=True)), ZERO)
+            found |= {f"onward {part.name}": onward, f"back {part.name}": -onward}
+        return found
+
+
+def _with_sliding(matrix: Sequence[Sequence[Node]], frictions: _Frictions) -> list[list[Node]]:
+    """Return what the rows exert: normals bring friction along where something slides."""
+    found = [list(row) for row in matrix]
+    for normal, along in frictions:
+        for tangent, force in along:
+            found[normal] = [a + force * b for a, b in zip(found[normal], matrix[tangent], strict=True)]
+    return found if frictions else []
+
+
+def _with_friction(multipliers: Sequence[Node], frictions: _Frictions) -> list[Node]:
+    """Return the multipliers of all rows with those of what slides."""
+    found = list(multipliers)
+    for normal, along in frictions:
+        for tangent, force in along:
+            found[tangent] = found[tangent] + force * multipliers[normal]
+    return found
+
+
+def _dot(row: Sequence[Node], x: Sequence[Node]) -> Node:
+    return sum((a * b for a, b in zip(row, x, strict=True)), ZERO)

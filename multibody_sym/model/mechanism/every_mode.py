@@ -1,0 +1,167 @@
+"""A mechanism in all its modes: every row that may act is there, and numbers say which do and how they rub.
+
+What a mode says becomes data of the Programs: 1 for each row that acts, the way in which each friction part slides,
+the direction in which slip in space starts, and which speeds stand still.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
+from typing import Final
+
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Tip
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.modes import direction_names, in_mode
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import ZERO, Node, slot
+
+MODES: Final = "modes"
+"""The array of these numbers."""
+
+
+def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
+    """Return a mechanism's rows and those of its one-way elements after them."""
+    return (*mechanism.rows, *(row for element in mechanism.one_way for row in element.rows))
+
+
+def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
+    """Return the friction parts that rub, with their elements."""
+    pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
+    return tuple((x, part) for x, part in pairs if part.enough or not (part.static is part.kinetic is ZERO))
+
+
+def in_every_mode(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism in no mode with every row and the names of the numbers that say which of them act."""
+    rows = every_row(mechanism)
+    names = [_acts(row.name) for row in rows]
+    for _, part in friction_parts(mechanism):
+        names += [_slip(part.name), _at_limit(part.name), *(direction_names(part) if len(part.rows) > 1 else ())]
+    names += [_held(speed.name) for speed in mechanism.speeds]
+    names += [_ACTS, _STANDS]
+    names += [_watched(function) for function in functions(mechanism)]
+    return replace(
+        mechanism,
+        rows=rows,
+        parameters=mechanism.parameters.with_rows(len(rows)),
+        mode_numbers=tuple(names),
+    )
+
+
+def functions(mechanism: Mechanism) -> Iterator[str]:
+    """Yield the names of the switching functions that a mode may have."""
+    for element in mechanism.one_way:
+        yield f"normal {element.name}"
+        if has_end(element):
+            yield f"edge {element.name}"
+    for _, part in friction_parts(mechanism):
+        yield f"slip {part.name}"
+        if len(part.rows) > 1:
+            yield f"onward {part.name}"
+            yield f"back {part.name}"
+
+
+def has_end(element: OneWay) -> bool:
+    """Return whether what touches may get past the end of a face."""
+    row = element.normals[0] if element.normals else None
+    return isinstance(row, ContactRow) and any(
+        isinstance(skin, Edge | Tip) or (isinstance(skin, Flat) and skin.ends is not None) for skin in row.skins
+    )
+
+
+_ACTS: Final = "some row acts"
+_STANDS: Final = "some speed is held"
+
+
+def _acts(row: str) -> str:
+    return f"acts {row}"
+
+
+def _slip(part: str) -> str:
+    return f"slip {part}"
+
+
+def _at_limit(part: str) -> str:
+    return f"at limit {part}"
+
+
+def _held(speed: str) -> str:
+    return f"held {speed}"
+
+
+def _watched(function: str) -> str:
+    return f"watched {function}"
+
+
+@dataclass(frozen=True)
+class ModeNodes:
+    """The numbers of a mode of a mechanism `in_every_mode` as Nodes."""
+
+    mechanism: Mechanism
+
+    def _node(self, name: str) -> Node:
+        return slot(MODES, self.mechanism.mode_numbers.index(name))
+
+    def acts(self, row: Row) -> Node:
+        """Return 1 where a row acts, else 0."""
+        return self._node(_acts(row.name))
+
+    def slip(self, part: FrictionPart) -> Node:
+        """Return the way in which a part slides, 0 where it does not; in space 2."""
+        return self._node(_slip(part.name))
+
+    def at_limit(self, part: FrictionPart) -> Node:
+        """Return 1 where a part that does not slide exerts its static limit as if it did."""
+        return self._node(_at_limit(part.name))
+
+    def direction(self, part: FrictionPart) -> list[Node]:
+        """Return the direction in which slip in space starts, zeros where it does not start."""
+        return [self._node(name) for name in direction_names(part)]
+
+    def held(self) -> list[Node]:
+        """Return of each speed 1 where it stays zero."""
+        return [self._node(_held(speed.name)) for speed in self.mechanism.speeds]
+
+    @property
+    def any_acts(self) -> Node:
+        """Return 1 where some row acts."""
+        return self._node(_ACTS)
+
+    @property
+    def any_held(self) -> Node:
+        """Return 1 where some speed stays zero."""
+        return self._node(_STANDS)
+
+    def watched(self, function: str) -> Node:
+        """Return 1 where a mode may end at a switching function."""
+        return self._node(_watched(function))
+
+
+def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watched: Iterable[str]) -> list[float]:
+    """Return the numbers of a mode of a mechanism `in_every_mode`, which may end at the functions `watched`."""
+    entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared(mechanism)]), mode)
+    found = {_acts(row.name): 1.0 for row in entered.rows}
+    parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
+    for sliding in _sliding(entered.rows):
+        part = parts[tuple(row.name for row in sliding.rows)]
+        found[_slip(part.name)] = float(sliding.sense)
+        found[_at_limit(part.name)] = float(part.name in mode.carried)
+        if part.name in mode.directions:
+            found |= zip(direction_names(part), mode.directions[part.name], strict=True)
+    found |= {_held(mechanism.speeds[k].name): 1.0 for k in held}
+    found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held))}
+    found |= {_watched(function): 1.0 for function in watched}
+    return [found.get(name, 0.0) for name in mechanism.mode_numbers]
+
+
+def _declared(mechanism: Mechanism) -> int:
+    """Return how many rows of a mechanism `in_every_mode` act in all modes, which come first."""
+    return len(mechanism.rows) - sum(1 for element in mechanism.one_way for _ in element.rows)
+
+
+def _sliding(rows: Iterable[Row]) -> Iterator[Sliding]:
+    for row in rows:
+        yield from row.frictions if isinstance(row, SlidingRow) else ()

@@ -1,0 +1,77 @@
+"""Whether one set of Programs serves a run in all its modes, each of which is data then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.model.declaration.settings import Settings
+from multibody_sym.model.mechanism.every_mode import every_row, functions, in_every_mode
+from multibody_sym.model.mechanism.force_rows import ReactionRow
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
+from multibody_sym.simulation.one_way.thin_bars import ThinBar, with_one_side
+from multibody_sym.simulation.one_way.tips import with_tips
+from multibody_sym.simulation.settings import form_of
+
+_MOST_ROWS: Final = 24
+"""Rows up to which computing all of them takes no longer than what is saved where few of them act."""
+_FORMS: Final = ("explicit", "multistep")
+"""What methods ask for that take the derivative alone."""
+
+
+@dataclass(frozen=True)
+class LawMechanism:
+    """A mechanism in no mode as runs take it: points meet points, and bars have one side; `bars` are those.
+
+    `every` is the same `in_every_mode` where one set of Programs serves all its modes, else None.
+    """
+
+    declared: Mechanism
+    bars: tuple[ThinBar, ...]
+    every: Mechanism | None
+
+    @property
+    def functions(self) -> int:
+        """The number of the switching functions of all modes."""
+        return 0 if self.every is None else len(tuple(functions(self.every)))
+
+    def numbers(self, mechanism: Mechanism, parameters: Floats) -> tuple[Floats, Floats]:
+        """Return the parameters (np,) of Programs of all modes by those of a mechanism in a mode, and no mode (nm,)."""
+        assert self.every is not None
+        known = {entry.name: x for entry, x in zip(mechanism.parameters, parameters.tolist(), strict=True)}
+        values = [known.get(entry.name, 0.0) for entry in self.every.parameters]
+        return np.array(values, dtype=float), np.zeros(len(self.every.mode_numbers))
+
+    @staticmethod
+    def of(declared: Mechanism, settings: Settings) -> LawMechanism:
+        """Return the mechanism of a run of a declared one by some settings."""
+        taken, bars = with_one_side(with_tips(declared))
+        by_derivative = form_of(settings, constrained=True, varies=True) in _FORMS
+        if not by_derivative or not _is_served(taken):
+            return LawMechanism(taken, bars, None)
+        every = in_every_mode(taken)
+        return LawMechanism(replace(taken, parameters=every.parameters), bars, every)
+
+
+def _is_served(declared: Mechanism) -> bool:
+    """Return whether one set of Programs serves all modes.
+
+    Not where rows hold what has no mass, reactions press, or there are so many rows that few of them act at a time.
+    """
+    rows = every_row(declared)
+    plain = all(x.unilateral and len(x.normals) == 1 for x in declared.one_way)
+    lines = all(not part.norm and part.wrap is None for x in declared.one_way for part in x.frictions)
+    given = any(isinstance(row, ReactionRow) for row in rows)
+    fits = len(rows) <= _MOST_ROWS and not declared.minimum_norm and not massless_speeds(declared)
+    return plain and lines and fits and not given
+
+
+def serves(mode: Mode) -> bool:
+    """Return whether these Programs serve a mode: not where rows share what they carry."""
+    return mode.shares is None

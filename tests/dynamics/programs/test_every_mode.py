@@ -1,0 +1,126 @@
+"""The Programs of a mechanism in every mode against those of each mode alone, by the interpreter, in runs of random
+models: accelerations, multipliers, switching functions, corrections, powers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from random_models import random_model
+from random_runs import seed_of
+
+import multibody_sym as mbs
+from multibody_sym.dynamics.programs.friction_power import friction_power_program
+from multibody_sym.dynamics.programs.switching import switchings
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.errors import MultibodyError
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.simulation.one_way.modes import function_of
+from multibody_sym.simulation.one_way.stretches import Stretch
+
+ALIKE = 1e-10
+"""Relative to the largest value of its kind."""
+
+SLIDES_IN_SPACE = """
+multibody_sym: 1
+name: crate on three feet
+gravity: [0, 0, -9.81]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  crate:
+    shape: {box: [0.6, 0.4, 0.3], mass: 3}
+    points: {a: [0.3, 0.2, -0.15], b: [-0.3, 0.2, -0.15], c: [0, -0.2, -0.15]}
+joints:
+  J: {type: free, parent: ground, child: crate, initial: {q: [0, 0, 0.15, 1, 0, 0, 0], u: [1.5, 0.4, 0, 0, 0, 2]}}
+contacts:
+  ca: {between: [crate.a, ground.floor], static: 0.4, kinetic: 0.3}
+  cb: {between: [crate.b, ground.floor], static: 0.4, kinetic: 0.3}
+  cc: {between: [crate.c, ground.floor], static: 0.4, kinetic: 0.3}
+"""
+STARTS_IN_SPACE = """
+multibody_sym: 1
+name: load that is pulled
+gravity: [0, 0, -9.81]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  load: {mass: 2}
+joints: {J: {type: point, parent: ground, child: load, axes: xyz, q: [x, y, z]}}
+contacts: {c: {between: [load, ground.floor], static: 0.3, kinetic: 0.2}}
+forces: {pull: {type: force, on: load, value: [14*t, 6*t^2, 0]}}
+"""
+
+
+def modes_of(text: str, until: float) -> list[Stretch]:
+    """Return the first stretch of each mode in which a run of a model is whose Programs serve all modes."""
+    prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3, backend="python")
+    try:
+        run = prepared.run()
+    except mbs.RunError as error:
+        run = error.trajectory
+    found = {stretch.key: stretch for stretch in (run.modes.stretches if run.modes else ())}
+    return [stretch for stretch in found.values() if stretch.program.mechanism.mode_numbers]
+
+
+def compared(stretch: Stretch) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Yield what the Programs of the mode alone and those of all modes say where a stretch begins."""
+    entered, every, problem = stretch.program.entered, stretch.program.mechanism, stretch.problem
+    alone, acting = np.array(stretch.parameters), [row.name for row in entered.rows]
+    acting = [k for name in acting for k, row in enumerate(every.rows) if row.name == name]
+    made = programs(entered, FORMALISMS["composite_body"]).as_mapping()
+    state = problem.start, problem.q0, problem.u0
+    inputs = interpret(made["inputs"], *state, alone)[0]
+    of_mode, of_all = (alone, inputs, np.zeros(0)), (problem.parameters, inputs, problem.modes)
+
+    def both(name: str, *more: tuple[np.ndarray, np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        first = interpret(made[name], *state, *of_mode, *(x for x, _ in more))
+        return zip(first, problem.compiled[name](*state, *of_all, *(x for _, x in more)), strict=True)
+
+    qdot, udot, forces, _ = both("state_derivative")
+    yield from (("qdot", *qdot), ("udot", *udot), ("multipliers", forces[0], forces[1][acting]))
+    if acting:
+        yield from (("correction", *pair) for pair in both("put_back"))
+    functions = [function_of(one) for one in switchings(entered)]
+    names = [None if one is None else function_of(one) for one in stretch.program.switchings]
+    ((values, of_every),) = both("events", forces)
+    first = len(values) - len(functions)
+    yield "stops", values[:first], of_every[:first]
+    yield "functions", values[first:], of_every[first:][[names.index(name) for name in functions]]
+    assert all(of_every[first + k] < 0.0 for k, name in enumerate(names) if name is None)
+    friction = friction_power_program(entered), friction_power_program(every)
+    given = (*of_mode, forces[0]), (*of_all, forces[1])
+    powers = [interpret(program, *state, *own) for program, own in zip(friction, given, strict=True)]
+    yield from (("powers", *pair) for pair in zip(*powers, strict=True))
+
+
+def assert_alike(text: str, until: float = 0.3) -> int:
+    """Assert that all that is compared is alike; return the number of modes."""
+    found = modes_of(text, until)
+    for stretch in found:
+        for name, alone, every in compared(stretch):
+            size = max(1.0, float(np.abs(alone).max(initial=0.0)))
+            assert np.abs(alone - every).max(initial=0.0) <= ALIKE * size, (name, stretch.words)
+    return len(found)
+
+
+@pytest.mark.parametrize(("text", "modes"), [(SLIDES_IN_SPACE, 1), (STARTS_IN_SPACE, 2)], ids=["slides", "starts"])
+def test_slip_in_space(text: str, modes: int) -> None:
+    assert assert_alike(text, 1.0) >= modes
+
+
+def test_random_models() -> None:
+    """Most have several modes; those that no common set of Programs serves are left out."""
+    assert sum(map(_modes, (1, 4, 5, 8, 18))) >= 5
+
+
+@pytest.mark.long
+def test_many_random_models() -> None:
+    assert sum(map(_modes, range(25, 400))) > 400
+
+
+def _modes(number: int) -> int:
+    try:
+        return assert_alike(random_model(seed_of("every mode", number)))
+    except MultibodyError:
+        return 0
