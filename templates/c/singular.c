@@ -12,7 +12,7 @@
 #define MARGIN 0.05   /* of the largest about a step: nothing in it may be nearer than that, ... */
 #define LEAST 1e-8    /* ... nor than this */
 #define HELD 0.25     /* where no step leads across, of what it is at its start: nothing in it may be nearer, ... */
-#define LEAST_HELD 1e-6 /* ... nor than this, ... */
+#define LEAST_HELD 1e-7 /* ... nor than this, a tenth of what friction that is enough may leave, ... */
 #define DIPS 0.75     /* ... nor than that beside both ends */
 #define ROOM 0.5      /* of what the step across needs before it: no step may end with less */
 #define NOISE 1e-16   /* what round-off leaves of rows that are closed, ... */

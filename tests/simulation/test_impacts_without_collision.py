@@ -163,3 +163,28 @@ def test_with_a_restitution_what_jams_strikes_and_no_tolerance_decides_that() ->
     for blow in blows:
         assert blow.u + blow.change == pytest.approx(after, abs=1e-4)
         assert blow.impulses["c.corner4.normal"] == pytest.approx(2.0 * compressed, rel=1e-4)
+
+
+def test_a_corner_that_never_slips_and_carries_nothing_beside_its_friction_is_no_jam() -> None:
+    """Friction of a coefficient of a million hardly moves what presses at it, and a block at rest stays there."""
+    run = mbs.simulate(mbs.loads(WEDGED_BY_PULLS), t_end=0.5, samples=3)
+    assert run["x"].tolist() == [0.0] * 3
+    assert run["y"].tolist() == [0.0] * 3
+
+
+WEDGED_BY_PULLS = """
+multibody_sym: 1
+name: block in a corner
+gravity: [0, -9.81, 0]
+bodies:
+  block: {mass: 10}
+  ground:
+    surfaces:
+      face1: {plane: [0, 0, 0], normal: [0.388855, 0.921299, 0]}
+      face2: {plane: [0, 0, 0], normal: [0.921299, -0.388855, 0]}
+joints: {j: {type: point, parent: ground, child: block, q: [x, y]}}
+forces: {pull: {type: force, on: block, value: [-89.434, 280.382, 0]}}
+contacts:
+  c1: {between: [block, ground.face1], static: 0.3, kinetic: 0.18, restitution: 0}
+  c2: {between: [block, ground.face2], static: enough, restitution: 0}
+"""
