@@ -7,6 +7,7 @@ any step before. Where a push grows as constraints come to depend on each other,
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -85,8 +86,10 @@ class _Way:
     sizes: Floats
 
     def beyond(self, y: Floats) -> Floats | None:
-        """Return y where m has just changed its sign; None where it does not."""
+        """Return y where m has just changed its sign; None where it does not, or nothing moves."""
         part, m = _FIRST, 1.0
+        if not math.isfinite(self.pace(y)):
+            return None
         while part < _FARTHEST:
             step = part * self.pace(y)
             ahead = self.step(y, step)
@@ -99,9 +102,10 @@ class _Way:
         return None
 
     def pace(self, y: Floats) -> float:
-        """Return the s in which speeds would change by as much as the largest are."""
+        """Return the s in which speeds would change by as much as the largest are; infinite where they do not."""
         change: Floats = np.abs(self.slope(y)[0][-len(self.sizes) :]) / self.sizes
-        return 1.0 / float(change.max())
+        largest = float(change.max())
+        return 1.0 / largest if largest else math.inf
 
     def slope(self, y: Floats) -> tuple[Floats, float]:
         """Return dy/ds, and m."""
