@@ -27,7 +27,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
-from multibody_sym.numerics.rank import DRAWN, clear_least_norm, damped, rank
+from multibody_sym.numerics.rank import DRAWN, SLOPES, clear_least_norm, damped, least_squares, rank
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot
@@ -39,7 +39,6 @@ CLOSED: Final = 1e-13
 """Rows are closed that are missed by less than this part of their size, ..."""
 WRITTEN: Final = 1e-11
 """... or this one, where nothing can move changes it: numbers of twelve digits leave so much."""
-_REACHED: Final = 1e-9
 _STEPS: Final = 60
 _HALVINGS: Final = 8
 _SLOW: Final = 0.95
@@ -72,7 +71,7 @@ class Missed(NamedTuple):
         """Return whether rows are closed, but for rounding in the file that no change by their H (s x n) undoes."""
         if self.within(CLOSED) or not self.within(WRITTEN):
             return self.within(CLOSED)
-        reached = jacobian @ np.linalg.lstsq(jacobian, self.residuals, rcond=_REACHED)[0]
+        reached = jacobian @ least_squares(jacobian, self.residuals, SLOPES)
         return Missed(reached, self.sizes).within(CLOSED)
 
 
