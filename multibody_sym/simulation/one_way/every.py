@@ -21,6 +21,9 @@ from multibody_sym.simulation.settings import form_of
 
 _MOST_ROWS: Final = 24
 """Rows up to which computing all of them takes no longer than what is saved where few of them act."""
+_MOST_ENTRIES: Final = 12
+"""Elements of G^-1 for each row up to which the same holds of flights, in which no row acts: a robot on four feet has
+117 of them and 12 rows."""
 _FORMS: Final = ("explicit", "multistep")
 """What methods ask for that take the derivative alone."""
 
@@ -62,14 +65,26 @@ class LawMechanism:
 def _is_served(declared: Mechanism) -> bool:
     """Return whether one set of Programs serves all modes.
 
-    Not where rows hold what has no mass, reactions press, or there are so many rows that few of them act at a time.
+    Not where rows hold what has no mass, reactions press, there are so many rows that few of them act at a time, or
+    chains so long, with so few rows, that G^-1 takes longer than the motion itself.
     """
     rows = every_row(declared)
     plain = all(x.unilateral and len(x.normals) == 1 for x in declared.one_way)
     lines = all(not part.norm and part.wrap is None for x in declared.one_way for part in x.frictions)
     given = any(isinstance(row, ReactionRow) for row in rows)
-    fits = len(rows) <= _MOST_ROWS and not declared.minimum_norm and not massless_speeds(declared)
-    return plain and lines and fits and not given
+    few = len(rows) <= _MOST_ROWS and _entries(declared) <= _MOST_ENTRIES * len(rows)
+    massive = not declared.minimum_norm and not massless_speeds(declared)
+    return plain and lines and few and massive and not given
+
+
+def _entries(mechanism: Mechanism) -> int:
+    """Return how many elements of G^-1 may differ from zero: of speeds and those of bodies before them in the tree."""
+    before, found = list[int](), 0
+    for body in mechanism.bodies:
+        above = before[body.parent] if body.parent >= 0 else 0
+        before.append(above + len(body.u))
+        found += len(body.u) * above + len(body.u) * (len(body.u) + 1) // 2
+    return found
 
 
 def serves(mode: Mode) -> bool:

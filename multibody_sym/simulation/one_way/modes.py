@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws, Scale
 from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.kinematics.relative import STARTING
-from multibody_sym.model.mechanism.every_mode import functions, mode_numbers
+from multibody_sym.model.mechanism.every_mode import friction_parts, functions, mode_numbers
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
@@ -77,11 +78,26 @@ class ModeProgram:
     switchings: tuple[Switching | None, ...]
 
     def numbers(self, mode: Mode) -> Floats:
-        """Return the numbers (nm,) by which its Programs know a mode."""
+        """Return the numbers (nm,) by which its Programs know the mode, with the directions of this one."""
+        found = self._numbers.copy()
+        for part, direction in mode.directions.items() if len(found) else ():
+            found[self._directions[part]] = direction
+        return found
+
+    @cached_property
+    def _numbers(self) -> Floats:
         if not self.mechanism.mode_numbers:
             return _NONE
+        assert self.mechanism.mode is not None
         names = dict.fromkeys(map(function_of, filter(None, self.switchings)))
-        return np.array(mode_numbers(self.mechanism, mode, self.entered.held, names))
+        return np.array(mode_numbers(self.mechanism, self.mechanism.mode, self.entered.held, names))
+
+    @cached_property
+    def _directions(self) -> dict[str, list[int]]:
+        """The places of the directions in which parts start to slide in space among these numbers."""
+        places = {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
+        parts = (part for _, part in friction_parts(self.mechanism) if len(part.rows) > 1)
+        return {part.name: [places[name] for name in direction_names(part)] for part in parts}
 
 
 def function_of(one: Switching) -> str:
