@@ -66,7 +66,7 @@ class Trace:
         """Return the Solve of A x = r with fresh leaves for x, lambda and the report.
 
         Arguments: `matrix` A (s rows of n), `right` r (s), n where there may be no row to tell it, `most` rows to keep
-        (all, if None), which rows act (all, if none are told), and what these exert, if it is not A^T lambda.
+        (all, if None), `acting` rows (all, if empty), and `exerted` forces C, if x is C^T lambda and not A^T lambda.
         """
         rows = tuple(tuple(map(as_node, row)) for row in matrix)
         size = len(rows[0]) if rows else columns or 0

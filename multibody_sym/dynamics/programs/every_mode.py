@@ -1,8 +1,8 @@
 """The Programs of a mechanism in all its modes: which rows act, and how they rub, are numbers that a run hands over.
 
-All rows are computed; a solve takes those that act, A = H G^-1, and what they exert, which is A too where nothing
-slides. What slides has a multiplier too, -mu N along its slip, so that reactions, powers and outputs are sums over all
-rows, whatever the mode.
+All rows are computed; a solve takes the acting ones, A = H G^-1, and the forces that they exert: A itself where nothing
+slides. A sliding part has a multiplier of its own, -mu N along its slip. Reactions, powers and outputs are sums over
+all rows, whatever the mode.
 """
 
 from __future__ import annotations

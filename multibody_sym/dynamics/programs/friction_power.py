@@ -53,16 +53,15 @@ def friction_power_program(mechanism: Mechanism) -> Program:
 
 def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
     """Return N, the forces along the rows, the power and that on each body."""
-    motion, own = values.motion, [values.row(row) for row in part.rows]
+    motion, rows = values.motion, [values.row(row) for row in part.rows]
     if motion.mechanism.mode_numbers:  # what slides has multipliers of its own, and what does not act has zeros
         forces: list[S] = [values.by_name[row.name] for row in part.rows]
-        return values.pressing(element, part), forces, _power(forces, own), _shares(motion, forces, own)
+        return values.pressing(element, part), forces, _power(forces, rows), _shares(motion, forces, rows)
     mode = motion.mechanism.mode
     assert mode is not None
     nothing = [ZERO] * len(motion.bodies)
     if element.unilateral and mode.sides.get(element.name, INACTIVE) == INACTIVE:
         return ZERO, [ZERO] * len(part.rows), ZERO, nothing
-    rows = own
     slip, N = slip_of(part, mode), values.pressing(element, part)
     if part.regularised is not None:
         (kinetic,) = coefficients(motion, part.rows, [part.kinetic])

@@ -96,7 +96,7 @@ class RowProgram:
 def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> RowProgram:
     """Return (t, q, u, ...) -> all rows of a mechanism in no mode, whether they act or not, and the free motion.
 
-    It is by a formalism, that of least cost if none is told.
+    The formalism of least cost computes it, or the given one.
 
     `phi`, `phidot` (m; zero where a row has none), `gamma`, `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D
     (m, m), `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic) row by row; `inverse` G^-1 (n, n),

@@ -37,8 +37,7 @@ def stopped(switch: Switch, now: Stretch, facts: Facts, part: FrictionPart) -> S
     It is at the next sample at the latest, and as it is where slip does not slow down.
     """
     places, (rates, udot) = [facts.place(row) for row in part.rows], now.rates_at(facts)
-    v, known = facts.known["phidot"][places], facts.known
-    a = known["jacobian"][places] @ (udot - known["free"]) - known["right"][places]
+    v, a = facts.known["phidot"][places], facts.accelerations(places, udot)
     slower, problem = -float(v @ a), now.problem
     left = float(v @ v) / slower if slower > 0.0 else 0.0
     t, sample = switch.begun.time, switch.begun.written

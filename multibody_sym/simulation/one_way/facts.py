@@ -204,9 +204,12 @@ class Facts:
 
     def falling(self, element: OneWay, udot: Floats) -> float:
         """Return the acceleration (m/s^2) with which an element closes under accelerations (nu,)."""
-        place = self.place(element.normals[0])
-        beside = self.known["jacobian"][place] @ (udot - self.known["free"]) - self.known["right"][place]
-        return -float(beside)
+        return -float(self.accelerations([self.place(element.normals[0])], udot)[0])
+
+    def accelerations(self, places: Sequence[int], udot: Floats) -> Floats:
+        """Return the rates of phidot of rows at some places under accelerations (nu,)."""
+        found: Floats = self.known["jacobian"][places] @ (udot - self.known["free"]) - self.known["right"][places]
+        return found
 
     def weights(self, rows: Sequence[int]) -> Floats:
         """Return of rows at some places the force that holds what they are joined to against all that acts on it."""

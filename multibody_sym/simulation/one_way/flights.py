@@ -99,7 +99,7 @@ def _stops(met: Instant, most: float) -> float:
             continue
         place = facts.place(part.rows[0])
         speed = float(facts.known["phidot"][place])
-        rate = float(facts.known["jacobian"][place] @ (udot - facts.known["free"]) - facts.known["right"][place])
+        rate = float(facts.accelerations([place], udot)[0])
         if speed * rate < 0.0:
             most = min(most, -speed / rate)
     return most

@@ -17,6 +17,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.runtime.chain import stepped
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.stretches import Stretch
 
@@ -28,7 +29,6 @@ _BEYOND: Final = 1e-6
 """By how much they are changed from where m is zero to the state beyond."""
 _SOON: Final = 1e-3
 """The part of the time in which the fastest passes the model's size within which a jam is near."""
-
 _JAMS: Final = 1e-3
 """The part of what rows push without friction below which friction leaves next to nothing of it."""
 
@@ -115,9 +115,4 @@ class _Way:
 
     def step(self, y: Floats, s: float) -> Floats:
         """Return y a step on, of order 4."""
-        k1, _ = self.slope(y)
-        k2, _ = self.slope(y + 0.5 * s * k1)
-        k3, _ = self.slope(y + 0.5 * s * k2)
-        k4, _ = self.slope(y + s * k3)
-        end: Floats = y + s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-        return end
+        return stepped(lambda _, at: self.slope(at)[0], 0.0, y, s)

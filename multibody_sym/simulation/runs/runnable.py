@@ -39,7 +39,7 @@ class Runnable:
     """A mechanism in its mode at the start, with compiled Programs and the numbers that it starts with.
 
     `begin` tells its system and how it starts. Runs that differ in numbers alone share one mechanism, whose own numbers
-    are those of the first, with what is told of it. With `laws` the Programs are those of all modes. Of a run that is
+    are those of the first, as are names and units. With `laws` the Programs serve all modes. Of a run that is
     recalled `begin` makes all that anew; `known` is
     what results tell of it.
     """
