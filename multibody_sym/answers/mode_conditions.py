@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.dynamics.programs.one_way_forces import is_active, rubs, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, rubs, side_of, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import force_name
@@ -44,14 +44,12 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, evaluate, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, quantity, symbol
 from multibody_sym.scalars.traversal import postorder
-from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, cross, dot, subtract
 
 Kind = Literal["least", "more", "within", "circle"]
 """a >= 0; a > 0; |a| <= b; sqrt(a^2 + b^2) <= c."""
 
 _PRESSES: Final = {"contact": ("normal", "opens"), "rope": ("tension", "slackens"), "stop": ("force", "lets go")}
-_ROUGHEST: Final = 1e-17
-"""What stands for 2 - static over floats where exp(mu wrap) is beyond 1e16, and that rounds to 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +95,7 @@ def _normal(acting: Acting, element: OneWay, touching: Collection[str]) -> Itera
         told = f"{force_name(name, force)} >= 0"
         yield Inequality("least", _nodes(acting.normal(element)), told, f"{name} {fails}", rows)
     elif name in touching:
-        opening = acting.acceleration(rows[0])
+        opening = acting.acceleration(element.normals[0])
         told = f"{name} opens: its gap's acceleration >= 0"
         yield Inequality("least", _nodes(opening), told, _begun(element), rows)
 
@@ -111,10 +109,9 @@ def _begun(element: OneWay) -> str:
 
 def _sides(acting: Acting, element: OneWay) -> Iterator[Inequality]:
     """Yield on which side each reaction presses that rubs, but for those that press with the length of a vector."""
-    sides = acting.mechanism.mode.sides if acting.mechanism.mode else {}
     alone = {k for part in element.frictions if not part.norm or len(element.normals) == 1 for k in part.normals}
     for row in (element.normals[k] for k in sorted(alone)):
-        side = sides.get(row.name, sides.get(element.name, 0))
+        side = side_of(acting.mechanism, element, row)
         if side:
             force = acting.multiplier(row.name)
             told = f"{force_name(row.name, 'multiplier')} {'>=' if side > 0 else '<='} 0"
@@ -134,7 +131,7 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
         told = f"{name} slides: its acceleration along its direction > 0"
         yield Inequality("more", _nodes(acting.starting(part)), told, f"{name} does not slide", rows)
     elif slip != ALONG_VELOCITY:
-        rate = acting.rows[rows[0]].phidot if moves else acting.acceleration(rows[0])
+        rate = acting.row(part.rows[0]).phidot if moves else acting.acceleration(part.rows[0])
         what = "velocity" if moves else "acceleration"
         told = f"{name} slides: its {what} along the tangent {'>' if slip > 0 else '<'} 0"
         broken = f"{name} does not slide {WAYS['+' if slip > 0 else '-']}"
@@ -143,9 +140,7 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
 
 def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
     """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
-    (static,) = coefficients(acting.motion, part.rows, [part.static])
-    least = _ROUGHEST if isinstance(static, float) and static >= 2.0 else 2 - static
-    most, wheel = (2 + static) / least, slip.rope.rubs.index(slip.name)
+    most, wheel = acting.tension_ratio(part), slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
     tensions = acting.tensions
     slots = {node: as_node(x) for node, x in acting.motion.state.slots.items()}
@@ -163,14 +158,16 @@ def _asked(rope: str) -> str:
 
 def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[str, ...]) -> Inequality:
     (static,) = coefficients(acting.motion, part.rows, [part.static])
-    limit = static * acting.pressing(element, part)
-    forces = acting.friction(part)
     if element.unilateral:
         told = _limited(element.name, component_names(element, part), static)
     else:
         told = _limited(part.name, components_of(part, FRICTION), static)
+    return _cone(acting.friction(part), acting.most(element, part), told, part.name, rows)
+
+
+def _cone(forces: Sequence[S], most: S, told: str, name: str, rows: tuple[str, ...]) -> Inequality:
     kind: Kind = "within" if len(forces) == 1 else "circle"
-    return Inequality(kind, _nodes(*forces, limit), told, f"{part.name} slips", rows)
+    return Inequality(kind, _nodes(*forces, most), told, f"{name} slips", rows)
 
 
 def _limited(name: str, components: Sequence[str], static: object) -> str:
@@ -234,7 +231,7 @@ def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
         if len(elements) < 2 or not all(slip_of(acting.mechanism, x) == STICKS and len(x.rows) == 2 for x in parts):
             continue
         rows = [*(x.normals[0] for x in elements), *(row for part in parts for row in part.rows)]
-        wrenches = [(acting.multiplier(row.name), acting.rows[row.name].of_body) for row in rows]
+        wrenches = [(acting.multiplier(row.name), acting.row(row).of_body) for row in rows]
         bodies = range(len(wrenches[0][1]))
         body = next(k for k in bodies if any(as_node(x) is not ZERO for x in wrenches[0][1][k][0]))
         force, moment = (
@@ -256,14 +253,11 @@ def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[OneWay]]]:
 def _sticking_together(
     acting: Acting, name: str, elements: Sequence[OneWay], parts: Sequence[FrictionPart]
 ) -> Inequality:
-    statics = [coefficients(acting.motion, part.rows, [part.static])[0] for part in parts]
-    pairs = zip(statics, elements, parts, strict=True)
-    limit = sum((static * acting.pressing(element, part) for static, element, part in pairs), 0)
+    most = sum(map(acting.most, elements, parts), 0)
     forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
-    told = _limited(name, components_of(parts[0], FRICTION), statics[0])
-    rows = tuple(row.name for part in parts for row in part.rows)
-    kind: Kind = "within" if len(forces) == 1 else "circle"
-    return Inequality(kind, _nodes(*forces, limit), told, f"{name} slips", rows)
+    (static,) = coefficients(acting.motion, parts[0].rows, [parts[0].static])
+    told = _limited(name, components_of(parts[0], FRICTION), static)
+    return _cone(forces, most, told, name, tuple(row.name for part in parts for row in part.rows))
 
 
 def _standing(acting: Acting, numbers: Acting) -> Iterator[Inequality]:

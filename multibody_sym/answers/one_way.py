@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
 from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, is_active, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart
-from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S
 
@@ -36,11 +34,8 @@ class Acting(OneWayForces):
 
     def begins(self, part: FrictionPart) -> list[S]:
         """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""
-        for row in self.mechanism.rows:
-            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
-                if sliding.rows == part.rows and sliding.starts is not None:
-                    return self.motion.state.values(sliding.starts)
-        return []
+        starts = next((sliding.starts for _, sliding in self.slidings(part)), None)
+        return [] if starts is None else self.motion.state.values(starts)
 
     @property
     def beyond(self) -> str:
@@ -50,23 +45,20 @@ class Acting(OneWayForces):
             if element.unilateral and float(self.normal(element)) < -least:
                 return f"{element.name} would pull" if element.kind != "rope" else f"{element.name} would push"
             for part in element.frictions:
-                if part.enough or slip_of(self.mechanism, part) != STICKS:
-                    continue
-                (static,) = coefficients(self.motion, part.rows, [part.static])
-                size = math.hypot(*map(float, self.friction(part)))
-                if size > float(static * self.pressing(element, part)) + least:
+                sticks = not part.enough and slip_of(self.mechanism, part) == STICKS
+                if sticks and float(self.room(element, part)) < -least:
                     return f"{part.name} would need more friction than there is"
         return ""
 
     # --- motion ---------------------------------------------------------------------------------------------------
 
-    def acceleration(self, row: str) -> S:
+    def acceleration(self, row: Row) -> S:
         """Return H udot - gamma of a row: how fast it opens or slips faster."""
-        moved = self.rows[row]
+        moved = self.row(row)
         return sum((h * a for h, a in zip(moved.jacobian, self.udot, strict=True)), -moved.gamma)
 
     def starting(self, part: FrictionPart) -> S:
         """Return how fast what begins to slide does so faster, the way that it slides."""
         slip, direction = slip_of(self.mechanism, part), self.begins(part)
-        rates = [self.acceleration(row.name) for row in part.rows]
+        rates = [self.acceleration(row) for row in part.rows]
         return sum((d * a for d, a in zip(direction, rates, strict=True)), 0) if direction else slip * rates[0]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import reduce
-from operator import add
 from typing import Any, Final
 
 from multibody_sym.algebra.conditions import Condition
@@ -16,17 +14,18 @@ from multibody_sym.answers.reactions import unit_of
 from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, rubs, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
-from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import ONE, Node, symbol
 from multibody_sym.scalars.traversal import leaves
 
 _TINY: Final = 1e-12
+_ENDLESS: Final = 1e17
+"""How many times a tension the other one may be at most that is limited at all."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def _closing(solved: Solved) -> dict[str, Value]:
 
     def speeds(instant: Instant) -> Mapping[str, Any]:
         acting = Acting.at(instant)
-        return {name: -acting.rows[row.name].phidot for name, row in rows.items()}
+        return {name: -acting.row(row).phidot for name, row in rows.items()}
 
     return solved.values(speeds, units) if rows else {}
 
@@ -116,16 +115,13 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
         if least is None or not least.value:
             return ": no friction is needed"
         return f": that needs a coefficient of {least.told()} or more"
-    forces = [float(x) for x in acting.friction(part)]
-    (static,) = coefficients(acting.motion, part.rows, [part.static])
-    limit = float(static * acting.pressing(element, part))
-    size = sum(x * x for x in forces) ** 0.5
+    limit, size = float(acting.most(element, part)), float(length(acting.friction(part)))
     told = unit_of(acting.mechanism, part.rows[0])
     unit = f" {told}" if told else ""
     most = f"at most {limit:.6g}{unit}"
     row = part.rows[0]
     if isinstance(row, RopeSlipRow) and all(_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
-        return _two_tensions(acting, row, float(static))
+        return _two_tensions(acting, part, row)
     if all(_unique(solved, row.name) for row in part.rows):
         if not limit:
             return ": nothing presses, and there is no friction"
@@ -134,14 +130,14 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     return ": friction that is not unique" + (f", {most}" if limited else "")
 
 
-def _two_tensions(acting: Acting, slip: RopeSlipRow, static: float) -> str:
+def _two_tensions(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> str:
     """Return the tensions on both sides of a wheel that a rope grips, and how many times the less the other may be."""
     wheel = slip.rope.rubs.index(slip.name)
     less, greater = sorted(float(acting.tensions[asked]) for asked in slip.rope.asked[wheel : wheel + 2])
-    pair = f": tension {greater:.6g} N"
-    if static >= 2:  # exp(mu wrap) is beyond 1e16
+    pair, ratio = f": tension {greater:.6g} N", float(acting.tension_ratio(part))
+    if ratio > _ENDLESS:
         return f"{pair}, {less:.6g} N on its other side"
-    return f"{pair}, at most {(2 + static) / (2 - static):.6g} times the {less:.6g} N on its other side"
+    return f"{pair}, at most {ratio:.6g} times the {less:.6g} N on its other side"
 
 
 def _unique(solved: Solved, row: str) -> bool:
@@ -168,7 +164,7 @@ def _directions(acting: Acting) -> Iterator[tuple[str, tuple[float, ...]]]:
         for part in element.frictions if is_active(acting.mechanism, element) else ():
             if slip_of(acting.mechanism, part) == ALONG_VELOCITY:
                 given = mode_of(acting.mechanism).directions.get(part.name)
-                velocity = [float(acting.rows[row.name].phidot) for row in part.rows]
+                velocity = [float(acting.row(row).phidot) for row in part.rows]
                 speed = sum(v * v for v in velocity) ** 0.5
                 yield part.name, given if given is not None else tuple(v / speed for v in velocity)
 
@@ -192,7 +188,7 @@ def _least_coefficient(solved: Solved, element: OneWay, part: FrictionPart) -> V
     def ratio(instant: Instant) -> Mapping[str, Any]:
         acting = Acting.at(instant)
         force = acting.friction(part)
-        size = sign * force[0] if len(force) == 1 else sqrt(reduce(add, (x * x for x in force)))
+        size = sign * force[0] if len(force) == 1 else length(force)
         (arm,) = instant.motion.state.values([part.arm])
         return {"": size / (arm * acting.pressing(element, part))}
 

@@ -293,7 +293,7 @@ def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms)
     acting = Acting.at(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
     for sliding in _beginning(mechanism):
         assert sliding.starts is not None
-        rates = [as_node(acting.acceleration(row.name)) for row in sliding.rows]
+        rates = [as_node(acting.acceleration(row)) for row in sliding.rows]
         pairs = combinations(zip(rates, given.state.values(sliding.starts), strict=True), 2)
         try:
             if not all(x.is_zero for x in forms.of([a * beside - b * along for (a, along), (b, beside) in pairs])):
@@ -310,7 +310,7 @@ def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Slidi
     acting = Acting.at(Instant(motion_of(variant, given.state), *unknowns(variant)))
     try:
         forms = closed_forms(variant, given)
-        rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row.name)) for row in sliding.rows)]
+        rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row)) for row in sliding.rows)]
     except (NoClosedFormError, ExpressionError):
         return []
     length = sqrt(sum((a * a for a in rates), ZERO))

@@ -48,6 +48,7 @@ from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import without_rounding
 from multibody_sym.records import dataclass
+from multibody_sym.scalars import limits
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import is_exactly, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, slot
@@ -298,16 +299,15 @@ def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motio
     (coefficient,) = coefficients(motion, sliding.rows, [sliding.coefficient])
     velocity = [tangent.phidot for tangent in along]
     if sliding.regularised is not None:
-        (least,) = motion.state.values([sliding.regularised])
-        speed = sqrt(sum(v * v for v in velocity) + least * least)
-        return [-coefficient * v / speed for v in velocity]
+        least = motion.state.values([sliding.regularised])
+        return limits.sliding(coefficient, velocity, limits.length([*velocity, *least]))
     if len(sliding.rows) == 1:
-        return [-sliding.sense * coefficient]
+        return limits.sliding(coefficient, [sliding.sense])
     velocity = slip_velocity(sliding, velocity, motion)
-    speed = sqrt(sum(v * v for v in velocity))
+    speed = limits.length(velocity)
     if isinstance(speed, float) and speed == 0.0:  # at rest without a direction to slide in: nothing leads anywhere yet
         return [0.0] * len(velocity)
-    return [-coefficient * v / speed for v in velocity]
+    return limits.sliding(coefficient, velocity, speed)
 
 
 def _of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S) -> RowMotion:

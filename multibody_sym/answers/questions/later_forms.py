@@ -31,7 +31,6 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
-from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.declaration.values import AXES
@@ -245,18 +244,17 @@ def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
     for element in acting.mechanism.one_way:
         parts = [part for part in element.frictions if condition.element in (element.name, part.name)]
         if condition.verb in _WITHOUT_SLIP:
-            yield from (as_node(acting.rows[part.rows[0].name].phidot) for part in parts if len(part.rows) == 1)
+            yield from (as_node(acting.row(part.rows[0]).phidot) for part in parts if len(part.rows) == 1)
         elif condition.verb in _WITH_SLIP:
             yield from (x for part in parts if len(part.rows) == 1 for x in _beyond_limit(acting, element, part))
         elif condition.element == element.name and element.unilateral:
             opens = condition.verb in _WITHOUT_FORCE
-            yield as_node(acting.normal(element) if opens else acting.rows[element.normals[0].name].phi)
+            yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
 
 
 def _beyond_limit(acting: Acting, element: OneWay, part: FrictionPart) -> Iterator[Node]:
     """Yield what friction lacks to its limit either way."""
-    (static,) = coefficients(acting.motion, part.rows, [part.static])
-    force, most = as_node(acting.friction(part)[0]), as_node(static * acting.pressing(element, part))
+    force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
     yield from (subtract(force, most), add(force, most))
 
 

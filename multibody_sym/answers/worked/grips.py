@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import tension_ratio
 from multibody_sym.scalars.vectors import S, Vec
 
 
@@ -58,14 +59,14 @@ def slipping_ratio(slip: str, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -
     for sliding in (each for row in rows for each in row.frictions if each.rows[0].name == slip):
         along = [row_motion(row, motion, bias) for row in sliding.rows]
         (coefficient,) = friction_factors(replace(sliding, sense=-1), along, motion)
-        return sliding.sense < 0 or sliding.regularised is not None, (2 + coefficient) / (2 - coefficient)
+        return sliding.sense < 0 or sliding.regularised is not None, tension_ratio(coefficient)
     return None
 
 
 def gripping_ratio(part: FrictionPart, motion: Motion) -> S:
     """Return how many times the less tension the greater one may be where a rope grips a wheel."""
     (static,) = coefficients(motion, part.rows, [part.static])
-    return (2 + static) / (2 - static)
+    return tension_ratio(static)
 
 
 def is_grip(part: FrictionPart) -> bool:

@@ -37,6 +37,7 @@ from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import creeping
 from multibody_sym.scalars.node import ZERO, slot
 
 TOUCHING: Final = 1e-9
@@ -303,7 +304,7 @@ def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: 
     allowed = max(rows.allowed_speed(row) for row in moving)
     if part.regularised is not None:
         least = float(rows.motion.state.values([part.regularised])[0])
-        static = kinetic = kinetic * speed / float(np.hypot(speed, least))
+        static = kinetic = float(creeping(kinetic, velocity, least))
         allowed = 0.0
     rests = speed <= allowed
     return FrictionLaw(

@@ -14,7 +14,7 @@ from typing import Final
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_rows import RowProgram, column, law_program, row_program
 from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
-from multibody_sym.dynamics.programs.switching import SwitchingValues, length
+from multibody_sym.dynamics.programs.switching import SwitchingValues
 from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.relative import STARTING
@@ -36,6 +36,7 @@ from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, where
+from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
 from multibody_sym.scalars.rotations import unit_quaternion
 from multibody_sym.scalars.vectors import S

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from multibody_sym.dynamics.programs.switching import SwitchingValues, length
+from multibody_sym.dynamics.programs.switching import SwitchingValues
 from multibody_sym.kinematics.energy import split
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.masses.rates import carried_by_flows
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import RowMotion, coefficients
+from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.every_mode import friction_parts
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import slip_of
-from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
@@ -53,30 +52,8 @@ def friction_power_program(mechanism: Mechanism) -> Program:
 
 def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
     """Return N, the forces along the rows, the power and that on each body."""
-    motion, rows = values.motion, [values.row(row) for row in part.rows]
-    if motion.mechanism.mode_numbers:  # what slides has multipliers of its own, and what does not act has zeros
-        forces: list[S] = [values.by_name[row.name] for row in part.rows]
-        return values.pressing(element, part), forces, _power(forces, rows), _shares(motion, forces, rows)
-    mode = motion.mechanism.mode
-    assert mode is not None
-    nothing = [ZERO] * len(motion.bodies)
-    if element.unilateral and mode.sides.get(element.name, INACTIVE) == INACTIVE:
-        return ZERO, [ZERO] * len(part.rows), ZERO, nothing
-    slip, N = slip_of(part, mode), values.pressing(element, part)
-    if part.regularised is not None:
-        (kinetic,) = coefficients(motion, part.rows, [part.kinetic])
-        (least,) = motion.state.values([part.regularised])
-        whole = length([*(row.phidot for row in rows), least])
-        forces = [-kinetic * N * row.phidot / whole for row in rows]
-    elif slip == STICKS:
-        forces = [values.by_name.get(row.name, ZERO) for row in part.rows]
-    else:
-        limit = part.static if part.name in mode.carried else part.kinetic
-        (kinetic,) = coefficients(motion, part.rows, [limit])
-        speeds = values.slip(part, rows)
-        along = [slip] if len(rows) == 1 else [v / length(speeds) for v in speeds]
-        forces = [-kinetic * N * way for way in along]
-    return N, forces, _power(forces, rows), _shares(motion, forces, rows)
+    forces, rows = values.friction(part), [values.row(row) for row in part.rows]
+    return values.pressing(element, part), forces, _power(forces, rows), _shares(values.motion, forces, rows)
 
 
 def _power(forces: Sequence[S], rows: Sequence[RowMotion]) -> S:

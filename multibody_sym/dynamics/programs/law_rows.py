@@ -29,6 +29,7 @@ from multibody_sym.program.rolling.rolled import rolled
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
+from multibody_sym.scalars.limits import creeping
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
@@ -177,9 +178,8 @@ def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion])
     if part.regularised is None:
         return [static, kinetic]
     names = [row.name for row in motion.mechanism.rows]
-    square = sum(rows[names.index(row.name)].phidot ** 2 for row in part.rows)
-    (least,) = motion.state.values([part.regularised])
-    return [kinetic * sqrt(square) / sqrt(square + least * least)] * 2
+    velocity = [rows[names.index(row.name)].phidot for row in part.rows]
+    return [creeping(kinetic, velocity, *motion.state.values([part.regularised]))] * 2
 
 
 def _reach(element: OneWay, motion: Motion) -> S:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property, reduce
 from operator import add
 
 from multibody_sym.expressions.components import AT
-from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
-from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motions
+from multibody_sym.kinematics.rows import RowMotion, coefficients, friction_factors, row_motion
 from multibody_sym.model.mechanism.contact_rows import presses_at
 from multibody_sym.model.mechanism.every_mode import ModeNodes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
+    ACTIVE,
     FRICTION,
     INACTIVE,
     PRESSING,
@@ -27,9 +27,10 @@ from multibody_sym.model.mechanism.one_way import (
     exerted_by,
 )
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import maximum, sqrt, where
+from multibody_sym.scalars import limits
+from multibody_sym.scalars.functions import maximum, where
 from multibody_sym.scalars.node import ONE, ZERO, less
 from multibody_sym.scalars.vectors import S, Vec
 
@@ -49,6 +50,12 @@ def is_active(mechanism: Mechanism, element: OneWay) -> bool:
 def slip_of(mechanism: Mechanism, part: FrictionPart) -> int:
     """Return how a part slips: 0 sticks, 1 and -1, 2 in space."""
     return mode_of(mechanism).slips.get(part.name, STICKS)
+
+
+def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
+    """Return the sign that the force of a normal row has in the mode, 0 where it is zero or does not act."""
+    sides = mode_of(mechanism).sides
+    return ACTIVE if element.unilateral else sides.get(normal.name, sides.get(element.name, INACTIVE))
 
 
 def rubs(part: FrictionPart) -> bool:
@@ -83,54 +90,70 @@ class OneWayForces:
 
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
-        sides = mode_of(self.mechanism).sides
-        components = [self.multiplier(element.normals[k].name) for k in part.normals]
-        if part.norm and sum(x is not ZERO for x in components) > 1:
-            return sqrt(sum(x * x for x in components))
-        total: S = 0
-        for k in part.normals:
-            name = element.normals[k].name
-            side = 1 if element.unilateral else sides.get(name, sides.get(element.name, 1))
-            total = total + (self.multiplier(name) if side >= 0 else -self.multiplier(name))
-        return total
+        normals = [element.normals[k] for k in part.normals]
+        components = [self.multiplier(row.name) for row in normals]
+        norm = part.norm and sum(x is not ZERO for x in components) > 1
+        return limits.pressing(components, [self.side(element, row) for row in normals], norm=norm)
+
+    def side(self, element: OneWay, normal: Row) -> int:
+        """Return the sign with which the force of a normal row counts."""
+        return side_of(self.mechanism, element, normal) or ACTIVE
 
     def friction(self, part: FrictionPart) -> list[S]:
         """Return the friction of a part along its rows (1, or 2 in space).
 
-        What sticks has a row of its own, but for what a mode of rest carries at its limit as if it slid.
+        What does not slide, nor exerts its limit as if it did, has rows of its own.
         """
-        if self.mechanism.mode_numbers:
-            return [self.multiplier(row.name) for row in part.rows]
-        if slip_of(self.mechanism, part) == STICKS and (self._rests(part) or part.name not in self._carried):
+        found = list(self.slidings(part))
+        if not found:
             return [self.multiplier(row.name) for row in part.rows]
         total: list[S] = [0 for _ in part.rows]
+        for name, sliding in found:
+            factors = friction_factors(sliding, [self.row(x) for x in part.rows], self.motion)
+            if part.norm:
+                return [factor * self.pressing(self._element_of(part), part) for factor in factors]
+            force = self.multiplier(name)
+            total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
+        return total
+
+    def most(self, element: OneWay, part: FrictionPart) -> S:
+        """Return how large the friction of a part can be while it sticks."""
+        return limits.most(self._static(part), self.pressing(element, part))
+
+    def room(self, element: OneWay, part: FrictionPart) -> S:
+        """Return by how much the friction of a part is below that, negative beyond it."""
+        return self.most(element, part) - limits.length(self.friction(part))
+
+    def tension_ratio(self, part: FrictionPart) -> S:
+        """Return how many times one tension of a rope on a rough wheel the other one can be."""
+        return limits.tension_ratio(self._static(part))
+
+    def _static(self, part: FrictionPart) -> S:
+        return coefficients(self.motion, part.rows, [part.static])[0]
+
+    def slidings(self, part: FrictionPart) -> Iterator[tuple[str, Sliding]]:
+        """Yield how a part slides, with the name of each row whose multiplier it follows."""
         for row in self.mechanism.rows:
             for sliding in row.frictions if isinstance(row, SlidingRow) else ():
                 if sliding.rows == part.rows:
-                    factors = friction_factors(sliding, [self.rows[x.name] for x in part.rows], self.motion)
-                    if part.norm:
-                        return [factor * self.pressing(self._element_of(part), part) for factor in factors]
-                    force = self.multiplier(row.name)
-                    total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
-        return total
-
-    def _rests(self, part: FrictionPart) -> bool:
-        return any(row.name in self._places for row in part.rows)
-
-    @property
-    def _carried(self) -> Mapping[str, int]:
-        return mode_of(self.mechanism).carried
+                    yield row.name, sliding
 
     def _element_of(self, part: FrictionPart) -> OneWay:
         return next(element for element in self.mechanism.one_way if part in element.frictions)
 
+    def row(self, row: Row) -> RowMotion:
+        """Return how a row of an element moves, whether it acts or not, but for those that define forces."""
+        if row.name not in self._moved:
+            self._moved[row.name] = row_motion(row, self.motion, self._bias)
+        return self._moved[row.name]
+
     @cached_property
-    def rows(self) -> Mapping[str, RowMotion]:
-        """The rows of all elements, whether they act or not, by name; those that define forces are left out."""
-        motion = self.motion
-        every = tuple(_kinematic(self.mechanism))
-        whole = replace(motion, mechanism=replace(self.mechanism, rows=every))
-        return dict(zip((row.name for row in every), row_motions(whole), strict=True))
+    def _moved(self) -> dict[str, RowMotion]:
+        return {}
+
+    @cached_property
+    def _bias(self) -> Sequence[tuple[Vec, Vec]]:
+        return accelerations(self.motion, [0] * len(self.motion.state.u))
 
     def of(self, element: OneWay) -> dict[str, S]:
         """Return the forces of an element by component: what presses, then friction, of two parts in space."""
@@ -191,11 +214,3 @@ class OneWayForces:
         if component == PRESSING[element.kind]:
             return self.pressing(element, part)
         return dict(zip(components_of(part, FRICTION), self.friction(part), strict=True))[component]
-
-
-def _kinematic(mechanism: Mechanism) -> Iterator[Row]:
-    for element in mechanism.one_way:
-        if element.unilateral:
-            yield element.normals[0]
-        for part in element.frictions:
-            yield from part.rows

@@ -167,7 +167,7 @@ def events(mechanism: Mechanism, sources: Sources) -> Program | None:
     trace = Trace("events", (*arrays(mechanism), *([forces_of(mechanism)] if switching else [])))
     values = answered(trace, sources, asked)
     if switching:
-        functions = SwitchingValues(sources.motion(trace), trace["multipliers"]).of(switching)
+        functions = SwitchingValues(sources.motion(trace), trace["multipliers"]).values(switching)
         values += [as_node(x) for x in functions]
     return trace.finish({"values": ((len(values),), values)})
 

@@ -18,24 +18,23 @@ to rest where its friction has no direction, so that they keep steps short.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property, reduce
+from collections.abc import Iterator, Sequence
+from functools import reduce
 from typing import Final, Literal
 
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, side_of
 from multibody_sym.kinematics.contacts import reach
-from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.relative import separation, slip_velocity
-from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.every_mode import has_end
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, minimum, sqrt
+from multibody_sym.scalars.functions import absolute, minimum
+from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.vectors import S, Vec, dot
+from multibody_sym.scalars.vectors import S, dot
 
 Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space", "moves on", "turns back"]
 
@@ -104,50 +103,30 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
             yield Switching("slips", element, part)
 
 
-def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
-    """Return the side of one normal of an element in the mode of a mechanism."""
-    assert mechanism.mode is not None
-    name = element.name if len(element.normals) == 1 else normal.name
-    return mechanism.mode.sides.get(name, INACTIVE)
-
-
-@dataclass(frozen=True)
-class SwitchingValues:
+@dataclass(frozen=True, eq=False)
+class SwitchingValues(OneWayForces):
     """Switching functions over a scalar, from the motion and the multipliers of a mechanism in a mode."""
 
-    motion: Motion
-    multipliers: Sequence[S]
-
-    @cached_property
-    def by_name(self) -> Mapping[str, S]:
-        """The multiplier of each row by its name."""
-        return {row.name: z for row, z in zip(self.motion.mechanism.rows, self.multipliers, strict=True)}
-
-    @cached_property
-    def _bias(self) -> Sequence[tuple[Vec, Vec]]:
-        return accelerations(self.motion, [0] * len(self.motion.state.u))
-
-    def of(self, functions: Sequence[Switching]) -> list[S]:
+    def values(self, functions: Sequence[Switching]) -> list[S]:
         """Return the values of switching functions."""
         return [self._value(one) for one in functions]
-
-    def row(self, row: Row) -> RowMotion:
-        """Return how a row moves, whether it acts or not."""
-        return row_motion(row, self.motion, self._bias)
 
     def _value(self, one: Switching) -> S:
         mechanism, element, normal = self.motion.mechanism, one.element, one.element.normals
         assert mechanism.mode is not None
         if one.ends in ("closes", "leaves", "opens"):
             return {"closes": self.closes, "leaves": self.leaves, "opens": self.opens}[one.ends](normal[0])
-        if one.ends == "turns" and side_of(mechanism, element, normal[one.normal]) == INACTIVE:
-            return absolute(self.by_name[normal[one.normal].name])
         if one.ends == "turns":
-            return -side_of(mechanism, element, normal[one.normal]) * self.by_name[normal[one.normal].name]
+            side, force = self.side(element, normal[one.normal]), self.multiplier(normal[one.normal].name)
+            return -side * force if side else absolute(force)
         assert one.part is not None
         if one.ends == "slips":
             return self.slips(element, one.part)
         return self._of_slip(one.ends, one.part, mechanism.mode.slips[one.part.name])
+
+    def side(self, element: OneWay, normal: Row) -> int:
+        """Return the sign of the force of a normal row, 0 where it has none yet: it may press either way."""
+        return side_of(self.mechanism, element, normal)
 
     def closes(self, row: Row) -> S:
         """Return what becomes positive where a row touches that does not act."""
@@ -161,52 +140,23 @@ class SwitchingValues:
 
     def opens(self, row: Row) -> S:
         """Return what becomes positive where a row that acts would have to pull, or to push."""
-        return -self.by_name[row.name]
+        return -self.multiplier(row.name)
 
     def slips(self, element: OneWay, part: FrictionPart) -> S:
         """Return what becomes positive where a part that sticks exceeds its static limit."""
-        (static,) = coefficients(self.motion, part.rows, [part.static])
-        force = length([self.by_name.get(row.name, ZERO) for row in part.rows])
-        return force - static * self.pressing(element, part)
+        return -self.room(element, part)
 
     def _of_slip(self, ends: Ends, part: FrictionPart, sense: int) -> S:
-        rows = [self.row(row) for row in part.rows]
-        speeds, sliding = [row.phidot for row in rows], self._sliding(part)
+        speeds = [self.row(row).phidot for row in part.rows]
+        sliding = next((sliding for _, sliding in self.slidings(part)), None)
         if ends in ("moves on", "turns back"):
             assert sliding is not None
             assert sliding.starts is not None
             ways = zip(speeds, self.motion.state.values(sliding.starts), strict=True)
             return (1 if ends == "moves on" else -1) * sum(v * way for v, way in ways)
-        speeds = self.slip(part, rows)
-        return -sense * speeds[0] if ends == "stops" else -length(speeds)
-
-    def slip(self, part: FrictionPart, rows: Sequence[RowMotion]) -> list[S]:
-        """Return what has the direction of slip of a part that slides, along each of its rows."""
-        speeds, sliding = [row.phidot for row in rows], self._sliding(part)
-        return speeds if sliding is None else slip_velocity(sliding, speeds, self.motion)
-
-    def _sliding(self, part: FrictionPart) -> Sliding | None:
-        """Return how a part slides in the rows of the mode."""
-        rows = (row for row in self.motion.mechanism.rows if isinstance(row, SlidingRow))
-        names = [row.name for row in part.rows]
-        every = (sliding for row in rows for sliding in row.frictions)
-        return next((x for x in every if [row.name for row in x.rows] == names), None)
-
-    def pressing(self, element: OneWay, part: FrictionPart) -> S:
-        """Return the normal force that presses at a part of an element."""
-        normals = [element.normals[k] for k in part.normals]
-        forces = [self.by_name.get(row.name, ZERO) for row in normals]
-        if part.norm:
-            return length(forces)
-        if element.unilateral:
-            return sum(forces)
-        sides = [side_of(self.motion.mechanism, element, row) for row in normals]
-        return sum(side * force if side else absolute(force) for side, force in zip(sides, forces, strict=True))
+        if ends == "stops":
+            return -sense * speeds[0]
+        return -length(speeds if sliding is None else slip_velocity(sliding, speeds, self.motion))
 
     def _reach(self, row: Row) -> list[S]:
         return reach(row, self.motion) if isinstance(row, ContactRow) else []
-
-
-def length(values: Sequence[S]) -> S:
-    """Return the size of a number or the length of a vector."""
-    return absolute(values[0]) if len(values) == 1 else sqrt(sum(x * x for x in values))

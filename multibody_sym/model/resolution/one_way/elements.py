@@ -16,6 +16,7 @@ from multibody_sym.model.resolution.one_way.stops import stops
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.ropes.runs import rope_slips
 from multibody_sym.scalars.functions import exp
+from multibody_sym.scalars.limits import gripping
 from multibody_sym.scalars.node import ZERO, Node, as_node
 
 ROPE_WORDS = ("taut", "slack")
@@ -95,5 +96,4 @@ def _capstan(coefficient: Node, wrap: Node) -> Node:
     """Return the friction on a wheel over the mean of both tensions: 2 tanh(mu wrap / 2), as T1 = T2 exp(mu wrap)."""
     if coefficient is ZERO:
         return ZERO
-    ratio = as_node(exp(coefficient * wrap))
-    return 2 * (ratio - 1) / (ratio + 1)
+    return as_node(gripping(exp(coefficient * wrap)))

@@ -1,0 +1,59 @@
+"""What contacts and friction allow, over any scalar: numbers, Nodes, exact quotients, expressions of sympy.
+
+    presses        N = sum of |n|, or the length of these normal forces as a vector
+    sticks         |F| <= static N
+    slides         F = -kinetic N v/|v|
+    creeps         F = -kinetic N v / sqrt(v . v + least^2), as with a coefficient that vanishes with the speed
+    grips          T1 <= k T2 on a rough wheel, with k = exp(mu wrap)
+
+A rope's friction on a wheel is T1 - T2 over N, the mean of both, so that its coefficient is 2 (k - 1)/(k + 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from multibody_sym.scalars.functions import absolute, sqrt
+from multibody_sym.scalars.vectors import S
+
+_BOUNDLESS: Final = 1e-17
+"""What stands for 2 - coefficient over floats where k is beyond 1e16, and that rounds to 0."""
+
+
+def length(values: Sequence[S]) -> S:
+    """Return the size of a number or the length of a vector."""
+    return absolute(values[0]) if len(values) == 1 else sqrt(sum(x * x for x in values))
+
+
+def pressing(forces: Sequence[S], sides: Sequence[int], *, norm: bool = False) -> S:
+    """Return N of normal forces with the signs that they have on their sides, 0 where that is not known."""
+    if norm:
+        return length(forces)
+    return sum(x if side > 0 else -x if side else absolute(x) for x, side in zip(forces, sides, strict=True))
+
+
+def most(static: S, N: S) -> S:
+    """Return how large friction can be."""
+    return static * N
+
+
+def sliding(kinetic: S, velocity: Sequence[S], speed: S = 1) -> list[S]:
+    """Return friction for a unit normal force along each row, for a velocity of that speed."""
+    return [-kinetic * v / speed for v in velocity]
+
+
+def creeping(kinetic: S, velocity: Sequence[S], least: S) -> S:
+    """Return the coefficient that friction has which creeps."""
+    return kinetic * length(velocity) / length([*velocity, least])
+
+
+def gripping(ratio: S) -> S:
+    """Return the coefficient of a rope whose tensions on both sides of a wheel have a ratio at most."""
+    return 2 * (ratio - 1) / (ratio + 1)
+
+
+def tension_ratio(coefficient: S) -> S:
+    """Return that ratio."""
+    less = _BOUNDLESS if isinstance(coefficient, float) and coefficient >= 2.0 else 2 - coefficient
+    return (2 + coefficient) / less
