@@ -15,8 +15,9 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.guides.touched import Fit, fits
-from multibody_sym.kinematics.loads import apart
+from multibody_sym.kinematics.loads import apart, applied, applied_generalized_forces
 from multibody_sym.kinematics.masses.rates import varies
+from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
@@ -43,6 +44,10 @@ _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
 _TIGHT: Final = 0.9
 """The part of a radius of curvature from which a wheel in a hollow is what a run fails on."""
+_SUDDEN: Final = 1e-9
+"""The part of a run's time within which a speed that grows without bound doubles where the run fails."""
+_GROWN: Final = 1e3
+"""By how much it is then above the mean speed since the start."""
 _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
 _MEETS: Final = 1e-3
@@ -76,9 +81,9 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 
 
 def _met(run: Trajectory, time: float) -> str:
-    """Return why steps become too small: points that meet, angles that lock; or that no cause was found."""
+    """Return why steps become too small: points meet, angles lock, a speed has no bound; or that no cause was found."""
     mechanism, integration = run.ready.mechanism, run.integration
-    unknown = "its cause was not found: no points of a force meet and no angles lock there"
+    unknown = "its cause was not found: no points of a force meet, no angles lock, no speed grows without bound there"
     if integration.q_final is None or integration.u_final is None:
         return unknown
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
@@ -91,7 +96,32 @@ def _met(run: Trajectory, time: float) -> str:
             a, b = load.line
             return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
     turned = (told for place in range(len(mechanism.bodies)) if (told := locked(last, place)))
-    return next(turned, unknown)
+    return next(turned, None) or _grown(run, time, last) or unknown
+
+
+def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
+    """Return which speed grows without bound at the end of a run, and which load drives it; None for none."""
+    mechanism, begun, end = run.ready.mechanism, run.problem, run.integration
+    last_problem = run.modes.stretches[-1].problem if run.modes and run.modes.stretches else begun
+    q, u, gone = end.q_final, end.u_final, time - begun.t0
+    if not len(u) or gone <= 0.0:
+        return None
+    rates = last_problem.rates(time, np.concatenate([q, u]))[len(q) :]
+    k = int(np.argmax(np.abs(u)))
+    doubling = u[k] / rates[k] if rates[k] else np.inf
+    if not 0.0 < doubling < _SUDDEN * gone or abs(u[k]) * gone < _GROWN * np.abs(q - begun.q0).max():
+        return None
+    powers = {
+        load.name: float(np.dot(u, applied_generalized_forces(last, applied(last, [load], weight=False))))
+        for load in mechanism.loads
+    }
+    most = max(powers, key=lambda name: powers[name], default=None)
+    cause = f"{most} drives it: look for a wrong sign there, or " if most and powers[most] > 0.0 else ""
+    speed = mechanism.speeds[k]
+    return (
+        f"{speed.name} grows without bound there: it is {u[k]:.3g} {speed.unit}, and doubles within {doubling:.1g} s; "
+        f"{cause}end the run before"
+    )
 
 
 def _happened(run: Trajectory, failure: RunFailure) -> str:
@@ -224,16 +254,9 @@ def _is_too_long(problem: Problem, failed: float) -> bool:
 
     Not if what has failed at a time has no value then, wherever the motion is.
     """
-
-    def derivative(t: float, x: Floats) -> Floats:
-        known = t, x[: len(problem.q0)], x[len(problem.q0) :], problem.parameters
-        inputs = problem.compiled["inputs"](*known)[0] if problem.inputs else np.zeros(0)
-        qdot, udot, *_ = problem.compiled["state_derivative"](*known, inputs, problem.modes)
-        return np.concatenate([qdot, udot])
-
     span = _FEW * least_step(problem.t0, problem.t_end)
     flow = Flow(
-        problem.method, derivative, problem.t0, problem.t0 + span, problem.x0, rtol=problem.rtol, atol=problem.atol
+        problem.method, problem.rates, problem.t0, problem.t0 + span, problem.x0, rtol=problem.rtol, atol=problem.atol
     )
     try:
         flow.slope(failed, flow.x0)
