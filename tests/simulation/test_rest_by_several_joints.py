@@ -82,6 +82,21 @@ def test_a_ladder_whose_foot_never_slips_rests_while_a_slider_runs_down_its_roug
     np.testing.assert_allclose(run.q[:, 3], 0.6 - pace * run.t**2 / 2.0, rtol=1e-9)
 
 
+def test_a_ladder_between_floor_and_wall_where_nothing_slips_rests_wherever_its_slider_is() -> None:
+    """Any squeeze along the ladder presses both ends, so forces within all bounds exist: also with the slider below."""
+    text = (
+        LADDER.replace("static: 0.3", "static: enough")
+        .replace("static: 1.5", "static: 0.06")
+        .replace("q: 0.6", "q: 0.1")
+    )
+    run = mbs.simulate(mbs.loads(text))
+    assert run.t[-1] == 0.3
+    pace = 9.81 * (math.sin(1.25) - 0.06 * math.cos(1.25))
+    assert not run.u[:, :3].any()
+    assert run.q[-1, 3] < -0.3
+    np.testing.assert_allclose(run.q[:, 3], 0.1 - pace * run.t**2 / 2.0, rtol=1e-9)
+
+
 FACES = {(0.452342, 0.891845): 0.3, (0.891845, -0.452342): 0.0, (0.207226, 0.978293): 1.5, (0.978293, -0.207226): 0.3}
 """Normals of faces that meet in one corner, and their coefficients of friction."""
 CORNER = """

@@ -151,7 +151,7 @@ def _loose(acting: _Acting, carrying: Sequence[int], idle: Sequence[str], first:
         if not sticks or part.name not in resting | always:
             continue
         for row in law.rows:
-            if law.enough or _rank(posed, [*kept, row]) > _rank(posed, kept):
+            if _rank(posed, [*kept, row]) > _rank(posed, kept):
                 kept.append(row)
             else:
                 loose.setdefault(number, []).append(row)
