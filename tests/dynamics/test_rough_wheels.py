@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.laws.assemble import one_way_rows, posed
+from multibody_sym.dynamics.laws.assemble import one_way_rows
 from multibody_sym.dynamics.laws.search import find
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.routes import FORMALISMS
@@ -80,7 +80,7 @@ def test_the_law_finds_whether_the_rope_slips(m1: float, m2: float, turns: int, 
     resolved = mechanism(mbs.loads(text))
     begin = start(resolved, {"m1": m1, "m2": m2})
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
-    problem = posed(one_way_rows(resolved, motion_of(resolved, state)), ["string"])
+    problem = one_way_rows(resolved, motion_of(resolved, state)).posed(["string"])
     found = find(problem.problem)
     assert found.verdict == "one"
     mode = problem.mode(found.states[0])

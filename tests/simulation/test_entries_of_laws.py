@@ -13,7 +13,7 @@ from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.simulation.one_way.facts import Laws, posed
+from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.recall import recalled_laws
 
 EXAMPLES = Path("examples")
@@ -32,7 +32,7 @@ def test_entries_stand_in_their_places(name: str) -> None:
     laws = Laws(resolved, recalled.compiled, recalled.metadata, np.array(begin.parameters, dtype=float))
     facts = laws.at(0.0, np.array(begin.q, dtype=float), u, rows.scale)
     closed = [element.name for element in resolved.one_way]
-    ours, reference = posed(facts, closed).problem, assemble.posed(rows, closed).problem
+    ours, reference = facts.posed(closed).problem, rows.posed(closed).problem
     for part in ("matrix", "exerted", "coupling", "right"):
         assert getattr(ours, part) == pytest.approx(getattr(reference, part), rel=1e-12, abs=1e-12)
     wanted = [[float(x) for x in row.jacobian] for row in rows.rows]

@@ -17,8 +17,8 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
 from multibody_sym.dynamics.impacts.problem import Sequence as Order
-from multibody_sym.dynamics.laws.assemble import tree_dynamics_of, weighted_rows
-from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
+from multibody_sym.dynamics.laws.assemble import element_laws, friction_law, tree_dynamics_of, weighted_rows
+from multibody_sym.dynamics.laws.problem import FrictionLaw, LawProblem
 from multibody_sym.kinematics.impacts import at_rest, jumping_motions, resting, with_meetings
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
@@ -145,29 +145,21 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
     before = np.array([0.0 if k < own else float(row.phidot) for k, row in enumerate(blow.rows)])
     before[:own] -= blow.wanted[:own]
     pushed, right = -right, right - before
-    laws: list[Law] = [Equality() for _ in blow.names]
-    e, tangential, frictions = np.zeros(len(laws)), list[float](), list[FrictionLaw]()
+    e, tangential = np.zeros(len(blow.names)), list[float]()
     places = {name: k for k, name in enumerate(blow.names)}
-    for element in (*blow.elements, *blow.rough):
+    elements = (*blow.elements, *blow.rough)
+    for element in elements:
         given_back = 0.0
         if element.unilateral:
-            normal = places[element.normals[0].name]
-            laws[normal], (e[normal], given_back) = Unilateral(), coefficients_of[element.name]
-        for part in rubbing(element):
-            friction = _friction_law(blow, element, part, places)
-            for component, row in enumerate(friction.rows):
-                laws[row] = Friction(len(frictions), component)
-            frictions.append(friction)
-            tangential.append(given_back if part is rubbing(element)[0] else 0.0)
-    rows = LawProblem(A, C, D, right, tuple(laws), tuple(frictions))
+            e[places[element.normals[0].name]], given_back = coefficients_of[element.name]
+        tangential += [given_back if k == 0 else 0.0 for k in range(len(rubbing(element)))]
+
+    def friction(element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
+        static, kinetic = map(float, coefficients(blow.motion, part.rows, [part.static, part.kinetic]))
+        return friction_law(element, part, places, (static, kinetic))
+
+    rows = LawProblem(A, C, D, right, *element_laws(((x, rubbing(x)) for x in elements), places, friction))
     return ImpactProblem(rows, e, tuple(tangential), law, order, names=blow.names, pushed=pushed)
-
-
-def _friction_law(blow: Blow, element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
-    static, kinetic = (float(x) for x in coefficients(blow.motion, part.rows, [part.static, part.kinetic]))
-    normals = tuple(places[element.normals[k].name] for k in part.normals)
-    rows = tuple(places[row.name] for row in part.rows)
-    return FrictionLaw(rows, normals, static, kinetic, (0.0,) * len(rows), norm=part.norm, enough=part.enough)
 
 
 def plane_element(blow: Blow) -> OneWay | None:

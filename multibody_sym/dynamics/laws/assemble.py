@@ -1,8 +1,9 @@
-"""From a mechanism in motion, in floats, to the problem of its one-way laws, and from what is found back to a mode."""
+"""From a mechanism in motion, in numbers, to the problem of its one-way laws, and from what is found back to a mode."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -31,6 +32,7 @@ from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.every_mode import every_row, friction_parts
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.one_way import ACTIVE, FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -38,7 +40,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import creeping
-from multibody_sym.scalars.node import ZERO, slot
+from multibody_sym.scalars.node import slot
 
 TOUCHING: Final = 1e-9
 """The part of the model's size, and of its largest speed, up to which things touch, or do not move along each other."""
@@ -86,22 +88,173 @@ def scale_of(motion: Motion) -> Scale:
     return Scale(length, max(fastest, _OF_FALLING * falling))
 
 
-@dataclass(frozen=True, eq=False)
-class OneWayRows:
-    """All rows of a mechanism and of its one-way elements, whether they act or not, at a state over floats.
-
-    `mechanism` is in no mode; `motion` is of the same mechanism with the elements' rows after its own.
-    """
+@dataclass(frozen=True)
+class Numbered:
+    """The rows, elements and friction parts of a mechanism in no mode, by their numbers."""
 
     mechanism: Mechanism
-    motion: Motion
-    rows: tuple[RowMotion, ...]
-    scale: Scale
 
     @cached_property
     def places(self) -> dict[str, int]:
         """The place of each row by its name."""
-        return {row.name: k for k, row in enumerate(self.motion.mechanism.rows)}
+        return {row.name: k for k, row in enumerate(every_row(self.mechanism))}
+
+    @cached_property
+    def turning(self) -> frozenset[str]:
+        """The stops whose gap is an angle."""
+        units = {coordinate.joint: coordinate.unit for coordinate in self.mechanism.coordinates}
+        stops = (x for x in self.mechanism.one_way if x.kind == "stop")
+        return frozenset(x.name for x in stops if units.get(x.group) == "rad")
+
+    @cached_property
+    def slides(self) -> Floats:
+        """Of each speed (nu,) 1 where it is in m/s, else 0."""
+        return np.array([float(speed.unit == "m/s") for speed in self.mechanism.speeds])
+
+    @cached_property
+    def parts(self) -> dict[str, int]:
+        """The number of each friction part that rubs by its name."""
+        return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
+
+
+@dataclass(frozen=True, eq=False)
+class RowNumbers(ABC):
+    """All rows of a mechanism and of its one-way elements at an instant, whether they act or not, in numbers.
+
+    `scale` is that of the run.
+    """
+
+    laws: Numbered
+    scale: Scale
+
+    @abstractmethod
+    def phi(self, row: Row) -> float:
+        """Return phi of a row."""
+
+    @abstractmethod
+    def phidot(self, row: Row) -> float:
+        """Return the speed along a row."""
+
+    @abstractmethod
+    def jacobian(self, row: Row) -> Floats:
+        """Return H (nu,) of a row."""
+
+    @abstractmethod
+    def reach(self, element: OneWay) -> float:
+        """Return how far what may touch is inside the end of a face, negative beyond it."""
+
+    @abstractmethod
+    def coefficients(self, part: FrictionPart) -> tuple[float, float]:
+        """Return the static and the kinetic coefficient of a part; of one that creeps both are what it has now."""
+
+    @abstractmethod
+    def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return A, C, D and r of the rows at some places."""
+
+    def gap(self, element: OneWay) -> float:
+        """Return phi of an element that holds one way only."""
+        return self.phi(element.normals[0])
+
+    def rate(self, element: OneWay) -> float:
+        """Return the speed at which an element opens."""
+        return self.phidot(element.normals[0])
+
+    def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
+        """Return the gap up to which an element counts as closed; of stops of turning joints it is an angle."""
+        return part * (1.0 if element.name in self.laws.turning else self.scale.length)
+
+    def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
+        """Return the speed along a row up to which it counts as being at rest."""
+        slides = self.laws.slides
+        sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
+        return part * float(np.abs(self.jacobian(row)) @ sizes)
+
+    def allowed_slip(self, part: FrictionPart, of_speed: float = TOUCHING) -> float:
+        """Return the speed of slip up to which a friction part counts as being at rest."""
+        seen = self.scale.unseen if len(part.rows) > 1 else 0.0
+        return max(seen, *(self.allowed_speed(row, of_speed) for row in part.rows))
+
+    def reaches(self, element: OneWay) -> bool:
+        """Return whether what may touch is above the part of a face that there is, or as near as to touch its end."""
+        return self.reach(element) >= -self.allowed_gap(element)
+
+    def standing(self, element: OneWay) -> str:
+        """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
+        gap, rate, allowed = self.gap(element), self.rate(element), self.allowed_gap(element)
+        if gap > allowed or not self.reaches(element):
+            return "open"
+        if gap < -allowed:
+            return "inside"
+        slow = abs(rate) <= self.allowed_speed(element.normals[0])
+        return "touching" if slow else "leaving" if rate > 0.0 else "closing"
+
+    def posed(self, closed: Collection[str]) -> PosedLaws:
+        """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
+        mechanism = self.laws.mechanism
+        elements = tuple(x for x in mechanism.one_way if x.name in closed or not x.unilateral)
+        rubbing = [[part for part in x.frictions if part.name in self.laws.parts] for x in elements]
+        names = [row.name for row in mechanism.rows]
+        for element, parts in zip(elements, rubbing, strict=True):
+            names += [row.name for row in (*element.normals, *(row for part in parts for row in part.rows))]
+        found = {name: k for k, name in enumerate(names)}
+        laws = element_laws(zip(elements, rubbing, strict=True), found, self._friction_law)
+        problem = LawProblem(*self.matrices([self.laws.places[name] for name in names]), *laws)
+        return PosedLaws(mechanism, problem, elements, tuple(part for parts in rubbing for part in parts), tuple(names))
+
+    def _friction_law(self, element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
+        law = friction_law(element, part, places, self.coefficients(part))
+        return replace(law, velocity=self._slip(part), held=part.enough and not element.unilateral)
+
+    def _slip(self, part: FrictionPart) -> tuple[float, ...]:
+        """Return the velocity of a part along its rows, zeros where it counts as being at rest."""
+        velocity = tuple(self.phidot(row) for row in part.rows)
+        allowed = self.allowed_slip(part) if part.regularised is None else 0.0
+        return (0.0,) * len(velocity) if float(np.linalg.norm(velocity)) <= allowed else velocity
+
+
+def element_laws(
+    elements: Iterable[tuple[OneWay, Sequence[FrictionPart]]],
+    places: Mapping[str, int],
+    friction: Callable[[OneWay, FrictionPart, Mapping[str, int]], FrictionLaw],
+) -> tuple[tuple[Law, ...], tuple[FrictionLaw, ...]]:
+    """Return the laws of rows, by their places, and those of the friction of elements, of the given parts."""
+    laws: list[Law] = [Equality() for _ in places]
+    frictions: list[FrictionLaw] = []
+    for element, parts in elements:
+        if element.unilateral:
+            laws[places[element.normals[0].name]] = Unilateral()
+        for part in parts:
+            for component, row in enumerate(part.rows):
+                laws[places[row.name]] = Friction(len(frictions), component)
+            frictions.append(friction(element, part, places))
+    return tuple(laws), tuple(frictions)
+
+
+def friction_law(
+    element: OneWay, part: FrictionPart, places: Mapping[str, int], coefficients: tuple[float, float]
+) -> FrictionLaw:
+    """Return the law of a part at rest, of rows at some places."""
+    return FrictionLaw(
+        tuple(places[row.name] for row in part.rows),
+        tuple(places[element.normals[k].name] for k in part.normals),
+        *coefficients,
+        (0.0,) * len(part.rows),
+        part.norm,
+        part.enough,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class OneWayRows(RowNumbers):
+    """These rows over floats; `motion` is of the mechanism with the elements' rows after its own."""
+
+    motion: Motion
+    rows: tuple[RowMotion, ...]
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism, in no mode."""
+        return self.laws.mechanism
 
     @cached_property
     def dynamics(self) -> TreeDynamics:
@@ -110,26 +263,35 @@ class OneWayRows:
 
     def of(self, rows: Sequence[Row]) -> list[RowMotion]:
         """Return some rows."""
-        return [self.rows[self.places[row.name]] for row in rows]
+        return [self.rows[self.laws.places[row.name]] for row in rows]
 
-    def gap(self, element: OneWay) -> float:
-        """Return phi of an element that holds one way only."""
-        return float(self.of(element.normals)[0].phi)
+    def phi(self, row: Row) -> float:
+        return float(self.of([row])[0].phi)
 
-    def rate(self, element: OneWay) -> float:
-        """Return the speed at which an element opens."""
-        return float(self.of(element.normals)[0].phidot)
+    def phidot(self, row: Row) -> float:
+        return float(self.of([row])[0].phidot)
 
-    def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
-        """Return the gap up to which an element counts as closed; of stops of turning joints it is an angle."""
-        return part * (1.0 if self._turns(element) else self.scale.length)
+    def jacobian(self, row: Row) -> Floats:
+        return np.array(self.of([row])[0].jacobian, dtype=float)
 
-    def allowed_speed(self, row: RowMotion, part: float = TOUCHING) -> float:
-        """Return the speed along a row up to which it counts as being at rest."""
-        units = (speed.unit for speed in self.mechanism.speeds)
-        sizes = [self.scale.speed if unit == "m/s" else self.scale.turning for unit in units]
-        reach = sum(abs(float(h)) * size for h, size in zip(row.jacobian, sizes, strict=True))
-        return part * max(reach, 0.0)
+    def reach(self, element: OneWay) -> float:
+        row = element.normals[0]
+        ways = reach(row, self.motion) if isinstance(row, ContactRow) else []
+        return min(map(float, ways), default=np.inf)
+
+    def coefficients(self, part: FrictionPart) -> tuple[float, float]:
+        static, kinetic = map(float, coefficients(self.motion, part.rows, [part.static, part.kinetic]))
+        if part.regularised is None:
+            return static, kinetic
+        velocity = [self.phidot(row) for row in part.rows]
+        now = float(creeping(kinetic, velocity, *self.motion.state.values([part.regularised])))
+        return now, now
+
+    def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
+        if not places:
+            nothing = np.zeros((0, len(self.mechanism.speeds)))
+            return nothing, nothing, np.zeros((0, 0)), np.zeros(0)
+        return weighted_rows(self.dynamics, [self.rows[k] for k in places], places)
 
     def later(self, step: float, udot: Floats) -> OneWayRows:
         """Return the rows a little later, to first order."""
@@ -141,32 +303,11 @@ class OneWayRows:
         moved = state_of(self.mechanism, float, t, (q + step * rates).tolist(), (u + step * udot).tolist(), parameters)
         return one_way_rows(self.mechanism, motion_of(self.mechanism, moved), self.scale)
 
-    def standing(self, element: OneWay) -> str:
-        """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
-        gap, rate = self.gap(element), self.rate(element)
-        if gap > self.allowed_gap(element) or not self.reaches(element):
-            return "open"
-        if gap < -self.allowed_gap(element):
-            return "inside"
-        allowed = self.allowed_speed(self.of(element.normals)[0])
-        return "touching" if abs(rate) <= allowed else "leaving" if rate > 0.0 else "closing"
-
-    def reaches(self, element: OneWay) -> bool:
-        """Return whether what may touch is above the part of a face that there is, or as near as to touch its end."""
-        row = element.normals[0]
-        ways = reach(row, self.motion) if isinstance(row, ContactRow) else []
-        return all(float(way) >= -self.allowed_gap(element) for way in ways)
-
-    def _turns(self, element: OneWay) -> bool:
-        units = {coordinate.joint: coordinate.unit for coordinate in self.mechanism.coordinates}
-        return element.kind == "stop" and units.get(element.group) == "rad"
-
 
 def one_way_rows(mechanism: Mechanism, motion: Motion, scale: Scale | None = None) -> OneWayRows:
     """Return the rows of a mechanism in no mode and of all its one-way elements; `scale` is that of the run."""
-    every = replace(mechanism, rows=(*mechanism.rows, *(row for x in mechanism.one_way for row in x.rows)))
-    whole = replace(motion, mechanism=every)
-    return OneWayRows(mechanism, whole, tuple(row_motions(whole)), scale or scale_of(whole))
+    whole = replace(motion, mechanism=replace(mechanism, rows=every_row(mechanism)))
+    return OneWayRows(Numbered(mechanism), scale or scale_of(whole), whole, tuple(row_motions(whole)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +368,11 @@ class Posed(PosedLaws):
 
     rows: OneWayRows
 
+    @classmethod
+    def at(cls, rows: OneWayRows, closed: Collection[str]) -> Posed:
+        """Return the problem in which the elements named `closed` may act."""
+        return cls(**vars(rows.posed(closed)), rows=rows)
+
     @property
     def dynamics(self) -> TreeDynamics:
         """The dynamics of the mechanism in no mode, in floats."""
@@ -254,69 +400,12 @@ class Posed(PosedLaws):
         step = _LITTLE * self.rows.scale.time
         udot = accelerations_of(self.dynamics, state.x)
         rows = self.rows.later(step, udot)
-        places = [rows.places[name] for name in self.names]
-        there = tree_dynamics_of(self.mechanism, rows.motion.state)
-        later = weighted_rows(there, [rows.rows[k] for k in places], places)
+        places = [rows.laws.places[name] for name in self.names]
+        later = rows.matrices(places)
         now = self.problem.matrix, self.problem.exerted, self.problem.coupling, self.problem.right
         left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
         found: Floats = (left[1] - left[0]) / step
         return found
-
-
-def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
-    """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
-    mechanism = rows.mechanism
-    elements = tuple(x for x in mechanism.one_way if x.name in closed or not x.unilateral)
-    parts = tuple(part for x in elements for part in x.frictions if _rubs(part))
-    chosen = [row.name for row in mechanism.rows]
-    for element in elements:
-        chosen += [row.name for row in element.normals]
-        chosen += [row.name for part in element.frictions if _rubs(part) for row in part.rows]
-    places = [rows.places[name] for name in chosen]
-    found = {name: k for k, name in enumerate(chosen)}
-    nothing = np.zeros((0, len(mechanism.speeds)))
-    chosen_rows = [rows.rows[k] for k in places]
-    no_rows = nothing, nothing, np.zeros((0, 0)), np.zeros(0)
-    matrices = weighted_rows(rows.dynamics, chosen_rows, places) if places else no_rows
-    laws: list[Law] = [Equality() for _ in chosen]
-    frictions: list[FrictionLaw] = []
-    for element in elements:
-        if element.unilateral:
-            laws[found[element.normals[0].name]] = Unilateral()
-        for part in element.frictions:
-            if _rubs(part):
-                for component, row in enumerate(part.rows):
-                    laws[found[row.name]] = Friction(len(frictions), component)
-                frictions.append(_friction_law(part, element, rows, found))
-    problem = LawProblem(*matrices, tuple(laws), tuple(frictions))
-    return Posed(mechanism, problem, elements, parts, tuple(chosen), rows)
-
-
-def _rubs(part: FrictionPart) -> bool:
-    return part.enough or part.static is not ZERO or part.kinetic is not ZERO
-
-
-def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: dict[str, int]) -> FrictionLaw:
-    static, kinetic = (float(x) for x in coefficients(rows.motion, part.rows, [part.static, part.kinetic]))
-    moving = rows.of(part.rows)
-    velocity = tuple(float(row.phidot) for row in moving)
-    speed = float(np.hypot.reduce(np.array(velocity)))
-    allowed = max(rows.allowed_speed(row) for row in moving)
-    if part.regularised is not None:
-        least = float(rows.motion.state.values([part.regularised])[0])
-        static = kinetic = float(creeping(kinetic, velocity, least))
-        allowed = 0.0
-    rests = speed <= allowed
-    return FrictionLaw(
-        tuple(found[row.name] for row in part.rows),
-        tuple(found[element.normals[k].name] for k in part.normals),
-        static,
-        kinetic,
-        (0.0,) * len(velocity) if rests else velocity,
-        part.norm,
-        part.enough,
-        part.enough and not element.unilateral,
-    )
 
 
 def tree_dynamics_of(mechanism: Mechanism, state: State) -> TreeDynamics:

@@ -15,7 +15,7 @@ from itertools import chain, combinations, islice
 from typing import Final
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
+from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows
 from multibody_sym.dynamics.laws.problem import Found, LawProblem, Verdict
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
@@ -86,7 +86,7 @@ class StartState:
         rows = rows_at(self.declared.relative or self.declared, self.begin)
         sets = chain.from_iterable(combinations(closed, size) for size in range(1, len(closed) + 1))
         for some in islice(sets, _BLAMED):
-            if not _found(posed(rows, [x.name for x in some])).states:
+            if not _found(Posed.at(rows, [x.name for x in some])).states:
                 return some
         return closed or self.declared.one_way
 
@@ -158,7 +158,7 @@ def state_at(
     standing = {element.name: rows.standing(element) for element in base.one_way if element.unilateral}
     _verify_outside(rows, standing)
     closed = [name for name, how in standing.items() if how in ("touching", "closing")]
-    problem = posed(rows, closed)
+    problem = Posed.at(rows, closed)
     _verify_rough(problem, [name for name in closed if standing[name] == "closing"])
     found = search(problem) if search is not None else _found(problem)
     modes = tuple(problem.mode(state) for state in found.states)

@@ -22,7 +22,7 @@ from multibody_sym.runtime.chain import stepped
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
-from multibody_sym.simulation.one_way.facts import Facts, posed, rounded_up
+from multibody_sym.simulation.one_way.facts import Facts, rounded_up
 from multibody_sym.simulation.one_way.flights import Fall, Instant, rest_of
 from multibody_sym.simulation.one_way.impact import (
     Blow,
@@ -247,7 +247,7 @@ def _settled(
 def _resting(facts: Facts, touching: list[str], before: Before | None, blow: Blow | None) -> _After:
     """Return the states that are possible once what touches has struck."""
     facts = moved(facts, u=at_rest(facts, touching))
-    problem = posed(facts, touching)
+    problem = facts.posed(touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
     return _After(facts, touching, blow, problem, found)
 
@@ -287,7 +287,7 @@ def _connected(facts: Facts, low: Collection[str], strikes: Collection[str]) -> 
     """Return what is `low` of all that is pushed, over any others of it, by what `strikes`."""
     from multibody_sym.dynamics.impacts.sequence import clusters  # brings scipy, as `laws.search` does
 
-    problem = posed(facts, low)
+    problem = facts.posed(low)
     numbers = clusters(problem.problem)
     own = {x.name: numbers[problem.places[x.normals[0].name]] for x in named(facts, low)}
     return {name for name, number in own.items() if number in {own.get(x) for x in strikes}}
@@ -408,7 +408,7 @@ def _ahead(
     for soon in (part * facts.scale.time for part in SOON):
         for x in (stepped(rates_of, facts.t, now, soon), now + soon * rates):
             q, u = np.split(x, [len(facts.q)])
-            there = posed(facts.laws.at(facts.t + soon, q, u, facts.scale), touching)
+            there = facts.laws.at(facts.t + soon, q, u, facts.scale).posed(touching)
             if found := _found(there, before).states:
                 break
         following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -11,10 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
-from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
-from multibody_sym.model.mechanism.every_mode import every_row, friction_parts
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.dynamics.laws.assemble import TOUCHING, Numbered, RowNumbers, Scale
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import EPSILON, Floats
@@ -29,33 +26,15 @@ _NONE: Final = np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
-class Laws:
+class Laws(Numbered):
     """The laws of a mechanism in no mode: the Program `laws` compiled, and the parameters (np,).
 
     `entries`: the places of what it computes of each matrix, counted row by row.
     """
 
-    mechanism: Mechanism
     compiled: Compiled
     entries: Mapping[str, Sequence[int]]
     parameters: Floats
-
-    @cached_property
-    def places(self) -> dict[str, int]:
-        """The place of each row by its name."""
-        return {row.name: k for k, row in enumerate(every_row(self.mechanism))}
-
-    @cached_property
-    def turning(self) -> frozenset[str]:
-        """The stops whose gap is an angle."""
-        units = {coordinate.joint: coordinate.unit for coordinate in self.mechanism.coordinates}
-        stops = (x for x in self.mechanism.one_way if x.kind == "stop")
-        return frozenset(x.name for x in stops if units.get(x.group) == "rad")
-
-    @cached_property
-    def slides(self) -> Floats:
-        """Of each speed (nu,) 1 where it is in m/s, else 0."""
-        return np.array([float(speed.unit == "m/s") for speed in self.mechanism.speeds])
 
     @cached_property
     def elements(self) -> dict[str, int]:
@@ -84,17 +63,12 @@ class Laws:
     def _outputs(self) -> tuple[str, ...]:
         return tuple(name for name, _ in self.compiled["laws"].signature.outputs)
 
-    @cached_property
-    def parts(self) -> dict[str, int]:
-        """The number of each friction part that rubs by its name."""
-        return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
-
     def at(self, t: float, q: Floats, u: Floats, scale: Scale) -> Facts:
         """Return the numbers at an instant."""
         known = t, q, u, self.parameters
         inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else _NONE
         found = dict(zip(self._outputs, self.compiled["laws"](*known, inputs, _NONE), strict=True))
-        return Facts(self, t, q, u, scale, {**found, **self._matrices(found)})
+        return Facts(self, scale, t, q, u, {**found, **self._matrices(found)})
 
     def _matrices(self, found: dict[str, Floats]) -> dict[str, Floats]:
         """Return the matrices of which the Program computes entries, by name, A before C, which differs from it."""
@@ -114,27 +88,39 @@ class Laws:
 
 
 @dataclass(frozen=True, eq=False)
-class Facts:
-    """The outputs of `law_program` at time t, coordinates q and speeds u; `scale` is that of the run."""
+class Facts(RowNumbers):
+    """The outputs of `law_program` at time t, coordinates q and speeds u."""
 
     laws: Laws
     t: float
     q: Floats
     u: Floats
-    scale: Scale
     known: dict[str, Floats]
 
     def place(self, row: Row) -> int:
         """Return the place of a row."""
         return self.laws.places[row.name]
 
-    def gap(self, element: OneWay) -> float:
-        """Return phi of an element that holds one way only."""
-        return float(self.known["phi"][self.place(element.normals[0])])
+    def phi(self, row: Row) -> float:
+        return float(self.known["phi"][self.laws.places[row.name]])
 
-    def rate(self, element: OneWay) -> float:
-        """Return the speed at which an element opens."""
-        return float(self.known["phidot"][self.place(element.normals[0])])
+    def phidot(self, row: Row) -> float:
+        return float(self.known["phidot"][self.laws.places[row.name]])
+
+    def jacobian(self, row: Row) -> Floats:
+        found: Floats = self.known["jacobian"][self.laws.places[row.name]]
+        return found
+
+    def reach(self, element: OneWay) -> float:
+        return float(self.known["reaches"][self.laws.elements[element.name]])
+
+    def coefficients(self, part: FrictionPart) -> tuple[float, float]:
+        static, kinetic = self.known["coefficients"][self.laws.parts[part.name]].tolist()
+        return static, kinetic
+
+    def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
+        known, at = self.known, np.array(places, dtype=int)
+        return known["matrix"][at], known["exerted"][at], known["coupling"][np.ix_(at, at)], known["right"][at]
 
     @property
     def sizes(self) -> Floats:
@@ -151,14 +137,9 @@ class Facts:
         sizes = self.scale.length if turns is None else np.where(turns, 1.0, self.scale.length)
         return [self.laws.unilateral[k] for k in (gaps <= TOUCHING * sizes).nonzero()[0].tolist()]
 
-    def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
-        """Return the gap up to which an element counts as closed."""
-        return part * (1.0 if element.name in self.laws.turning else self.scale.length)
-
     def rounding_of_gap(self, element: OneWay) -> float:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
-        row: Floats = np.abs(self.known["jacobian"][self.place(element.normals[0])])
-        return _ULPS * EPSILON * float(row @ self._reach_of_speeds)
+        return _ULPS * EPSILON * float(np.abs(self.jacobian(element.normals[0])) @ self._reach_of_speeds)
 
     def rounded_gap(self, element: OneWay) -> float:
         """Return by how much an element may be off its face by rounding: a mode ends where it has got in so far."""
@@ -172,28 +153,6 @@ class Facts:
             for coordinate, speed in body.rate_pairs:
                 reached[speed] = abs(self.q[coordinate])
         return reached
-
-    def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
-        """Return the speed along a row up to which it counts as being at rest."""
-        slides = self.laws.slides
-        sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
-        return part * float(np.abs(self.known["jacobian"][self.place(row)]) @ sizes)
-
-    def allowed_slip(self, part: FrictionPart, of_speed: float = TOUCHING) -> float:
-        """Return the speed of slip up to which a friction part counts as being at rest."""
-        seen = self.scale.unseen if len(part.rows) > 1 else 0.0
-        return max(seen, *(self.allowed_speed(row, of_speed) for row in part.rows))
-
-    def standing(self, element: OneWay) -> str:
-        """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
-        gap, rate = self.gap(element), self.rate(element)
-        allowed = self.allowed_gap(element)
-        if gap > allowed or self.known["reaches"][self.laws.elements[element.name]] < -allowed:
-            return "open"
-        if gap < -allowed:
-            return "inside"
-        slow = abs(rate) <= self.allowed_speed(element.normals[0])
-        return "touching" if slow else "leaving" if rate > 0.0 else "closing"
 
     def farthest(self, element: OneWay) -> float:
         """Return the largest length (m), or angle where the gap is one, of which the gap of an element is made."""
@@ -230,63 +189,6 @@ class Facts:
 def rounded_up(value: float) -> float:
     """Return a value rounded up to a power of two, beside which forces are rare: it does not hang on digits."""
     return 2.0 ** math.ceil(math.log2(_BESIDE * value)) / _BESIDE if value > 0.0 else 0.0
-
-
-def posed(facts: Facts, closed: Collection[str]) -> PosedLaws:
-    """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
-    laws = facts.laws
-    elements = tuple(x for x in laws.mechanism.one_way if x.name in closed or not x.unilateral)
-    parts = tuple(part for x in elements for part in x.frictions if part.name in laws.parts)
-    names = [row.name for row in laws.mechanism.rows]
-    for element in elements:
-        names += [row.name for row in element.normals]
-        names += [row.name for part in element.frictions if part.name in laws.parts for row in part.rows]
-    places = np.array([laws.places[name] for name in names], dtype=int)
-    known, found = facts.known, {name: k for k, name in enumerate(names)}
-    rules, frictions = _laws(facts, elements, found)
-    problem = LawProblem(
-        known["matrix"][places],
-        known["exerted"][places],
-        known["coupling"][np.ix_(places, places)],
-        known["right"][places],
-        rules,
-        frictions,
-    )
-    return PosedLaws(laws.mechanism, problem, elements, parts, tuple(names))
-
-
-def _laws(
-    facts: Facts, elements: Sequence[OneWay], found: dict[str, int]
-) -> tuple[tuple[Law, ...], tuple[FrictionLaw, ...]]:
-    laws: list[Law] = [Equality() for _ in found]
-    frictions: list[FrictionLaw] = []
-    for element in elements:
-        if element.unilateral:
-            laws[found[element.normals[0].name]] = Unilateral()
-        for part in element.frictions:
-            number = facts.laws.parts.get(part.name)
-            if number is None:
-                continue
-            for component, row in enumerate(part.rows):
-                laws[found[row.name]] = Friction(len(frictions), component)
-            static, kinetic = facts.known["coefficients"][number].tolist()
-            velocity = [float(facts.known["phidot"][facts.place(row)]) for row in part.rows]
-            smooth = part.regularised is not None
-            allowed = 0.0 if smooth else facts.allowed_slip(part)
-            rests = float(np.linalg.norm(velocity)) <= allowed
-            frictions.append(
-                FrictionLaw(
-                    tuple(found[row.name] for row in part.rows),
-                    tuple(found[element.normals[k].name] for k in part.normals),
-                    static,
-                    kinetic,
-                    (0.0,) * len(velocity) if rests else tuple(velocity),
-                    part.norm,
-                    part.enough,
-                    part.enough and not element.unilateral,
-                )
-            )
-    return tuple(laws), tuple(frictions)
 
 
 def larger(scale: Scale, u: Floats, slides: Floats) -> Scale:

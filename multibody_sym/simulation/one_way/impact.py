@@ -17,7 +17,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.extrapolation import at_zero
 from multibody_sym.records import dataclass
-from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, posed
+from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts
 from multibody_sym.simulation.one_way.settling import named, onto_rows
 
 _REMAINING: Final = 1e-9
@@ -473,7 +473,7 @@ def struck(
     )  # brings scipy, as `laws.search` does
     from multibody_sym.dynamics.impacts.strike import strike
 
-    problem = posed(facts, touching)
+    problem = facts.posed(touching)
     own = [element for element in problem.elements if element.unilateral]
     bounces = np.zeros(len(problem.names))
     allowed = np.zeros(len(problem.names))

@@ -12,7 +12,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.few_rows import least_change
 from multibody_sym.numerics.rank import SWITCHED, least_squares
-from multibody_sym.simulation.one_way.facts import Facts, posed
+from multibody_sym.simulation.one_way.facts import Facts
 
 _ROUNDING: Final = 1e-15
 """The part of the model's size, and of its largest speed, that is not put back."""
@@ -76,7 +76,7 @@ def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
 
 def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
     """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is."""
-    problem = posed(facts, touching)
+    problem = facts.posed(touching)
     places = _kept(facts, touching)
     laws = zip(problem.parts, problem.problem.parts, strict=True)
     places += [facts.place(row) for part, law in laws if law.rests for row in part.rows]

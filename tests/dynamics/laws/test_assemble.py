@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multibody_sym import loads
-from multibody_sym.dynamics.laws.assemble import one_way_rows, posed
+from multibody_sym.dynamics.laws.assemble import one_way_rows
 from multibody_sym.dynamics.laws.problem import Equality, Friction, LawMode, LawState, Unilateral
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import motion_of
@@ -53,7 +53,7 @@ def test_gaps_and_speeds_tell_how_things_stand() -> None:
 
 def test_the_problem_has_what_touches_and_friction_in_joints() -> None:
     rows = rows_of(MODEL)
-    found = posed(rows, ["A.upper"])
+    found = rows.posed(["A.upper"])
     assert found.names == ("A.upper", "rub.normal", "rub.friction")
     problem = found.problem
     assert problem.laws == (Unilateral(), Equality(), Friction(0, 0))
@@ -68,11 +68,11 @@ def test_the_problem_has_what_touches_and_friction_in_joints() -> None:
 
 
 def test_what_moves_slides_by_its_velocity() -> None:
-    assert posed(rows_of(MODEL.replace("q: 1, u: 0", "q: 0, u: -2")), []).problem.parts[0].velocity == (-2.0,)
+    assert rows_of(MODEL.replace("q: 1, u: 0", "q: 0, u: -2")).posed([]).problem.parts[0].velocity == (-2.0,)
 
 
 def test_a_state_is_told_as_a_mode_and_back() -> None:
-    found = posed(rows_of(MODEL), ["A.upper"])
+    found = rows_of(MODEL).posed(["A.upper"])
     for sides, slip in (((1, 1, 1), 0), ((1, -1, 0), -1), ((0, 1, 0), 1)):
         law = LawMode(sides, (slip,), (None,))
         mode = found.mode(LawState(law, np.zeros(2), np.zeros(3), np.zeros(3)))
