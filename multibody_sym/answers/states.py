@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from multibody_sym.algebra.conditions import Condition
@@ -22,6 +22,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import ONE, Node, symbol
 from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.vectors import S
 
 _TINY: Final = 1e-12
 _ENDLESS: Final = 1e17
@@ -173,26 +174,33 @@ def _directions(acting: Acting) -> Iterator[tuple[str, tuple[float, ...]]]:
 
 
 def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
-    """Yield for each part that is rough `enough` the least coefficient with which it sticks: |F| / N."""
     for element in solved.mechanism.one_way:
         for part in element.frictions if is_active(solved.mechanism, element) else ():
-            pressing = float(Acting.at(solved.numbers).pressing(element, part)) if part.enough else 0.0
-            if abs(pressing) > _TINY * max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0):
-                yield part.name, _least_coefficient(solved, element, part)
+
+            def forces(instant: Instant, element: OneWay = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+                acting = Acting.at(instant)
+                return acting.pressing(element, part), acting.friction(part)
+
+            yield from least_coefficient(solved, part, forces)
 
 
-def _least_coefficient(solved: Solved, element: OneWay, part: FrictionPart) -> Value:
-    forces = [float(x) for x in Acting.at(solved.numbers).friction(part)]
-    sign = -1 if len(forces) == 1 and forces[0] < 0.0 else 1
+def least_coefficient(
+    solved: Solved, part: FrictionPart, forces: Callable[[Instant], tuple[S, Sequence[S]]]
+) -> Iterator[tuple[str, Value]]:
+    """Yield the least coefficient |F| / N with which a part sticks that is rough `enough`; `forces` gives N and F."""
+    pressing, friction = forces(solved.numbers)
+    largest = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
+    if not part.enough or abs(float(pressing)) <= _TINY * largest:
+        return
+    sign = -1 if len(friction) == 1 and float(friction[0]) < 0.0 else 1
 
     def ratio(instant: Instant) -> Mapping[str, Any]:
-        acting = Acting.at(instant)
-        force = acting.friction(part)
-        size = sign * force[0] if len(force) == 1 else length(force)
-        (arm,) = instant.motion.state.values([part.arm])
-        return {"": size / (arm * acting.pressing(element, part))}
+        pressing, friction = forces(instant)
+        size = sign * friction[0] if len(friction) == 1 else length(friction)
+        return {"": size / (instant.motion.state.values([part.arm])[0] * pressing)}
 
-    return solved.values(ratio, {"": "m" if part.rows[0].unit == "N*m" and part.arm is ONE else ""})[""]
+    unit = "m" if part.rows[0].unit == "N*m" and part.arm is ONE else ""
+    yield part.name, solved.values(ratio, {"": unit})[""]
 
 
 # --- at the limit --------------------------------------------------------------------------------------------------

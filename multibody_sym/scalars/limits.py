@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from multibody_sym.scalars.functions import absolute, sqrt
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S
 
 _BOUNDLESS: Final = 1e-17
@@ -27,8 +28,11 @@ def length(values: Sequence[S]) -> S:
 
 
 def pressing(forces: Sequence[S], sides: Sequence[int], *, norm: bool = False) -> S:
-    """Return N of normal forces with the signs that they have on their sides, 0 where that is not known."""
-    if norm:
+    """Return N of normal forces with the signs that they have on their sides, 0 where that is not known.
+
+    The length of a vector of which one component alone does not vanish identically is that by its side.
+    """
+    if norm and sum(x is not ZERO for x in forces) > 1:
         return length(forces)
     return sum(x if side > 0 else -x if side else absolute(x) for x, side in zip(forces, sides, strict=True))
 

@@ -8,7 +8,7 @@ from multibody_sym.algebra.conditions import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.impact.courses import Course
 from multibody_sym.answers.impact.order import Blows, Needed, Order
-from multibody_sym.answers.impact.resting import ImpactInstant, length, row_impulses
+from multibody_sym.answers.impact.resting import ImpactInstant, length, pressing, row_impulses
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.validity import told_conditions
 from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
@@ -16,6 +16,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.records import dataclass
+from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
@@ -66,6 +67,11 @@ class _Mode:
         """The speeds of all rows as they strike, after what is given has pushed."""
         return {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()} | self.course.striking
 
+    def most(self, element: OneWay, part: FrictionPart) -> S:
+        """Return how large the impulse of friction can be while a part sticks."""
+        (static,) = coefficients(self.nodes.before, part.rows, [part.static])
+        return limits.most(static, pressing(self.nodes, element, part, self.rows.sides))
+
     def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
         """Return the speeds of opening by the names of elements."""
         return {x.name: speeds[x.normals[0].name] for x in self.order.elements}
@@ -111,10 +117,8 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[N
     if slip:
         yield from _slipping(mode, element, part, slip)
     elif not part.enough:
-        (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
         (along,) = row_impulses(mode.nodes, [row])
-        limit = static * _pressing(mode, element, part)
-        yield Needed(as_node(along), f"{part.name} slips", limit=as_node(limit))
+        yield Needed(as_node(along), f"{part.name} slips", limit=as_node(mode.most(element, part)))
 
 
 def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> Iterator[Needed]:
@@ -136,15 +140,5 @@ def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> It
 def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Needed]:
     """Yield that what sticks in the end stays within its cone."""
     if not part.enough and mode.rows.slips.get(part.name, 0) == 0:
-        (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
         along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
-        yield Needed(as_node(static * _pressing(mode, element, part) - along), f"{part.name} slips")
-
-
-def _pressing(mode: _Mode, element: OneWay, part: FrictionPart) -> S:
-    """Return the impulse that presses where a part rubs."""
-    names = [element.normals[k].name for k in part.normals]
-    impulses = row_impulses(mode.nodes, names)
-    if part.norm:
-        return length(impulses)
-    return sum((mode.rows.sides.get(name, 1) * x for name, x in zip(names, impulses, strict=True)), 0)
+        yield Needed(as_node(mode.most(element, part) - along), f"{part.name} slips")

@@ -25,10 +25,11 @@ from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motio
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.model.mechanism.impacts import JumpRow, jump_leaf
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 from multibody_sym.simulation.recall import formalism_name
@@ -178,8 +179,13 @@ def friction_along(told: ImpactInstant, row: str) -> S:
 
 def length(components: Sequence[S]) -> S:
     """Return the length of a vector, without a root where it has one component."""
-    some = [x for x in components if as_node(x) is not ZERO]
-    return sqrt(sum(x * x for x in some)) if len(some) > 1 else sqrt(some[0] * some[0]) if some else 0
+    return limits.length([x for x in components if as_node(x) is not ZERO] or [0])
+
+
+def pressing(told: ImpactInstant, element: OneWay, part: FrictionPart, sides: Mapping[str, int]) -> S:
+    """Return the impulse that presses where a part rubs; `sides` are those of reactions in joints."""
+    names = [element.normals[k].name for k in part.normals]
+    return limits.pressing(row_impulses(told, names), [sides.get(name, 1) for name in names], norm=part.norm)
 
 
 def row_impulses(told: ImpactInstant, rows: Sequence[str]) -> list[S]:

@@ -20,6 +20,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import most, sliding
 
 AT_REST = 1e-12
 """Part of the largest speed below which v_t is rounding."""
@@ -52,15 +53,13 @@ def alone(moved: Moved, part: FrictionLaw | None, v: Floats, small: float) -> Pa
 def _tangential(K: Floats, part: FrictionLaw, v: Floats, small: float) -> tuple[Floats, int]:
     """Return p_t' and how the part slips."""
     speed = float(np.linalg.norm(v))
-    if speed > small:
-        return -part.kinetic * v / speed, IN_SPACE if len(v) > 1 else int(np.sign(v[0]))
-    held = least_squares(K[1:, 1:], -K[1:, 0])
-    if part.enough or float(np.linalg.norm(held)) <= part.static * (1.0 + AT_REST):
-        return held, STICKS
-    if len(v) == 1:
-        sense = float(np.sign(K[1, 0]))
-        return np.array([-part.kinetic * sense]), int(sense)
-    return -part.kinetic * departing(K, part.kinetic), IN_SPACE
+    if not speed > small:
+        held = least_squares(K[1:, 1:], -K[1:, 0])
+        if part.enough or float(np.linalg.norm(held)) <= most(part.static, 1.0 + AT_REST):
+            return held, STICKS
+        v = np.sign(K[1, :1]) if len(v) == 1 else departing(K, part.kinetic)
+        speed = 1.0
+    return np.array(sliding(part.kinetic, v.tolist(), speed)), IN_SPACE if len(v) > 1 else int(np.sign(v[0]))
 
 
 def departing(K: Floats, mu: float) -> Floats:

@@ -23,6 +23,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.rank import ROUNDING
 from multibody_sym.records import dataclass
+from multibody_sym.scalars import limits
 from multibody_sym.scalars.elementary import where
 from multibody_sym.scalars.functions import absolute, minimum, sign, sqrt
 from multibody_sym.scalars.node import ZERO, as_node, less
@@ -96,10 +97,13 @@ class PlaneContact:
         knn, knt, ktt = self.K
         return -knt * ktt / (ktt * ktt + self.stiff**2 * knn * knn) if self.stiff else -knt / ktt
 
-    @property
-    def rate(self) -> S:
-        """The change of v_n with p_n while it sticks."""
-        return self.K[0] + self.K[1] * self.held
+    def slipping(self, s: int) -> S:
+        """Return the change of p_t with p_n while it slips with sign s."""
+        return limits.sliding(self.kinetic, [s])[0]
+
+    def rate(self, along: S) -> S:
+        """Return the change of v_n with p_n while p_t changes by `along` with it."""
+        return self.K[0] + along * self.K[1]
 
 
 def plane_contact(
@@ -140,7 +144,7 @@ def plane_course(contact: PlaneContact, choose: Choose) -> Pair:
     (vn, vt), (_, knt, ktt) = contact.v, contact.K
 
     def slipping(s: int) -> Pair:
-        slows = contact.kinetic * ktt - s * knt
+        slows = -s * (contact.slipping(s) * ktt + knt)
         return choose(
             slows,
             lambda: _Stopping(contact, s, slows, choose).impulses(),
@@ -159,16 +163,16 @@ def plane_course(contact: PlaneContact, choose: Choose) -> Pair:
 
 def _straight(contact: PlaneContact, s: int) -> Pair:
     """Return the impulses of slip that never stops; all laws are one there."""
-    (vn, _), (knn, knt, _) = contact.v, contact.K
-    p = -(1 + contact.e) * vn / (knn - s * contact.kinetic * knt)
-    return p, -s * contact.kinetic * p
+    along = contact.slipping(s)
+    p = -(1 + contact.e) * contact.v[0] / contact.rate(along)
+    return p, along * p
 
 
 def _never_slipping(contact: PlaneContact, choose: Choose) -> Pair:
     """Return the impulses where slip stops at once, which may push along the normal, too."""
     (vn, vt), (_, knt, ktt) = contact.v, contact.K
     stop = -vt / ktt
-    left, rate = vn + knt * stop, contact.rate
+    left, rate = vn + knt * stop, contact.rate(contact.held)
     p = (-contact.e * vn - left) / rate if contact.law == "newton" else -(1 + contact.e) * left / rate
     none: S = 0
     return choose(
@@ -186,8 +190,8 @@ class _Stopping:
     choose: Choose
 
     def impulses(self) -> Pair:
-        contact, (knn, knt, _) = self.contact, self.contact.K
-        rate = knn - self.s * contact.kinetic * knt
+        contact = self.contact
+        rate = contact.rate(contact.slipping(self.s))
         stop = self.s * contact.v[1] / self.slows
         return self.choose(
             self._lasts(rate, stop),
@@ -207,12 +211,15 @@ class _Stopping:
         """Return the impulses where slip has stopped at p_n = stop: it sticks then, or slips back."""
         contact, (knn, knt, ktt) = self.contact, self.contact.K
 
+        def ended(along: S) -> Pair:
+            return self._ended(rate, stop, contact.rate(along), along)
+
         def back(s: int) -> Pair:
-            return self._ended(rate, stop, knn - s * contact.kinetic * knt, -s * contact.kinetic)
+            return ended(contact.slipping(s))
 
         return self.choose(
-            contact.static * ktt - absolute(knt),
-            lambda: self._stuck(*self._ended(rate, stop, contact.rate, contact.held), stop),
+            limits.most(contact.static, ktt) - absolute(knt),
+            lambda: self._stuck(*ended(contact.held), stop),
             lambda: self.choose(
                 knt, lambda: back(1), lambda: back(-1), broken=("it slips back the other way",) * 2
             ),
@@ -224,7 +231,7 @@ class _Stopping:
         """Return the impulses at the end, when v_n changes with `then` and p_t with `along` once slip has stopped."""
         contact, (vn, _) = self.contact, self.contact.v
         e, reached = contact.e, vn + rate * stop
-        friction = -self.s * contact.kinetic * stop
+        friction = contact.slipping(self.s) * stop
         if contact.law == "newton":
             more = (-e * vn - reached) / then
             return stop + more, friction + along * more
@@ -258,8 +265,8 @@ class _Stopping:
             return p, along
         returned: S = contact.returned
         size = absolute(along)
-        room = contact.static * p - size
-        most = sqrt(contact.kinetic * absolute(contact.v[1]) * stop / contact.K[2])
+        room = limits.most(contact.static, p) - size
+        most = sqrt(limits.most(contact.kinetic, stop) * absolute(contact.v[1]) / contact.K[2])
 
         def limited(back: S) -> Pair:
             return p, along + sign(along) * back

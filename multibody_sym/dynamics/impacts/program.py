@@ -32,7 +32,8 @@ from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import where
-from multibody_sym.scalars.functions import absolute, sqrt
+from multibody_sym.scalars.functions import absolute
+from multibody_sym.scalars.limits import length, most
 from multibody_sym.scalars.node import ZERO, Node, as_node, less
 from multibody_sym.scalars.vectors import S
 
@@ -104,6 +105,7 @@ class StruckMode:
         motion: Motion | None,
         first: Mapping[str, S] | None = None,
     ) -> Iterator[tuple[str, str, S]]:
+        normal = element.normals[0].name
         for part in rubbing(element):
             slip, names = self.rows.slips.get(part.name, 0), [row.name for row in part.rows]
             if slip:
@@ -115,9 +117,8 @@ class StruckMode:
                 yield "speed", f"{part.name} rests", -sum((absolute(x) for x in after_all), ZERO)
             elif not part.enough and element.unilateral and part.normals == (0,):
                 static: S = coefficients(motion, part.rows, [part.static])[0] if motion else part.static
-                along = [impulses.get(name, ZERO) for name in names]
-                size = sqrt(sum(x * x for x in along)) if len(along) > 1 else absolute(along[0])
-                yield "impulse", f"{part.name} sticks", static * impulses.get(element.normals[0].name, ZERO) - size
+                size, N = length([impulses.get(name, ZERO) for name in names]), impulses.get(normal, ZERO)
+                yield "impulse", f"{part.name} sticks", most(static, N) - size
 
     def wanted(self, before: Motion, pushed: Motion) -> dict[int, S]:
         """Return the jumps of rows: normal speeds are reversed, what sticks or begins stops, motions jump as given.

@@ -23,6 +23,7 @@ from multibody_sym.dynamics.laws.search import modes_of
 from multibody_sym.dynamics.laws.uniqueness import admissible
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import most
 
 MOST: Final = 2000
 _TURNS: Final = 2.0 * np.pi * np.arange(24) / 24
@@ -100,7 +101,7 @@ def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None
 
 
 def _limit(part: Part, small: Reduced, f: Floats) -> float:
-    return part.static * part.pressed(small.z0 + small.Z @ f)
+    return float(most(part.static, part.pressed(small.z0 + small.Z @ f)))
 
 
 def _mode(system: Scaled, small: Reduced, f: Floats) -> LawMode:

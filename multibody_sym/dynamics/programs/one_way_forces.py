@@ -91,9 +91,8 @@ class OneWayForces:
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
         normals = [element.normals[k] for k in part.normals]
-        components = [self.multiplier(row.name) for row in normals]
-        norm = part.norm and sum(x is not ZERO for x in components) > 1
-        return limits.pressing(components, [self.side(element, row) for row in normals], norm=norm)
+        sides = [self.side(element, row) for row in normals]
+        return limits.pressing([self.multiplier(row.name) for row in normals], sides, norm=part.norm)
 
     def side(self, element: OneWay, normal: Row) -> int:
         """Return the sign with which the force of a normal row counts."""
