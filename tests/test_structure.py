@@ -91,3 +91,28 @@ def test_scipy_is_imported_only_by_what_computes_with_it() -> None:
         if isinstance(node, (ast.Import, ast.ImportFrom)) and ast.unparse(node).split()[1].startswith("scipy")
     ]
     assert early == []
+
+
+LIMITS_STAND_IN = {"scalars/limits.py", "model/resolution/one_way/rubbing.py"}
+"""The formulas of friction, and where the coefficient of what turns is that of its arm."""
+
+
+def is_coefficient(node: ast.AST) -> bool:
+    name = node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+    return name in ("static", "kinetic")
+
+
+def test_what_friction_allows_stands_once():
+    products = {
+        str(path)
+        for path, found in nodes().items()
+        for node in found
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)
+        if any(is_coefficient(x.operand if isinstance(x, ast.UnaryOp) else x) for x in (node.left, node.right))
+    }
+    assert products == LIMITS_STAND_IN
+
+
+def test_how_elements_stand_and_which_problem_they_pose_is_defined_once():
+    names = [function.name for found in nodes().values() for function in functions(found)]
+    assert [names.count(name) for name in ("posed", "standing")] == [1, 1]

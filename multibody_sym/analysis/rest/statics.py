@@ -25,7 +25,8 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ONE, Node, as_node, multiply, negate
+from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.node import ONE, Node, as_node, negate
 from multibody_sym.scalars.vectors import S
 
 DIRECTIONS: Final = 8
@@ -139,7 +140,7 @@ class Statics:
 
     def _of_friction(self, element: OneWay, part: FrictionPart, choice: Choice, cuts: Cuts) -> Iterator[Limit]:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
-        normals = [(k, multiply(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
+        normals = [(k, most(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
         pressing = tuple(self.place(element.normals[k]) for k in part.normals)
         curved = len(rows) == 2 or (part.norm and len(pressing) > 1)

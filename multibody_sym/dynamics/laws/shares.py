@@ -21,6 +21,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.inner_point import Cone, Inside, inner_point
 from multibody_sym.numerics.rank import SWITCHED, least_squares, null_space, row_space
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import most, sliding
 
 CLEAR: Final = 1e-11
 """The part of the largest force by which shares are clearly away from all bounds."""
@@ -87,9 +88,9 @@ def _acting(posed: PosedLaws, mode: Mode) -> _Sharing:
 def _along(law: FrictionLaw, slip: int, direction: tuple[float, ...] | None) -> Floats:
     """Return the friction along each row for a unit normal force."""
     if len(law.rows) == 1:
-        return np.array([-slip * law.kinetic])
-    way = np.array(law.velocity if not law.rests or direction is None else direction)
-    return -law.kinetic * way / max(float(np.linalg.norm(way)), 1e-300)
+        return np.array(sliding(law.kinetic, [slip]))
+    way = law.velocity if not law.rests or direction is None else direction
+    return np.array(sliding(law.kinetic, way, max(float(np.linalg.norm(way)), 1e-300)))
 
 
 def _elements(posed: PosedLaws, mode: Mode) -> list[OneWay]:
@@ -117,7 +118,7 @@ def _cones(one: _Sharing, sizes: Floats) -> tuple[list[Cone], list[int]]:
             loose += own
         else:
             normal = one.place(element.normals[0].name)
-            found.append(Cone(own, (normal,), (law.static * float(sizes[normal] / sizes[own[0]]),)))
+            found.append(Cone(own, (normal,), (most(law.static, float(sizes[normal] / sizes[own[0]])),)))
     return found, loose
 
 

@@ -36,7 +36,7 @@ from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, where
-from multibody_sym.scalars.limits import length
+from multibody_sym.scalars.limits import length, sliding
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
 from multibody_sym.scalars.rotations import unit_quaternion
 from multibody_sym.scalars.vectors import S
@@ -148,7 +148,7 @@ class _EveryMode:
         """Return the force along each row of a part for a unit normal force, zero where it does not slide."""
         if part.regularised is not None:
             kinetic, least = self._motion.state.values([part.kinetic, part.regularised])
-            return [as_node(-kinetic * v / length([*speeds, least])) for v in speeds]
+            return list(map(as_node, sliding(kinetic, speeds, length([*speeds, least]))))
         slip, mu = self.modes.slip(part), _if(self.modes.at_limit(part), *limits)
         if len(part.rows) == 1:
             return [as_node(-slip * mu)]

@@ -20,6 +20,7 @@ from multibody_sym.dynamics.laws.shares import shared
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.numerics.rank import SWITCHED, least_squares, rank
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import most, sliding
 
 _ALLOWED: Final = 1e-9
 """The part of the largest force by which bounds may be missed."""
@@ -28,14 +29,14 @@ _MOST: Final = 4
 
 
 @dataclass(frozen=True)
-class _Resting:
-    """A friction part that rests, the places of its rows and of its normals, its static coefficient, its element."""
+class _Part:
+    """A friction part that rests or slides, the places of its rows and normals, its coefficient then, its element."""
 
     part: FrictionPart
     element: OneWay
     rows: tuple[int, ...]
     normals: tuple[int, ...]
-    static: float
+    limit: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,18 +56,14 @@ class _Acting:
     def bilateral(self) -> list[int]:
         return [self.problem.places[row.name] for row in self.problem.mechanism.rows]
 
-    def parts(self, *, resting: bool) -> list[_Resting]:
+    def parts(self, *, resting: bool) -> list[_Part]:
         laws = {part.name: law for part, law in zip(self.problem.parts, self.problem.problem.parts, strict=True)}
         return [
-            _Resting(part, x, laws[part.name].rows, laws[part.name].normals, _limit(laws[part.name], resting=resting))
+            _Part(part, x, law.rows, law.normals, law.static if resting else law.kinetic)
             for x in self.elements()
             for part in x.frictions
-            if part.name in laws and (self.mode.slips.get(part.name, STICKS) == STICKS) == resting
+            if (law := laws.get(part.name)) and (self.mode.slips.get(part.name, STICKS) == STICKS) == resting
         ]
-
-
-def _limit(law: object, *, resting: bool) -> float:
-    return float(getattr(law, "static" if resting else "kinetic"))
 
 
 def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
@@ -162,10 +159,10 @@ def _rank(problem: PosedLaws, places: Sequence[int]) -> int:
     return rank(problem.problem.matrix[list(places)], SWITCHED) if len(places) else 0
 
 
-def _kept(acting: _Acting, resting: Sequence[_Resting]) -> tuple[list[int], tuple[str, ...], list[_Resting]]:
+def _kept(acting: _Acting, resting: Sequence[_Part]) -> tuple[list[int], tuple[str, ...], list[_Part]]:
     """Return independent rows, those of the largest forces first; elements that carry nothing; parts let loose."""
     (kept, idle), z, loose = _pressed(acting), acting.state.z, []
-    for one in sorted(resting, key=lambda x: -x.static * float(np.abs(z[list(x.normals)]).sum())):
+    for one in sorted(resting, key=lambda x: -most(x.limit, float(np.abs(z[list(x.normals)]).sum()))):
         independent = _rank(acting.problem, [*kept, *one.rows]) == _rank(acting.problem, kept) + len(one.rows)
         if independent and one.element.name not in idle:
             kept += one.rows
@@ -186,7 +183,7 @@ def _pressed(acting: _Acting) -> tuple[list[int], tuple[str, ...]]:
     return kept, tuple(idle)
 
 
-def _ways(acting: _Acting, loose: Sequence[_Resting]) -> Iterator[tuple[int, ...]]:
+def _ways(acting: _Acting, loose: Sequence[_Part]) -> Iterator[tuple[int, ...]]:
     """Yield what each part that was let loose may exert: nothing, or its limit, the way in which it pulls first."""
     choices = []
     for k, one in enumerate(loose):
@@ -197,17 +194,15 @@ def _ways(acting: _Acting, loose: Sequence[_Resting]) -> Iterator[tuple[int, ...
 
 
 def _fits(
-    acting: _Acting, kept: Sequence[int], idle: Sequence[str], loose: Sequence[_Resting], how: Sequence[int]
+    acting: _Acting, kept: Sequence[int], idle: Sequence[str], loose: Sequence[_Part], how: Sequence[int]
 ) -> bool:
     """Tell whether forces of the kept rows, with these of the loose ones, make the motion and keep their bounds."""
     problem, exerted = acting.problem.problem, acting.problem.problem.exerted.copy()
-    for one, slip in zip(loose, how, strict=True):
-        if slip != STICKS and one.element.name not in idle:
-            exerted[one.normals[0]] -= slip * one.static * problem.exerted[one.rows[0]]
-    for one in acting.parts(resting=False):
-        slip = acting.mode.slips[one.part.name]
+    slips = [(one, slip) for one, slip in zip(loose, how, strict=True) if one.element.name not in idle]
+    slips += [(one, acting.mode.slips[one.part.name]) for one in acting.parts(resting=False)]
+    for one, slip in slips:
         if slip in (1, -1):
-            exerted[one.normals[0]] -= slip * one.static * problem.exerted[one.rows[0]]
+            exerted[one.normals[0]] += sliding(one.limit, [slip])[0] * problem.exerted[one.rows[0]]
     places = list(kept)
     forces = least_squares(exerted[places].T, acting.state.x)
     z = np.zeros(len(problem.laws))
@@ -220,6 +215,6 @@ def _fits(
         return False
     bound = [one for one in acting.parts(resting=True) if one not in loose and not one.part.enough]
     return all(
-        float(np.linalg.norm(z[list(one.rows)])) <= one.static * float(z[list(one.normals)].sum()) + allowed
+        float(np.linalg.norm(z[list(one.rows)])) <= most(one.limit, float(z[list(one.normals)].sum())) + allowed
         for one in bound
     )

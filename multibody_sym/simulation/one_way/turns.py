@@ -19,6 +19,7 @@ from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_worth
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import most
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.decision import SOON, Decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
@@ -207,7 +208,7 @@ def _over(turn: Turn, solved: Solved, facts: Facts, before: Acting, cause: int) 
     size = float(np.linalg.norm(facts.known["exerted"][cause]))
     for one in before.sticks:
         if one.tangent == cause:
-            limit = float(facts.known["coefficients"][one.part][0] * solved.z[one.normal])
+            limit = float(most(facts.known["coefficients"][one.part][0], solved.z[one.normal]))
             return size * (-_sense(turn, cause) * float(solved.z[cause]) - limit)
     return -size * float(solved.z[cause])
 
@@ -284,8 +285,8 @@ def _clearly(solved: Solved, facts: Facts, acting: Acting, free: int | None) -> 
     z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.known["exerted"])
     forces = [(k, z[k] * sizes[k]) for k in acting.pressing]
     for stick in acting.sticks:
-        limit = mu[stick.part, 0] * z[stick.normal]
-        forces.append((stick.tangent, sizes[stick.tangent] * (limit - abs(z[stick.tangent]))))
+        left = most(mu[stick.part, 0], z[stick.normal]) - abs(z[stick.tangent])
+        forces.append((stick.tangent, sizes[stick.tangent] * left))
     ways = [(k, a[k]) for k in acting.apart]
     ways += [(slide.tangent, slide.sense * a[slide.tangent]) for slide in acting.slides if slide.begins]
     pressed = all(force > CLEAR * solved.force for k, force in forces if k != free)
