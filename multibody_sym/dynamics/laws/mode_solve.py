@@ -10,6 +10,7 @@ found by Newton's method around that solve.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
@@ -220,14 +221,14 @@ def forces_of(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: 
     _on_lines(problem, mode, mu, lines, S, place)
     for number in np.flatnonzero(slides & ~lines):
         part, slip = problem.parts[number], int(mode.slips[number])
-        weights, way = _weights(part, mode, pressing), _way(part, mode, slip)
+        weights, way = weights_of(part, mode, pressing), _way(part, mode, slip)
         columns = place[part.normals]
         there = columns >= 0
         S[np.ix_(part.rows, columns[there])] = -mu[part.number] * np.outer(way, weights[there])
     return S
 
 
-def _weights(part: Part, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+def weights_of(part: Part, mode: Modes, pressing: Mapping[int, Floats]) -> Floats:
     """Return the factors of its normals' forces in N."""
     if part.norm:
         return np.asarray(part.base * pressing.get(part.number, np.zeros(len(part.normals))), dtype=float)
@@ -318,7 +319,7 @@ class _Solution:
 
     def weights(self, part: Part) -> Floats:
         """Return the factors of its normals' forces in N."""
-        return _weights(part, self.trial.mode, self.pressing)
+        return weights_of(part, self.trial.mode, self.pressing)
 
     def change(self, forces: Floats) -> Floats:
         """Return by how much a (m, j) changes with forces (m, j), which others answer as the equations ask."""

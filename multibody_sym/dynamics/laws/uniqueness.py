@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.judgement import force_tolerance
-from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
+from multibody_sym.dynamics.laws.mode_solve import Trial, sticking, weights_of
 from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.inner_point import Cone, inner_point
@@ -287,9 +287,7 @@ def _bounded(problem: Scaled, trial: Trial, along: Ways) -> list[Part]:
 def _pressing(problem: Scaled, part: Part, trial: Trial, along: Ways) -> Floats:
     """Return (m) by the forces what those of a part that sticks may be at most."""
     row = np.zeros(problem.count)
-    negative = problem.two_sided[part.normals] & (trial.mode.sides[part.normals] < 0)
-    ways = along[part.number] if part.norm else np.where(negative, -1.0, 1.0)
-    row[part.normals] = trial.mu[part.number] * part.base * ways
+    row[part.normals] = trial.mu[part.number] * weights_of(part, trial.mode, along)
     return row
 
 
