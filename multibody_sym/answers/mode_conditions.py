@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.dynamics.programs.one_way_forces import is_active, rubs, side_of, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, side_of, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import force_name
@@ -81,7 +81,7 @@ def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
         else:
             yield from _sides(acting, element)
         for part in element.frictions if is_active(mechanism, element) else ():
-            if rubs(part):
+            if part.rubs:
                 yield from _friction(acting, element, part, part.name in moving)
     yield from _groups(acting)
     yield from _standing(acting, Acting.at(solved.numbers))
@@ -215,7 +215,7 @@ def _turned(a: Quotient) -> Quotient:
 def _groups(acting: Acting) -> Iterator[Inequality]:
     """Yield that corners which all stick do not slip together: their single forces may not be unique, their sum is."""
     for name, elements in _corner_groups(acting):
-        parts = [part for element in elements for part in element.frictions[:1] if rubs(part) and not part.enough]
+        parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
         sticking = all(slip_of(acting.mechanism, part) == STICKS for part in parts)
         if len(elements) > 1 and len(parts) == len(elements) and sticking:
             yield _sticking_together(acting, name, elements, parts)
@@ -227,7 +227,7 @@ def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
     Corners that share one force with a point in their outline may do so each below its limit if all together are.
     """
     for name, elements in _corner_groups(acting):
-        parts = [part for element in elements for part in element.frictions[:1] if rubs(part) and not part.enough]
+        parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
         if len(elements) < 2 or not all(slip_of(acting.mechanism, x) == STICKS and len(x.rows) == 2 for x in parts):
             continue
         rows = [*(x.normals[0] for x in elements), *(row for part in parts for row in part.rows)]

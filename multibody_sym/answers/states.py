@@ -11,7 +11,7 @@ from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.mode_conditions import inequalities
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.reactions import unit_of
-from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, rubs, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.states import WAYS
@@ -81,7 +81,7 @@ def _lines(
     acts = is_active(acting.mechanism, element)
     if not acts and element.group != element.name and element.name not in solved.decided.touching:
         return  # a corner in the air
-    rubbing = [part for part in element.frictions if acts and rubs(part)]
+    rubbing = [part for part in element.frictions if acts and part.rubs]
     if element.name in words and all(part.name != element.name for part in rubbing):
         yield _standing(element, words[element.name])
     for part in rubbing:

@@ -21,7 +21,6 @@ from multibody_sym.dynamics.derivation.letters import (
     row_letter,
     spelt,
 )
-from multibody_sym.dynamics.programs.one_way_forces import rubs
 from multibody_sym.dynamics.programs.tensions import ropes
 from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.printer import text
@@ -89,7 +88,7 @@ def _of_element(mechanism: Mechanism, element: OneWay) -> Iterator[Lettered]:
             yield _tension(row)
     elif element.unilateral:
         yield Lettered(("row", row.name), NORMAL, element.name)
-    for part in (part for part in element.frictions if rubs(part)):
+    for part in (part for part in element.frictions if part.rubs):
         for each in part.rows:
             letter = MOMENT if force_unit(each, mechanism) == "N*m" else FRICTION
             yield Lettered(("row", each.name), letter, part.name)

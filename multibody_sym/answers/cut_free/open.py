@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator
 from multibody_sym.answers.cut_free.records import Values
 from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, rubs
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.model.mechanism.one_way import PRESSING, OneWay, component_names
@@ -26,7 +26,7 @@ def open_forces(motion: Motion, ambiguous: Collection[str]) -> frozenset[Compone
             continue
         pressed = element.normals[0].name in ambiguous
         found |= {(element.name, PRESSING[element.kind])} if pressed else set()
-        for part in filter(rubs, element.frictions):
+        for part in (part for part in element.frictions if part.rubs):
             names = component_names(element, part)
             for name, row in zip(names, part.rows, strict=True):
                 if row.name in ambiguous or (pressed and row.name not in acting):

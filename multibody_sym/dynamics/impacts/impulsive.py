@@ -43,7 +43,7 @@ _NOTHING: Final = 1e-13
 
 def rubbing(element: OneWay) -> tuple[FrictionPart, ...]:
     """Return the friction parts of an element that rub at all."""
-    return tuple(p for p in element.frictions if p.enough or p.static is not ZERO or p.kinetic is not ZERO)
+    return tuple(part for part in element.frictions if part.rubs)
 
 
 @dataclass(frozen=True, eq=False)

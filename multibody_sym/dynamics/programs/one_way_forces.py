@@ -58,11 +58,6 @@ def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
     return ACTIVE if element.unilateral else sides.get(normal.name, sides.get(element.name, INACTIVE))
 
 
-def rubs(part: FrictionPart) -> bool:
-    """Return whether there is friction at all."""
-    return part.enough or part.static is not ZERO or part.kinetic is not ZERO
-
-
 @dataclass(frozen=True, eq=False)
 class OneWayForces:
     """The elements of a mechanism in its mode, in motion, with the multipliers (ns) of its rows."""
@@ -156,7 +151,7 @@ class OneWayForces:
 
     def of(self, element: OneWay) -> dict[str, S]:
         """Return the forces of an element by component: what presses, then friction, of two parts in space."""
-        parts = [part for part in element.frictions if rubs(part)]
+        parts = [part for part in element.frictions if part.rubs]
         found: dict[str, S] = {}
         if element.unilateral:
             found[PRESSING[element.kind]] = self.normal(element)

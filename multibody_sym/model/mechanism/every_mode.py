@@ -17,7 +17,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ZERO, Node, slot
+from multibody_sym.scalars.node import Node, slot
 
 MODES: Final = "modes"
 """The array of these numbers."""
@@ -31,7 +31,7 @@ def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
 def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
     """Return the friction parts that rub, with their elements."""
     pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
-    return tuple((x, part) for x, part in pairs if part.enough or not (part.static is part.kinetic is ZERO))
+    return tuple((x, part) for x, part in pairs if part.rubs)
 
 
 def in_every_mode(mechanism: Mechanism) -> Mechanism:

@@ -7,7 +7,6 @@ from typing import Final
 
 from multibody_sym.model.declaration.states import STRIKES, VERBS
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, INACTIVE, STICKS, FrictionPart, Mode, OneWay
-from multibody_sym.scalars.node import ZERO
 
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
 
@@ -38,7 +37,7 @@ def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
 
 def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
     active = not element.unilateral or mode.sides.get(element.name, INACTIVE) != INACTIVE
-    rubbing = [part for part in element.frictions if part.enough or not (part.static is part.kinetic is ZERO)]
+    rubbing = [part for part in element.frictions if part.rubs]
     own = next((part for part in rubbing if part.name == element.name), None)
     if own is None or not active:
         yield element.name, element.words[0 if active else 1]

@@ -52,6 +52,11 @@ class FrictionPart:
     regularised: Node | None = None
     arm: Node = ONE
 
+    @property
+    def rubs(self) -> bool:
+        """Whether there is friction at all."""
+        return self.enough or not (self.static is self.kinetic is ZERO)
+
 
 @dataclass(frozen=True)
 class OneWay:
