@@ -50,7 +50,7 @@ def runnable(
     verify_formalism(formalism)
     finding = _Programs(system, formalism, native, backend)
     state, made = _started(system, finding)
-    state = with_numbers_as_data(state)
+    state = with_numbers_as_data(state.before_a_run)
     laws = _laws(state, system) if modes and state.declared.one_way else None
     if laws is not None and laws.every is not None:
         name, programs = finding.of_all_modes(laws)

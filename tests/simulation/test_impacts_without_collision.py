@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.laws.assemble import Scale
-from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.one_way.decision import decided
 from multibody_sym.simulation.one_way.facts import Facts
@@ -37,38 +36,69 @@ simulation: {t_end: 1e-3, samples: 2}
 
 @pytest.fixture(scope="module")
 def sliding() -> Facts:
-    """The rod with its tip on the floor, where K_nn - mu K_nt, the inverse of its apparent mass, is negative."""
-    run = mbs.simulate(mbs.loads(ROD))
+    return slides(0.4)
+
+
+def slides(restitution: float) -> Facts:
+    """Return the rod with its tip on the floor, where K_nn - mu K_nt, the inverse of its apparent mass, is negative."""
+    run = mbs.simulate(mbs.loads(ROD), parameters={"e": restitution})
     assert run.modes is not None
     q, u = np.array([0.0, math.sin(1.3), 1.3]), np.array([-8.0, 0.0, 0.0])
     return run.modes.laws.at(0.0, q, u, Scale(1.0, 8.0))
 
 
-def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(sliding: Facts) -> None:
-    """Routh: (p_n, p_t) compress until v_n = v_t = 0; then it sticks while e p_n more is given back."""
+def routh() -> tuple[np.ndarray, np.ndarray]:
+    """Return the impulses (p_n, p_t) of the rod and its speeds after them."""
     c, s, e = math.cos(1.3), math.sin(1.3), 0.4
     K = np.array([[1 + 3 * c * c, -3 * s * c], [-3 * s * c, 1 + 3 * s * s]])
     assert K[0, 0] + 2 * K[0, 1] < 0.0
     compressed = np.linalg.solve(K, [0.0, 8.0])
     p = compressed + e * compressed[0] * np.array([1.0, -K[0, 1] / K[1, 1]])
     assert abs(p[1]) < 2 * p[0]
+    return p, np.array([-8 + p[1], p[0], 3 * (s * p[1] - c * p[0])])
+
+
+def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(sliding: Facts) -> None:
+    """Routh: (p_n, p_t) compress until v_n = v_t = 0; then it sticks while e p_n more is given back."""
+    p, u = routh()
     found = decided(sliding, ["c"])
     assert found.mode is not None
     assert found.mode.sides == {"c": 0}
-    np.testing.assert_allclose(found.facts.u, [-8 + p[1], p[0], 3 * (s * p[1] - c * p[0])], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(found.facts.u, u, rtol=0, atol=1e-7)
     assert found.blow is not None
     assert found.blow.impulses["c"] == pytest.approx(p[0], rel=1e-7)
     energy = [0.5 * (u[0] ** 2 + u[1] ** 2 + u[2] ** 2 / 3) for u in (sliding.u, found.facts.u)]
     assert found.blow.lost["c"] == pytest.approx(energy[0] - energy[1], rel=1e-7)
 
 
-def test_without_a_restitution_there_is_no_state_and_it_is_proved(sliding: Facts) -> None:
-    laws = sliding.laws
-    dead = replace(laws.mechanism, one_way=tuple(replace(x, restitution=ZERO) for x in laws.mechanism.one_way))
-    found = decided(replace(sliding, laws=replace(laws, mechanism=dead)), ["c"])
+def test_without_a_restitution_there_is_no_state_and_it_is_proved() -> None:
+    found = decided(slides(0.0), ["c"])
     assert (found.mode, found.blow) == (None, None)
     assert found.found is not None
     assert found.found.proved
+
+
+@pytest.mark.parametrize("method", ["dormand_prince", "radau_5"])
+def test_a_run_may_begin_with_it(method: str) -> None:
+    p, u = routh()
+    system = mbs.loads(ROD.replace("[0, 2, 1.3]", "[0, sin(1.3), 1.3]").replace(", open: true", ""))
+    run = mbs.simulate(system, method=method)
+    assert run.modes is not None
+    assert run.modes.blows[0].impulses["c.normal"] == pytest.approx(p[0], rel=1e-7)
+    assert run["u_y"][-1] == pytest.approx(u[1] - 9.81e-3, abs=1e-7)
+    assert run["u_th"][-1] == pytest.approx(u[2], abs=1e-7)
+    assert run.energy_residual == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(mbs.NoSolutionError, match=r"fulfils the laws.*as it bounces, a run begins with an impact"):
+        mbs.solve(system)
+    with pytest.raises(mbs.NoSolutionError, match=r"all 2 modes$"):
+        mbs.simulate(system, parameters={"e": 0})
+
+
+def test_a_prepared_run_may_begin_with_it_at_another_start() -> None:
+    _, u = routh()
+    prepared = mbs.prepare(mbs.loads(ROD.replace("[0, 2, 1.3]", "[0, 2*sin(1.3), 1.3]").replace(", open: true", "")))
+    run = prepared.run(initial={"y": math.sin(1.3)})
+    assert run["u_th"][-1] == pytest.approx(u[2], abs=1e-7)
 
 
 CRATE = """

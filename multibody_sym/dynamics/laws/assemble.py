@@ -18,6 +18,7 @@ from multibody_sym.dynamics.laws.problem import (
     INACTIVE,
     STICKS,
     Equality,
+    Found,
     Friction,
     FrictionLaw,
     Law,
@@ -148,6 +149,10 @@ class RowNumbers(ABC):
         """Return the static and the kinetic coefficient of a part; of one that creeps both are what it has now."""
 
     @abstractmethod
+    def restitution(self, element: OneWay) -> float:
+        """Return how much of its impulse of compression an element gives back."""
+
+    @abstractmethod
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
         """Return A, C, D and r of the rows at some places."""
 
@@ -187,6 +192,14 @@ class RowNumbers(ABC):
             return "inside"
         slow = abs(rate) <= self.allowed_speed(element.normals[0])
         return "touching" if slow else "leaving" if rate > 0.0 else "closing"
+
+    def wedged(self, touching: Iterable[OneWay], found: Found) -> bool:
+        """Return whether no forces fulfil the laws of what touches and rests, some of which bounces, as is proved."""
+        if found.states or not found.proved:
+            return False
+        elements = list(touching)
+        rest = all(self.standing(x) == "touching" for x in elements)
+        return rest and any(self.restitution(x) > 0.0 for x in elements)
 
     def posed(self, closed: Collection[str]) -> PosedLaws:
         """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
@@ -286,6 +299,9 @@ class OneWayRows(RowNumbers):
         velocity = [self.phidot(row) for row in part.rows]
         now = float(creeping(kinetic, velocity, *self.motion.state.values([part.regularised])))
         return now, now
+
+    def restitution(self, element: OneWay) -> float:
+        return float(*self.motion.state.values([element.restitution]))
 
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
         if not places:

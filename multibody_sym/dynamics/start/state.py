@@ -41,6 +41,7 @@ _CLOSED: Final = 1e-12
 _IN_SPACE: Final = 4
 """With more friction at rest in space one state is enough, and that others were not searched is told."""
 _BEYOND: Final = "; start from a little beyond, or with the speed at which it slides"
+_STRIKES: Final = "; as it bounces, a run begins with an impact without collision (simulate)"
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
@@ -72,12 +73,25 @@ class StartState:
             assert self.found is not None
             blamed = self._blamed()
             names = f" ({', '.join(x.name for x in blamed)})" if len(blamed) > 1 else ""
+            advice = _STRIKES if self.wedged else "" if self.found.proved else _BEYOND
             raise NoSolutionError(
-                f"at the start {self.found.why_none}{'' if self.found.proved else _BEYOND}{names}",
+                f"at the start {self.found.why_none}{advice}{names}",
                 where=Where(path=blamed[0].path),
                 number="N107",
             )
         return self.modes[0]
+
+    @cached_property
+    def wedged(self) -> bool:
+        """Whether no forces fulfil the laws, but impulses may: a run begins with an impact without collision."""
+        if self.posed is None or self.found is None:
+            return False
+        return self.posed.rows.wedged([x for x in self.posed.elements if x.unilateral], self.found)
+
+    @property
+    def before_a_run(self) -> StartState:
+        """The state from which a run begins, which decides the first mode: nothing acts where all is `wedged`."""
+        return replace(self, modes=(Mode({}),)) if self.wedged else self
 
     def _blamed(self) -> Sequence[OneWay]:
         """Return a smallest set of elements that close of which the laws leave no state; all after many attempts."""
@@ -257,8 +271,7 @@ def _touching(
 
 
 def _strikes(rows: OneWayRows, element: OneWay) -> bool:
-    (restitution,) = rows.motion.state.values([element.restitution])
-    return rows.standing(element) == "closing" and float(restitution) > 0.0
+    return rows.standing(element) == "closing" and rows.restitution(element) > 0.0
 
 
 def closed_at(

@@ -19,7 +19,6 @@ from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
-from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, rounded_up
@@ -201,10 +200,7 @@ class _After:
     @property
     def wedged(self) -> bool:
         """Whether it is proved that no forces fulfil the laws of what touches and rests, some of which bounces."""
-        touch = named(self.facts, self.touching)
-        if self.found.states or not self.found.proved or not any(x.restitution is not ZERO for x in touch):
-            return False
-        return all(self.facts.standing(x) == "touching" for x in touch)
+        return self.facts.wedged(named(self.facts, self.touching), self.found)
 
 
 def _after(

@@ -118,6 +118,9 @@ class Facts(RowNumbers):
         static, kinetic = self.known["coefficients"][self.laws.parts[part.name]].tolist()
         return static, kinetic
 
+    def restitution(self, element: OneWay) -> float:
+        return float(self.known["bounces"][self.laws.elements[element.name]])
+
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
         known, at = self.known, np.array(places, dtype=int)
         return known["matrix"][at], known["exerted"][at], known["coupling"][np.ix_(at, at)], known["right"][at]

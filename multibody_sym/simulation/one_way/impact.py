@@ -367,7 +367,7 @@ class Bounces:
         """
         if not ceases(facts, element) or not (falling := facts.falling(element, udot)) > 0.0:
             return None
-        e = restitution(facts, element)
+        e = facts.restitution(element)
         rebound = -e * facts.rate(element)
         left = 2.0 * rebound / (falling * (1.0 - e))
         unseen = max(_REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), _TICKS * abs(facts.t))
@@ -400,14 +400,9 @@ def lost_height(facts: Facts, element: OneWay) -> float:
     return float(_HEIGHT * facts.farthest(element))
 
 
-def restitution(facts: Facts, element: OneWay) -> float:
-    """Return an element's coefficient of restitution."""
-    return float(facts.known["bounces"][facts.laws.elements[element.name]])
-
-
 def ceases(facts: Facts, element: OneWay) -> bool:
     """Return whether bounces of an element get lower and lower."""
-    return 0.0 < restitution(facts, element) < 1.0
+    return 0.0 < facts.restitution(element) < 1.0
 
 
 def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow | None:
@@ -415,7 +410,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
 
     What is `hidden` takes no part; what does not close strikes nothing, however deep rounding has let it in.
     """
-    laws, place, e = facts.laws, facts.place(element.normals[0]), restitution(facts, element)
+    laws, place, e = facts.laws, facts.place(element.normals[0]), facts.restitution(element)
     rubs = laws.two_sided_rub or any(part.name in laws.parts for part in element.frictions)
     if laws.mechanism.rows or not e > 0.0 or rubs:
         return None
@@ -479,7 +474,7 @@ def struck(
     allowed = np.zeros(len(problem.names))
     for element in own:
         place = problem.places[element.normals[0].name]
-        bounces[place] = 0.0 if element.name in resting else restitution(facts, element)
+        bounces[place] = 0.0 if element.name in resting else facts.restitution(element)
         allowed[place] = facts.allowed_speed(element.normals[0])
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
     speeds[[row for part in problem.problem.parts if part.rests for row in part.rows]] = 0.0  # no slip of rounding
