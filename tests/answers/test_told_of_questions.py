@@ -189,3 +189,76 @@ def test_a_run_that_fails_leaves_its_own_questions_alone_without_an_answer() -> 
         assert found.answers[name].value is None
         assert found.answers[name].expression is None
         assert ("hangs on" if name == "twice" else "simulation fails: the step became too small at t = 0.632") in line
+
+
+FALLING = """
+multibody_sym: 1
+name: falling
+gravity: [0, 0, 0]
+bodies: {s: {mass: 1 kg}}
+joints: {j: {type: prismatic, parent: ground, child: s, axis: x, q: x, initial: {q: 1 m}}}
+forces: {g: {type: force, on: s, value: [-1/x^2, 0, 0]}}
+simulation: {t_end: 3 s}
+ask: {half: {x: 0.5}, v: {of: s, at: {x: 0.5}}, u: {value: u_x, when: {x: 0.5}}, beyond: {x: 2}, all: {min: x},
+  part: {min: u_x, until: {x: 0.5}}}
+"""
+
+
+def test_moments_before_a_run_fails_have_answers() -> None:
+    # A fall into the centre at t = pi/sqrt(8); t = (sqrt(x - x^2) + acos(sqrt(x)))/sqrt(2), u = -sqrt(2/x - 2).
+    found = mbs.solve(mbs.loads(FALLING))
+    time = (0.5 + pi / 4) / sqrt(2)
+    values = [found.answers[name].value for name in ("half", "v", "u", "part")]
+    assert values == pytest.approx([time, sqrt(2), -sqrt(2), -sqrt(2)], rel=1e-9)
+    assert [found.answers[name].value for name in ("beyond", "all")] == [None, None]
+    lines = [x for x in found.conditions if "simulation fails" in x]
+    assert [x.partition(":")[0] for x in lines] == ["beyond", "all"]
+    assert not any("end of the run" in x for x in found.conditions)
+
+
+THROWN = """
+multibody_sym: 1
+name: thrown
+parameters: {g: 9.81 m/s^2, v: 5 m/s, c: 1e-12 kg/m}
+gravity: [0, -g, 0]
+bodies: {ground: {surfaces: {floor: {plane: [0, -2, 0], normal: y}}}, b: {mass: 1 kg}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {u: v}}}
+forces: {drag: {type: force, on: b, value: [0, -c*u_y*abs(u_y), 0]}}
+simulation: {t_end: 3 s}
+ask: {back: {y: 0}, speed: {of: b, at: {y: 0}}}
+"""
+AGAIN = "back: y = 0 at the start, and not again before t_end of the simulation"
+
+
+@pytest.mark.parametrize(
+    ("change", "time", "said"),
+    [
+        (("-c*u_y*abs(u_y)", "0"), 2 * 5 / 9.81, ""),
+        (("", ""), 2 * 5 / 9.81, ""),
+        (("v: 5", "v: -5"), None, "back: y has this value at the start, and never again"),
+        (("v: 5", "v: -5"), None, AGAIN),
+        (("u: v", "u: 0"), None, "back: y has this value at the start, and never again"),
+        (("u: v", "u: 0"), None, AGAIN),
+        (("[0, -g, 0]", "[0, 0, 0]"), None, "back: y has this value at the start, and never again"),
+        (("9.81", "0"), None, AGAIN),
+        (("9.81 m/s^2, v: 5 m/s", "0 m/s^2, v: 0 m/s"), 0.0, ""),
+        (("9.81 m/s^2, v: 5 m/s", "0 m/s^2, v: 0 m/s"), 0.0, "back: y = 0 from the start on"),
+    ],
+)
+def test_a_value_of_the_start_is_asked_for_when_it_comes_back(
+    change: tuple[str, str], time: float | None, said: str
+) -> None:
+    """One rule for formulas and for runs, which a drag too small to matter makes of the same motion."""
+    uniform = THROWN.replace("-c*u_y*abs(u_y)", "0")
+    found = mbs.solve(mbs.loads((uniform if "never" in said else THROWN).replace(*change)))
+    assert found.answers["back"].value == (None if time is None else pytest.approx(time, rel=1e-9))
+    assert said in ("", *found.conditions)
+
+
+def test_what_a_bounce_brings_back_comes_back() -> None:
+    """Thrown down onto a floor 2 m below, and back without loss; by the formula of the fall it never comes back."""
+    floor = "contacts: {c: {between: [b, ground.floor], open: true, restitution: 1}}\n"
+    found = mbs.solve(mbs.loads(THROWN.replace("v: 5", "v: -5") + floor))
+    down = (sqrt(5**2 + 2 * 9.81 * 2) - 5) / 9.81
+    assert found.answers["back"].value == pytest.approx(2 * down, rel=1e-9)
+    assert found.answers["speed"].value == pytest.approx(5, rel=1e-9)

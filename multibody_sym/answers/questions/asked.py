@@ -264,6 +264,8 @@ class _Motion:
                 raise ModelError(what, number="M106", word=coordinate, known=names)
         unit = self._unit_of(symbol(coordinate))
         found = self.courses.of(symbol(coordinate))
+        if self.simulated.failure is not None:
+            raise self.simulated.failure
         if found is None:
             rates = zip(mechanism.coordinates, mechanism.speeds, strict=False)
             speed = next((u.name for q, u in rates if q.name == coordinate), "")
@@ -296,7 +298,9 @@ class _Motion:
     def _in_closed_form(self, uniform: UniformMotion, name: str, question: Ask) -> Value | None:
         time = self._closed_time(uniform, question)
         if time is None:
-            return self._never(name, question.when or question.at)
+            if self.solved.mechanism.one_way and self.simulated.whole.changes:
+                return None
+            return self._never(name, uniform, question.when or question.at)
         closed: Quotient | None = time
         if question.of is not None:
             ask = uniform.path if question.after is not None else uniform.speed
@@ -319,9 +323,12 @@ class _Motion:
         ((coordinate, value),) = moment.items()
         return uniform.time(coordinate, value)
 
-    def _never(self, name: str, moment: Moment | None) -> Value:
+    def _never(self, name: str, uniform: UniformMotion, moment: Moment | None) -> Value:
         assert isinstance(moment, Mapping)
-        self.remarks.append(f"{name}: {', '.join(moment)} never has this value")
+        ((coordinate, value),) = moment.items()
+        starts_there = uniform.way(coordinate, value).is_zero
+        never = "has this value at the start, and never again" if starts_there else "never has this value"
+        self.remarks.append(f"{name}: {coordinate} {never}")
         return Value(None)
 
     def _later(self, name: str, question: Ask) -> Value:

@@ -53,7 +53,7 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     largest = question.max is not None
     asked = question.max if question.max is not None else negate(_given(question.min))
     begin = 0.0 if question.after is None else motion.number(question.after)
-    run = _run(motion, asked, question)
+    run, is_cut_off = _run(motion, asked, question)
     y = run[ASKED]
     inside = (run.t >= begin) & np.isfinite(y)
     if not inside.any():
@@ -65,7 +65,7 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
         motion.rtol * float(np.ptp(y[inside])),
         {float(change["t"]) for change in run.changes},
     )
-    told = _cut_off(run, question, found.t, "largest" if largest else "least")
+    told = _cut_off(run, found.t, "largest" if largest else "least") if is_cut_off else ()
     told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
     return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
 
@@ -90,11 +90,9 @@ def _first(
     raise AssertionError("one of the best is among them")
 
 
-def _cut_off(run: Trajectory, question: Ask, time: float, which: str) -> tuple[str, ...]:
+def _cut_off(run: Trajectory, time: float, which: str) -> tuple[str, ...]:
     """Return what is to be said of an extreme at the end of a run that nothing ended but its time."""
-    until = question.until
-    timed = isinstance(until, Node) and not is_condition(until)
-    if time < float(run.t[-1]) or run.stop is not None or timed:
+    if time < float(run.t[-1]):
         return ()
     more = "larger" if which == "largest" else "smaller"
     end = f"the {which} value is that at the end of the run, t_end = {run.t_final:.6g} s"
@@ -106,16 +104,16 @@ def _given(node: Node | None) -> Node:
     return node
 
 
-def _run(motion: Simulated, asked: Node, question: Ask) -> Trajectory:
+def _run(motion: Simulated, asked: Node, question: Ask) -> tuple[Trajectory, bool]:
+    """Return the run that is searched, and whether nothing but its time ends it."""
     until = question.until
     if isinstance(until, Node) and not is_condition(until):
-        return motion.along(asked, motion.number(until))
-    if until is None:
-        return motion.along(asked, None, motion.system.stop)
-    if isinstance(until, Node):
-        return motion.along(asked, None, Names({_UNTIL: until}))
+        return motion.along(asked, motion.number(until)), False
+    if until is None or isinstance(until, Node):
+        run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: until}))
+        return run, run.stop is None
     time = motion.moment(until)
-    return motion.along(asked, time)
+    return motion.along(asked, time), time is None
 
 
 def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[tuple[float, float]]:

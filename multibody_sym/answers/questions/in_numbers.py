@@ -96,13 +96,18 @@ class InNumbers:
         time = self.motion.moment(moment, question.value)
         if time is None:
             raise self._never(moment)
-        if time == 0.0 and isinstance(moment, StateCondition):
-            told = f"{moment} from the start on, and does not begin to later, before t_end of the simulation"
+        if time == 0.0:
+            again = ", and does not begin to later, before t_end of the simulation"
+            told = f"{_told(moment)} from the start on{again if isinstance(moment, StateCondition) else ''}"
             self.told.extend([told] if told not in self.told else [])
         return time
 
     def _never(self, moment: Moment) -> NeverError:
         told = f"{_told(moment)} at no time before t_end of the simulation"
+        if isinstance(moment, Mapping):
+            ((coordinate, value),) = moment.items()
+            if self.motion.starts_at(coordinate, self.motion.number(value)):
+                told = f"{_told(moment)} at the start, and not again before t_end of the simulation"
         if isinstance(moment, StateCondition) and moment.closes:
             struck = self.motion.strikes(moment.element)
             if struck is not None:

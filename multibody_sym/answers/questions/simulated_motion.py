@@ -18,6 +18,7 @@ from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, add, as_node, multiply, quantity
+from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
 
@@ -34,7 +35,6 @@ _MET: Final = 1e-9
 """How near to a value, as contacts touch, a coordinate has it where a state changes."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STEPS: Final = 50
-_SAME: Final = 1e-14
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,15 @@ class Simulated:
         """The part of the difference to coarser runs that bounds the error of this motion."""
         return part_of_difference(self.system)
 
-    @cached_property
+    @property
     def whole(self) -> Trajectory:
-        """The motion to `t_end`, or the stop that ends it."""
-        return self._simulated(self.system, None, stop=self.system.stop)
+        """The motion to `t_end`, or the stop or failure that ends it."""
+        return self._as_far_as_known(self.system.stop)[0]
+
+    @property
+    def failure(self) -> FailedRunError | None:
+        """What ends the whole motion early, if it fails."""
+        return self._as_far_as_known(self.system.stop)[1]
 
     def until(self, time: float) -> Trajectory:
         """Return the motion until a time."""
@@ -78,15 +83,17 @@ class Simulated:
         return way if way > _ATOL * max(1.0, duration) else 0.0
 
     def time(self, coordinate: str, value: float) -> float | None:
-        """Return the first time > 0 at which a coordinate has a value, None if that is not before `t_end`.
+        """Return the first time > 0 at which a coordinate comes to a value, None if that is not before `t_end`.
 
-        A value that it has at the start, and not again, it has at 0.
+        One that it has at the start it has at 0 if it keeps it, else when it comes back.
         """
-        run = self._simulated(self.system, None)
+        run, failure = self._as_far_as_known()
         q, rate = run[coordinate] - value, run[f"u_{coordinate}"]
-        starts_there = bool(abs(q[0]) <= _SAME * max(1.0, abs(value)))
+        away = np.flatnonzero(np.abs(q) > _least_distance(value))
+        if failure is None and not len(away):
+            return 0.0
         changes = sorted({float(change["t"]) for change in run.changes})
-        for k in range(1 if starts_there else 0, len(q) - 1):
+        for k in range(int(away[0]) if len(away) else len(q), len(q) - 1):
             step = run.t[k + 1] - run.t[k]
             for change in (t for t in changes if run.t[k] < t <= run.t[k + 1]):
                 found = self._until_change(coordinate, value, (float(run.t[k]), float(q[k]), float(rate[k])), change)
@@ -95,7 +102,14 @@ class Simulated:
             inside = _first_root(q[k : k + 2], rate[k : k + 2] * step)
             if inside is not None:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
-        return 0.0 if starts_there else None
+        if failure is not None:
+            raise failure
+        return None
+
+    def starts_at(self, coordinate: str, value: float) -> bool:
+        """Return whether a coordinate has a value at the start."""
+        start = float(self._as_far_as_known()[0][coordinate][0])
+        return abs(start - value) <= _least_distance(value)
 
     def _until_change(
         self, coordinate: str, value: float, before: tuple[float, float, float], change: float
@@ -167,9 +181,9 @@ class Simulated:
 
         One that holds at the start, and does not begin again, does so at 0.
         """
-        run = self._simulated(self.system, None)
         if condition.strikes:
             return self.strikes(condition.element)
+        run, failure = self._as_far_as_known()
         words = dict(run.ready.state.words)
         from_start = held = condition.holds(words)
         for change in run.changes:
@@ -177,12 +191,17 @@ class Simulated:
             before, held = held, condition.holds(words)
             if held and not before:
                 return float(change["t"])
+        if failure is not None:
+            raise failure
         return 0.0 if from_start else None
 
     def strikes(self, element: str) -> float | None:
         """Return when an element first strikes, None if not before `t_end`."""
-        struck = (x for x in self._simulated(self.system, None).changes if x["element"] == element and x.get("impulse"))
-        return next((float(x["t"]) for x in struck), None)
+        run, failure = self._as_far_as_known()
+        struck = next((float(x["t"]) for x in run.changes if x["element"] == element and x.get("impulse")), None)
+        if struck is None and failure is not None:
+            raise failure
+        return struck
 
     def _begins(self, condition: StateCondition, asked: Node) -> float | None:
         run = self._until(condition, asked)
@@ -213,14 +232,31 @@ class Simulated:
         asked = {f"{f} {axis}": quantity(f, (point, axis)) for f in ("velocity", "acceleration") for axis in AXES}
         return self._simulated(replace(self.system, outputs=Names(asked)), duration)
 
+    def _as_far_as_known(
+        self, stop: Mapping[str, Any] | None = None
+    ) -> tuple[Trajectory, FailedRunError | None]:
+        """Return the motion to `t_end` or a stop; one that fails up to there, with the failure."""
+        try:
+            return self._simulated(self.system, None, stop=stop), None
+        except FailedRunError as failure:
+            if not failure.trajectory.t[-1] > 0.0:
+                raise
+            return failure.trajectory, failure
+
     def _simulated(self, system: System, duration: float | None, stop: Mapping[str, Any] | None = None) -> Trajectory:
         """Return a run; one that was made before is the same again."""
         key = (tuple(system.outputs.items()), duration, tuple((stop or {}).items()))
         if key not in self._known:
             asked = replace(system, stop=stop or Names())
             samples = _SAMPLES // 2 if self.is_coarse else _SAMPLES
-            self._known[key] = simulate(asked, t_end=duration, samples=samples + 1, **self._accuracy)
-        return self._known[key]
+            try:
+                self._known[key] = simulate(asked, t_end=duration, samples=samples + 1, **self._accuracy)
+            except FailedRunError as failure:
+                self._known[key] = failure
+        known = self._known[key]
+        if isinstance(known, FailedRunError):
+            raise known
+        return known
 
     @property
     def rtol(self) -> float:
@@ -232,8 +268,13 @@ class Simulated:
         return accuracy(self.system, {"rtol": _RTOL, "atol": _ATOL}, is_coarse=self.is_coarse)
 
     @cached_property
-    def _known(self) -> dict[Any, Trajectory]:
+    def _known(self) -> dict[Any, Trajectory | FailedRunError]:
         return {}
+
+
+def _least_distance(value: float) -> float:
+    """Return from which distance on a coordinate is away from a value."""
+    return _ATOL * max(1.0, abs(value))
 
 
 def _along(function: str, point: str, direction: Sequence[float]) -> Node:

@@ -50,11 +50,16 @@ class UniformMotion:
     # --- coordinates ----------------------------------------------------------------------------------------------
 
     def time(self, coordinate: str, value: Node) -> Quotient | None:
-        """Return the first time at which a coordinate has a value, None if it never has."""
+        """Return the first time > 0 at which a coordinate has a value, 0 if it keeps it, None if it never has."""
         k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
-        state = self.solved.nodes.motion.state
-        q, u = self.forms.of([as_node(state.q[k]), as_node(state.u[k])])
-        return _first_time(self.given(value) - q, u, self.forms.udot[k])
+        (u,) = self.forms.of([as_node(self.solved.nodes.motion.state.u[k])])
+        return _first_time(self.way(coordinate, value), u, self.forms.udot[k])
+
+    def way(self, coordinate: str, value: Node) -> Quotient:
+        """Return how far a value is from that of a coordinate at the start."""
+        k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+        (q,) = self.forms.of([as_node(self.solved.nodes.motion.state.q[k])])
+        return self.given(value) - q
 
     def given(self, value: Node) -> Quotient:
         """Return an expression of parameters in closed form."""
@@ -176,9 +181,11 @@ def _accelerations(solved: Solved, t: float, q: Floats, u: Floats) -> tuple[Floa
 
 
 def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
-    """Return the smallest t > 0 with u t + a t^2/2 = way (0 if way is 0 and that time does not come again)."""
+    """Return the smallest t > 0 with u t + a t^2/2 = way; 0 where that holds all the time."""
     if way.is_zero:
-        return -2 * u / a if not a.is_zero and (u / a).sample < 0 else way
+        if a.is_zero:
+            return way if u.is_zero else None
+        return -2 * u / a if (u / a).sample < 0 else None
     if a.is_zero:
         return None if u.is_zero or (way / u).sample < 0 else way / u
     square = u * u + 2 * (a * way)

@@ -149,12 +149,12 @@ class Ask(Element):
 
     `value`: an expression at the start; at the moment `when`; or `after` a time. `of` and `after`: the path of a body
     in a time; with `along`, a direction, its displacement that way, which has a sign. `when` alone: the time at which a
-    coordinate reaches a value, a condition becomes true or a state begins. `of` and `at`: the speed of a body then, or
-    its velocity `along` a direction. `max`, `min`: the largest or least value of an expression over the motion, `after`
-    a time and `until` another or a moment. `find`: the value of a parameter, coordinate or speed at the start for which
-    the equation `so` holds, `between` two values if that is known. `formula`: a coordinate as a function of time.
-    `period_of`: the period of a coordinate in the motion from the start, whatever its amplitude. Expressions name other
-    answers too.
+    coordinate comes to a value (back to one that it has at the start), a condition becomes true or a state begins; 0
+    where that holds from the start on. `of` and `at`: the speed of a body then, or its velocity `along` a direction.
+    `max`, `min`: the largest or least value of an expression over the motion, `after` a time and `until` another or a
+    moment. `find`: the value of a parameter, coordinate or speed at the start for which the equation `so` holds,
+    `between` two values if that is known. `formula`: a coordinate as a function of time. `period_of`: the period of a
+    coordinate in the motion from the start, whatever its amplitude. Expressions name other answers too.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
