@@ -141,15 +141,21 @@ class Account:
         slips: tuple[int, ...],
         impulses: tuple[Floats, Floats],
         lost: Floats | None = None,
-    ) -> None:
-        """Add the impulses dz (m), dx (n) of a phase; without `lost` (m) they grow in proportion."""
-        z, x = impulses
+    ) -> Floats:
+        """Add the impulses dz (m), dx (n) of a phase, and return dz; without `lost` (m) they grow in proportion.
+
+        An impulse is none where its effect is a rounding of that of the largest one.
+        """
+        x, sizes = impulses[1], np.linalg.norm(self.rows.exerted, axis=1)
+        moved = np.abs(impulses[0]) * sizes
+        z = np.where((sizes > 0.0) & (moved <= ROUNDED * moved.max(initial=0.0)), 0.0, impulses[0])
         self.lost += self._taken(z, x, stage) if lost is None else lost
         self.x, self.z = self.x + x, self.z + z
         self.struck |= set(rows)
         self.phases.append(Phase(stage, tuple(sorted(rows)), slips, z, self.impacts))
         if stage == "compression":
             self.compression = self.compression + z
+        return z
 
     def _taken(self, z: Floats, x: Floats, stage: Stage) -> Floats:
         """Return the energy (m) that rows take while impulses grow in proportion: minus the work of each.

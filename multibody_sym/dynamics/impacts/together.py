@@ -161,7 +161,7 @@ def _search(
         z[row] += value
     sides = zip(some.rows, state.mode.sides[:count], strict=True)
     pressed = [k for k, side in sides if k in closed and (side or k in given)]
-    account.add(stage, pressed, some.of_all(state.mode.slips, account.rows), (z, state.x))
+    z = account.add(stage, pressed, some.of_all(state.mode.slips, account.rows), (z, state.x))
     account.unsure |= {some.rows[k] for k in unsure if k < count}
     return z
 
