@@ -218,3 +218,24 @@ contacts:
   c1: {between: [block, ground.face1], static: 0.3, kinetic: 0.18, restitution: 0}
   c2: {between: [block, ground.face2], static: enough, restitution: 0}
 """
+
+
+def test_what_no_impulse_can_move_is_refused_by_name() -> None:
+    """A taut rope across the ways of two sliders, of which one falls faster than the other one may."""
+    with pytest.raises(mbs.NoSolutionError, match=r"rope: at the start .*all 2 modes$"):
+        mbs.simulate(mbs.loads(ACROSS))
+
+
+ACROSS = """
+multibody_sym: 1
+name: sliders that a rope joins across
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {p: [1, 0, 0]}}
+  a: {mass: 1}
+  b: {mass: 1}
+joints:
+  ja: {type: prismatic, parent: ground, child: a, axis: -y, q: qa, initial: {u: -1}}
+  jb: {type: prismatic, parent: ground.p, child: b, axis: -y, q: qb, initial: {u: 0}}
+constraints: {rope: {type: rope, path: [a, b], slack: true, restitution: 0.5}}
+"""

@@ -194,12 +194,16 @@ class RowNumbers(ABC):
         return "touching" if slow else "leaving" if rate > 0.0 else "closing"
 
     def wedged(self, touching: Iterable[OneWay], found: Found) -> bool:
-        """Return whether no forces fulfil the laws of what touches and rests, some of which bounces, as is proved."""
+        """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.
+
+        Some of it bounces, and each can be moved: impulses may stop its slip.
+        """
         if found.states or not found.proved:
             return False
         elements = list(touching)
-        rest = all(self.standing(x) == "touching" for x in elements)
-        return rest and any(self.restitution(x) > 0.0 for x in elements)
+        rest = all(self.standing(x) == "touching" and self.allowed_speed(x.normals[0]) > 0.0 for x in elements)
+        rubs = any(part.rubs for x in elements for part in x.frictions)
+        return rest and rubs and any(self.restitution(x) > 0.0 for x in elements)
 
     def posed(self, closed: Collection[str]) -> PosedLaws:
         """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
