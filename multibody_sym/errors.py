@@ -102,8 +102,9 @@ class MultibodyError(Exception):
         return self
 
     def under(self, step: str) -> MultibodyError:
-        """Put `step` in front of the path in the model; return self for `raise error.under(...)`."""
-        self.where = replace(self.where, path=(step, *self.where.path))
+        """Put `step` in front of the path in the model, of the others too; return self for `raise error.under(...)`."""
+        for each in (self, *self.others):
+            each.where = replace(each.where, path=(step, *each.where.path))
         return self
 
     def as_json(self) -> dict[str, Any]:
@@ -187,6 +188,37 @@ class at:  # noqa: N801  # read as a word: with at("bodies", name); a class, sin
         if isinstance(error, InputError):
             for step in reversed(self._steps):
                 error.under(str(step))
+
+
+class gathered:  # noqa: N801  # read as a word, like `at`
+    """Collect the InputErrors of several readings, `with wrong: ...` each; `told` raises the first with the others."""
+
+    __slots__ = ("_found",)
+
+    def __init__(self) -> None:
+        self._found: list[InputError] = []
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: object, traceback: object) -> bool:
+        if isinstance(error, InputError):
+            self._found.append(error)
+        return isinstance(error, InputError)
+
+    def told(self) -> None:
+        """Raise what was collected, if anything was."""
+        if self._found:
+            raise joined(self._found)
+
+
+def joined(errors: Sequence[MultibodyError]) -> MultibodyError:
+    """Return the first of errors, which carries the others and those that they carry."""
+    first, *others = (each for error in errors for each in (error, *error.others))
+    for each in others:
+        each.others = ()
+    first.others = tuple(others)
+    return first
 
 
 def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:

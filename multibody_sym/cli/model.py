@@ -15,7 +15,7 @@ from multibody_sym.checking.odd_numbers import known_values
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import examined, numbers_of
-from multibody_sym.errors import MultibodyError, Where
+from multibody_sym.errors import MultibodyError, Where, joined
 from multibody_sym.formats.reader import Places, load_with_places
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
@@ -62,12 +62,24 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
         with numbers_of(asked):  # what is written of an answer is computed too
             yield system, places.tables
     except MultibodyError as error:
-        option = _option(error.where.path, options, system)
+        of_options, of_file = _by_origin(error, options, system)
+        if of_file and of_file[0].where.path:
+            of_file = [places.with_others(joined(of_file), lambda part: examined(changed(part, options)))]
+        raise joined([*of_options, *of_file]) from None
+
+
+def _by_origin(
+    error: MultibodyError, options: argparse.Namespace, system: System
+) -> tuple[list[MultibodyError], list[MultibodyError]]:
+    """Return an error and the others that it carries: those about options, which they name, and those of the file."""
+    of_options, of_file = list[MultibodyError](), list[MultibodyError]()
+    every, error.others = (error, *error.others), ()
+    for each in every:
+        option = _option(each.where.path, options, system)
         if option is not None:
-            error.where = Where(path=(option,))
-        elif error.where.path:
-            raise places.with_others(error, lambda part: examined(changed(part, options))) from None
-        raise
+            each.where = Where(path=(option,))
+        (of_file if option is None else of_options).append(each)
+    return of_options, of_file
 
 
 def shared(options: argparse.Namespace) -> dict[str, Any]:

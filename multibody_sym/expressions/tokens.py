@@ -13,6 +13,10 @@ MOST_TOKENS: Final = 50_000
 LONGEST_NAME: Final = 100
 MOST_DIGITS: Final = 400
 LARGEST_EXPONENT: Final = 400
+_NO_VALUE: Final = (
+    "{} is no value: numbers are finite here; give a number, or leave the entry out where it may be absent, such as a "
+    "limit that is not there"
+)
 _SHOWN_EACH_SIDE: Final = 40
 
 _TOKEN: Final = re.compile(
@@ -23,6 +27,8 @@ _TOKEN: Final = re.compile(
       | (?P<blank>[ \t\r\n]+)""",
     re.VERBOSE,
 )
+_NOT_FINITE: Final = re.compile(r"\.(?:inf|nan)(?![A-Za-z0-9_])", re.IGNORECASE)
+"""YAML's words for what is no number; behind a name they are the point of a body."""
 _PLAIN: Final = re.compile(r"-?[0-9]{1,30}(?:\.[0-9]{1,30})?")
 _ADVICE: Final = {
     "=": "comparisons are < <= > >=, and an equation is written as the difference of its sides",
@@ -89,6 +95,8 @@ def tokens(text: str) -> list[Token]:
         match = _TOKEN.match(text, position)
         if match is None:
             raise _stray(text, position)
+        if match[0] == "." and not (found and found[-1].kind == "name") and (word := _NOT_FINITE.match(text, position)):
+            raise failure(text, position + 1, _NO_VALUE.format(word[0]), "E104")
         position = match.end()
         kind = match.lastgroup or ""
         if kind != "blank":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.integrators.methods.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.methods.library import IDA, LibraryMethod
 from multibody_sym.integrators.methods.methods import LOOKING_BACK, METHODS, Method
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from multibody_sym.program.programs import Form
 
 _LEAST_RTOL: Final = 1e-15
+_LARGEST_RTOL: Final = 0.1
 _RTOL: Final = 1e-9
 _ATOL_BY_RTOL: Final = 0.1
 
@@ -56,15 +57,28 @@ class RunSettings:
 
 
 def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSettings:
-    """Return the settings in numbers, given the values of the parameters' symbols. Raises ModelError."""
+    """Return the settings in numbers, given the values of the parameters' symbols.
+
+    Raises ModelError, which carries the others where several settings are wrong.
+    """
     with at("simulation"):
-        method, step = _method(settings), _number("step", settings.step, values)
-        rtol, atol = _tolerances(settings, values)
-        t_end = _number("t_end", settings.t_end, values)
+        wrong, tolerances, baumgarte = gathered(), (_RTOL, _RTOL * _ATOL_BY_RTOL), None
+        with wrong:
+            method = _method(settings)
+            with wrong:
+                baumgarte = _baumgarte(settings, method, values)
+        with wrong:
+            step = _step(settings, values)
+        with wrong:
+            tolerances = _tolerances(settings, values)
+        with wrong:
+            t_end = _number("t_end", settings.t_end, values)
+        with wrong:
+            samples = _samples(settings.samples, values)
+        wrong.told()
         assert t_end is not None
-        samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, method, values)
         project = baumgarte is None and _puts_back(method, settings.constraints)
-        return RunSettings(method, t_end, step, rtol, atol, samples, project, baumgarte)
+        return RunSettings(method, t_end, step, *tolerances, samples, project, baumgarte)
 
 
 def _puts_back(method: Method, constraints: Stabilisation | None) -> bool:
@@ -98,9 +112,6 @@ def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> F
 
 
 def _method(settings: Settings) -> Method:
-    with at("step"):
-        if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
-            raise ModelError("give a step or tolerances (rtol, atol), not both", number="M117")
     with at("method"):
         if settings.method not in METHODS:
             raise ModelError(
@@ -119,12 +130,26 @@ def _method(settings: Settings) -> Method:
         return method
 
 
+def _step(settings: Settings, values: Mapping[Node, float]) -> float | None:
+    with at("step"):
+        if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
+            raise ModelError("give a step or tolerances (rtol, atol), not both", number="M117")
+    return _number("step", settings.step, values)
+
+
 def _tolerances(settings: Settings, values: Mapping[Node, float]) -> tuple[float, float]:
     rtol = _number("rtol", settings.rtol, values) or _RTOL
     if rtol < _LEAST_RTOL:
         with at("rtol"):
             raise ModelError(
                 f"rtol = {rtol:g} is finer than the numbers are, which have 16 digits; ask for {_LEAST_RTOL:g} or more",
+                number="M110",
+            )
+    if rtol > _LARGEST_RTOL:
+        with at("rtol"):
+            raise ModelError(
+                f"rtol = {rtol:g} lets a step err by more than a tenth of what it computes; ask for {_LEAST_RTOL:g} to "
+                f"{_LARGEST_RTOL:g} (without it: {_RTOL:g})",
                 number="M110",
             )
     return rtol, _number("atol", settings.atol, values) or rtol * _ATOL_BY_RTOL

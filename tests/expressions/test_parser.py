@@ -127,6 +127,8 @@ def test_values_agree_with_python():
         ("a and b", 3, "one of its sides is none"), ("a < b and", 10, "between 'and' and the end"),
         ("not a < b", 5, "'not' is no operator"), ("a < b or b", 7, "'or' joins conditions"),
         ("a +", 4, "something is missing between '+' and the end"),
+        (".inf", 1, ".inf is no value: numbers are finite here; give a number, or leave the entry out"),
+        ("-.Inf", 2, ".Inf is no value"), ("2*.nan", 3, ".nan is no value"), ("+.NaN", 2, ".NaN is no value"),
         ("1_000", 2, "digits are written without _"),
         ("1.2.3", 4, "1.2.3 has two decimal points"),
         ("'x'", 1, "cannot start with 'x'"),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from multibody_sym import check, loads
+from multibody_sym import check, loads, simulate
 from multibody_sym.cli.main import main
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.formats.reader import load_with_places
@@ -84,6 +84,53 @@ def test_four_mistakes_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFi
     assert [each["number"] for each in told["errors"]] == ["M101", "M105", "M104", "M106"]
     assert printed.err.count("error: ") == printed.err.count("^") == 4
     assert "joints.j.type: 'revolut' is no known type; did you mean revolute? [M104]\n" in printed.err
+
+
+SETTINGS = """\
+multibody_sym: 1
+name: settings
+gravity: [0, 0, 0]
+bodies: {b: {mass: 1 kg}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: x}}
+simulation: {t_end: -1 s, samples: 0, rtol: 2, method: rk45}
+"""
+WRONG = {
+    "t_end": "expected a positive number",
+    "samples": "at least 2",
+    "rtol": "ask for 1e-15 to 0.1",
+    "method": "did you mean RK45?",
+}
+
+
+@pytest.mark.parametrize("command", ["check", "simulate", "solve"])
+def test_wrong_settings_are_told_at_once(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "settings.yaml"
+    path.write_text(SETTINGS)
+    assert main([command, str(path), "--json"]) == 2
+    told = json.loads(capsys.readouterr().out)["errors"]
+    assert [each["where"]["path"] for each in told] == [f"simulation.{name}" for name in WRONG]
+    assert [each["where"]["column"] for each in told] == [21, 36, 45, 56]
+    assert all(words in each["message"] for each, words in zip(told, WRONG.values(), strict=True))
+
+
+def test_wrong_settings_of_options_and_of_the_file_are_told_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "settings.yaml"
+    path.write_text(SETTINGS)
+    options = ["--rtol", "3", "--method", "dormand_prince"]
+    assert main(["simulate", str(path), "--output", str(tmp_path / "o.csv"), *options]) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    starts = ("error: --rtol: rtol = 3", f"error: {path}:6:21: simulation.t_end", f"error: {path}:6:36: simulation.samp")
+    assert len(lines) == 3
+    assert all(line.startswith(start) for line, start in zip(lines, starts, strict=True))
+
+
+def test_a_system_is_told_all_its_wrong_settings() -> None:
+    with pytest.raises(InputError) as raised:
+        simulate(loads(SETTINGS))
+    told = [each.where.path for each in (raised.value, *raised.value.others)]
+    assert sorted(told) == sorted(("simulation", name) for name in WRONG)
 
 
 def test_an_exception_carries_the_others() -> None:

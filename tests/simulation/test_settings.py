@@ -52,6 +52,7 @@ def test_constraints(constraints, project: bool, baumgarte: Coefficients | None)
         ({"t_end": "exp(1000*T)"}, "t_end", "no value"),
         ({"step": -1}, "step", "positive"),
         ({"rtol": "log(T - 2)"}, "rtol", "no value"),
+        ({"rtol": 2}, "rtol", "rtol = 2 lets a step err by more than a tenth .*; ask for 1e-15 to 0.1"),
         ({"samples": 1}, "samples", "whole number"),
         ({"samples": "T/3"}, "samples", "whole number"),
         ({"method": "dormand-prince"}, "method", "did you mean dormand_prince"),

@@ -26,13 +26,18 @@ Path = tuple[str, ...]
 def with_others(error: MultibodyError, content: Any, read: Callable[[Any], object]) -> MultibodyError:
     """Return the first mistake of a model file's `content`, in the order of the file, which carries the others.
 
-    `error` is one of them; `read` raises InputError for the first that it meets, with its path in the content.
+    `error` is one of them, or carries some; `read` raises InputError for the first that it meets, with its path in the
+    content.
     """
     if not isinstance(error, InputError) or not error.where.path:
         return error
     copy = _MendedCopy(content)
     readings = min(_MOST_READINGS, 1 + _PARTS // copy.size)
-    found, current = [error], error
+    found: list[MultibodyError] = [error, *error.others]
+    error.others = ()
+    *mended, current = found
+    for each in mended:
+        copy.mend(each)
     while len(found) < MOST and readings and copy.mend(current):
         readings -= 1
         try:
