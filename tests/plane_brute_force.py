@@ -8,6 +8,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from itertools import pairwise, product
 
 import numpy as np
@@ -486,9 +487,10 @@ class _Watch:
 
     def _ending(self, a: float, b: float, now: tuple[np.ndarray, ...], dense: Callable[[float], np.ndarray]):
         before, after = self.last[2], now[2]
+        at = cache(lambda t: self.motion.watched(t, dense(t)))
         for j in range(len(after)):
             watched = self._watched(j)
-            f = lambda t, watched=watched: watched(t, dense(t))  # noqa: E731
+            f = lambda t, j=j: at(t)[j]  # noqa: E731
             if after[j] < 0.0:
                 start = a
                 if before[j] <= 1e-12:

@@ -13,6 +13,8 @@ from scipy.optimize import linprog
 
 SLOW = 1e-9
 """The speed (m/s) up to which nothing moves."""
+SEEN = 1e-7
+"""The speed (m/s) by which several answers of an impact differ: states of runs are compared to ten times as much."""
 
 
 class SeveralError(Exception):
@@ -152,7 +154,7 @@ class Blow:
                 more = self._solved(rows, v + K @ p, e * np.maximum(p[:k], 0), none)
             ends += [p + x for x in more]
         apart = max(np.abs(K @ (p - ends[0])).max() for p in ends)
-        if apart > 1e-9 * (1 + np.abs(v).max()):
+        if apart > SEEN:
             raise NotUniqueError(
                 f"{len(ends)} restitutions of compressions that fulfil the laws: {apart:.3g} m/s apart"
             )
@@ -185,13 +187,12 @@ class Blow:
         """Raise SeveralError if impulses lead to different speeds, as not unique if two such fulfil all laws."""
         both = np.concatenate([rows, rows + self.k])
         K = self.K[np.ix_(both, both)]
-        allowed = 1e-9 * (1 + np.abs(v).max())
-        if max(np.abs(K @ (p - found[0])).max() for p in found) <= allowed:
+        if max(np.abs(K @ (p - found[0])).max() for p in found) <= SEEN:
             return
         mu = self.static[rows], self.kinetic[rows]
         good = [p for p in found if missed(K, v, bounds, mu, p) < 1e-9]
         apart = max((np.abs(K @ (p - good[0])).max() for p in good), default=0.0)
-        if apart > allowed:
+        if apart > SEEN:
             worst = max(missed(K, v, bounds, mu, p) for p in good)
             raise NotUniqueError(f"{len(good)} impacts fulfil the laws to {worst:.1g}: {apart:.3g} m/s apart")
         raise SeveralError("several impulses fulfil the laws of an impact")
