@@ -259,3 +259,29 @@ def test_parameters_without_a_unit_leave_what_hangs_on_them_without_one() -> Non
     found = mbs.solve(mbs.loads(f"multibody_sym: 1\nname: cart\ngravity: [0, -g, 0]{text}")).answers
     expected = {"power": "W", "speed": "m/s", "impulse": "kg*m/s", "middle": "m", "other": "N"}
     assert {name: value.unit for name, value in found.items()} == {**expected, "force": "", "spring": "", "seven": ""}
+
+
+TABLES = """
+multibody_sym: 1
+name: tables
+parameters: {Fm: 4 N, m: 2 kg}
+gravity: [0, 0, 0]
+bodies: {b: {mass: m}}
+inputs:
+  F: {table: [[0, 1], [1, 2]], dimension: N}
+  G: {table: [[0 s, 1 N], [1 s, 2 N]]}
+  H: 3 N
+  s: {table: [[0, 1], [1, 2]]}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x}}
+forces: {f: {type: force, on: b, value: [F + Fm + G + H, 0, 0]}}
+simulation: {t_end: 1 s}
+ask: {F0: F, sum: F + Fm, G0: G, H0: H, late: {value: F*x, after: 0.5 s}, any: s, product: Fm*s}
+"""
+
+
+def test_inputs_with_a_dimension_have_its_unit() -> None:
+    """Tables by rows or `dimension`, and numbers with a unit; a table without one may be in any."""
+    answers = mbs.solve(mbs.loads(TABLES)).answers
+    assert {name: x.unit for name, x in answers.items()} == {
+        **dict.fromkeys(("F0", "sum", "G0", "H0"), "N"), "late": "N*m", "any": "", "product": "",
+    }

@@ -176,3 +176,9 @@ def tabulated(name: str, given: Table) -> Node:
     """Return the value of the table that an input is, as an expression."""
     kind: Kind = "cubic" if given.interpolation == "cubic" else "linear"
     return table(Tabulated(name, given.table, kind), 0, given.of)
+
+
+def input_dimensions(inputs: Mapping[str, Node | Table | Constant]) -> dict[str, Dimension]:
+    """Return the dimensions of the inputs that state one, tables and constants."""
+    stated = {name: x.dimension for name, x in inputs.items() if not isinstance(x, Node)}
+    return {name: dimension for name, dimension in stated.items() if dimension is not None}

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.units import Dimension
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Point
@@ -157,7 +158,8 @@ class Mechanism:
     joints, in which its start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are
     asked for. `withheld`: by joint, reactions that are not determined; `untold` outputs name such and are not among
     `outputs`. `run_outputs` name what adds up along a run, work and impulses, and are not among `outputs` either.
-    `driving_inputs` are those that motions and constraints name, where their expressions stand.
+    `driving_inputs` are those that motions and constraints name, where their expressions stand; `input_dimensions` are
+    stated ones.
     Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
     places `held` stay zero. With `mode_numbers` all rows are there, and numbers of these names say which act
     (`in_every_mode`). `state_stops` end the run where an element begins to be in a state. `impact` is what
@@ -193,6 +195,7 @@ class Mechanism:
     state_stops: Mapping[str, StateCondition] = field(default_factory=dict)
     impact: StruckImpacts | None = None
     mode_numbers: tuple[str, ...] = ()
+    input_dimensions: Mapping[str, Dimension] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         parts = f"{len(self.bodies)} bodies, {len(self.coordinates)} coordinates, {len(self.rows)} rows"

@@ -136,8 +136,10 @@ class MechanismUnits:
     @cached_property
     def _inputs(self) -> list[Known | None]:
         """What is known of each input, which may be a force that is given by motion or time and a plain number."""
-        found = known(self.mechanism.inputs.values(), self._leaf)
-        return [x if x is not None and x.firm else None for x in found]
+        given = self.mechanism.input_dimensions
+        found = zip(self.mechanism.inputs, known(self.mechanism.inputs.values(), self._leaf), strict=True)
+        firm = ((name, x if x is not None and x.firm else None) for name, x in found)
+        return [_of_dimension(given[name]) if name in given else x for name, x in firm]
 
     @cached_property
     def _exerted(self) -> dict[tuple[str, ...], Row]:
@@ -195,14 +197,19 @@ def _named(entry: ParameterEntry) -> list[int]:
 
 def _of_entry(entry: ParameterEntry, found: Mapping[int, Known | None]) -> Known | None:
     if entry.dimension is not None:
-        mass, length, time = entry.dimension
-        angular = entry.dimension == DIMENSIONLESS or isinstance(entry.dimension, Turning)
-        angle = 1 if angular else 0 if entry.dimension in _WITHOUT_ANGLE else None
-        firm = bool(mass or length or time > 0)  # an angle or 1/s may be in other units after all: 180/pi, turns
-        return Known(Kind(entry.dimension, angle), firm)
+        return _of_dimension(entry.dimension)
     if entry.value is None:
         return None if entry.measure is None else Known(kind_of(entry.measure.unit))
     return known([entry.value], lambda leaf: found.get(leaf.data[1]) if leaf.op == "slot" else None)[0]
+
+
+def _of_dimension(declared: Dimension) -> Known:
+    """Return what is known of what was declared with a dimension."""
+    mass, length, time = declared
+    angular = declared == DIMENSIONLESS or isinstance(declared, Turning)
+    angle = 1 if angular else 0 if declared in _WITHOUT_ANGLE else None
+    firm = bool(mass or length or time > 0)  # an angle or 1/s may be in other units after all: 180/pi, turns
+    return Known(Kind(declared, angle), firm)
 
 
 def _unit(found: Known | None) -> str:

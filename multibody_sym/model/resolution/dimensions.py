@@ -20,7 +20,7 @@ from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.declaration.joint import MovingJoint
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.system import System, Written
-from multibody_sym.model.declaration.tables import Table
+from multibody_sym.model.declaration.tables import Table, input_dimensions
 from multibody_sym.model.declaration.values import dimension_of_unit
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 from multibody_sym.records import dataclass
@@ -126,9 +126,9 @@ class Dimensions:
     @cached_property
     def _given(self) -> dict[str, Dimension]:
         """The dimensions of parameters and inputs that the model gives."""
-        inputs = {name: x.dimension for name, x in self.system.inputs.items() if not isinstance(x, Node)}
-        found = {**{name: x.dimension for name, x in self.system.parameters.items()}, **inputs}
-        return {name: dimension for name, dimension in found.items() if dimension is not None}
+        stated = {name: x.dimension for name, x in self.system.parameters.items()}
+        found = {name: dimension for name, dimension in stated.items() if dimension is not None}
+        return found | input_dimensions(self.system.inputs)
 
     @cached_property
     def _gives_units(self) -> bool:

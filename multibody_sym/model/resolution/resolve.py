@@ -13,7 +13,7 @@ from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions_in, verify_system, with_expressions
-from multibody_sym.model.declaration.tables import Table
+from multibody_sym.model.declaration.tables import Table, input_dimensions
 from multibody_sym.model.mechanism.impacts import StruckImpacts
 from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
@@ -113,6 +113,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         cuts=_in_slots(told, tuple(cuts)),
         symbols={**_rates(told, rate_names(system)), **slots, **told},
         driving_inputs=driving_inputs(system),
+        input_dimensions=input_dimensions(system.inputs),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
         one_way=one_way,
         state_stops=_state_stops(resolved, one_way),
