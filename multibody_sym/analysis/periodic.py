@@ -92,7 +92,7 @@ def _followed(taking: DOP853) -> Floats:
             before = taking.t
     if taking.status == "failed":
         raise NoSolutionError(
-            f"the motion cannot be followed over a period past t = {taking.t:.4g} s: steps became too small, as where "
+            f"the motion cannot be followed over a period past t = {taking.t:.6g} s: steps became too small, as where "
             "a force or a constraint has no finite slope",
             number="N105",
         )
@@ -101,7 +101,7 @@ def _followed(taking: DOP853) -> Floats:
 
 def _too_long(taking: DOP853, count: int) -> NoSolutionError:
     return NoSolutionError(
-        f"a period of {taking.t_bound:g} s takes too many steps: {count} led to t = {taking.t:.4g} s, as the motion, "
+        f"a period of {taking.t_bound:g} s takes too many steps: {count} led to t = {taking.t:.6g} s, as the motion, "
         "or a small deviation from it, changes that fast; give the shortest time after which the motion repeats itself",
         number="N111",
     )

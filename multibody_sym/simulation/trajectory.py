@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from multibody_sym.expressions.chosen_units import Units
     from multibody_sym.simulation.along.fine import Stretch
     from multibody_sym.simulation.along.verified import Miss
+    from multibody_sym.simulation.coarser import EndChanges
     from multibody_sym.simulation.runs.modes import FrictionWork, RunInModes
 
 
@@ -201,6 +202,15 @@ class Trajectory(Samples):
             "coordinates": dict(zip(told.coordinates, end.q_final.tolist(), strict=True)),
             "speeds": dict(zip(told.speeds, end.u_final.tolist(), strict=True)),
         }
+
+    @cached_property
+    def end_changes(self) -> EndChanges | None:
+        """What a coarser run changes of `final`, where one is made: none from mode to mode, nor of long runs."""
+        if self.modes is not None:
+            return None
+        from multibody_sym.simulation.coarser import end_changes
+
+        return end_changes(self.problem, self.integration)
 
     @property
     def drift(self) -> Mapping[str, float]:

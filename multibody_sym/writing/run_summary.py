@@ -25,6 +25,7 @@ _UNRESOLVED: Final = 1e-3
 """The part of a run's absolute tolerance that is told as nothing: the run does not tell it from zero."""
 _OF_STEPS: Final = 6
 """Digits of a run with steps of a given length."""
+_OF_TIMES: Final = 6
 _ROUNDING: Final = 1e-14
 """The part of the largest kinetic energy that a sum of energies has from rounding."""
 _TAKEN: Final = 1e-13
@@ -49,7 +50,7 @@ def _headline(run: Trajectory, units: Units) -> str:
     if run.integration.failure is not None:
         done = "interrupted" if run.interrupted else "failed"
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
-    ended, whole = (_time(t, units) for t in (run.t_final, problem.t_end))
+    ended, whole = _end_time(run, units), _time(problem.t_end, units)
     return (
         f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
         f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
@@ -64,33 +65,53 @@ def _stop(run: Trajectory) -> list[str]:
 
 
 def _time(t: float, units: Units) -> str:
-    return units.said(t, "s", 6)
+    return units.said(t, "s", _OF_TIMES)
+
+
+def _found_time(run: Trajectory, t: float, units: Units) -> str:
+    """Return a time at which something happened: all times of a run have as many digits as its tolerance leaves."""
+    known = 1.0 if run.problem.step else 2.0 * _GROWN * run.problem.rtol * 10.0**_OF_TIMES
+    return units.said(t, "s", max(1, _OF_TIMES - math.ceil(math.log10(max(known, 1.0)))))
+
+
+def _end_time(run: Trajectory, units: Units) -> str:
+    return _time(run.t_final, units) if run.stop is None else _found_time(run, run.t_final, units)
 
 
 def _end(run: Trajectory, units: Units) -> list[str]:
     known = run.ready.told.state_units
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
     width = max(map(len, values), default=0)
+    errors = _end_errors(run, values, known)
+    told = {name: _number(run, value, known[name], errors.get(name), units) for name, value in values.items()}
+    lines = [f"  {name:{width}} {text if text[0] == '-' else f' {text}'}" for name, text in told.items()]
+    more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
+    return [f"at t = {_end_time(run, units)}:", *lines[:_MOST], *more]
+
+
+def _end_errors(run: Trajectory, values: Mapping[str, float], known: Mapping[str, str]) -> Mapping[str, float]:
+    """Return by how much values at the end may be off, as a coarser run shows it; what that changes wholly is zero.
+
+    Without such a run by the tolerances of steps, whose errors grow over a run; steps of a given length have none.
+    """
+    changes = run.end_changes
+    if changes is not None:
+        pairs = zip(values.items(), [*changes.q.tolist(), *changes.u.tolist()], strict=True)
+        return {name: change if abs(value) <= change else changes.part * change for (name, value), change in pairs}
+    if run.problem.step:
+        return {}
     largest: dict[str, float] = {}
     for name, value in values.items():
         largest[known[name]] = max(largest.get(known[name], 0.0), abs(value))
-    told = {name: _number(run, value, known[name], largest[known[name]], units) for name, value in values.items()}
-    lines = [f"  {name:{width}} {text if text[0] == '-' else f' {text}'}" for name, text in told.items()]
-    more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
-    return [f"at t = {_time(run.t_final, units)}:", *lines[:_MOST], *more]
+    allowed = {unit: _GROWN * (run.problem.rtol * size + run.problem.atol) for unit, size in largest.items()}
+    return {name: min(allowed[known[name]], abs(value) / 2) for name, value in values.items()}
 
 
-def _number(run: Trajectory, value: float, unit: str, size: float, units: Units) -> str:
-    """Return a number of a run, where those with its unit are as large as `size`, with the digits that hold.
-
-    By the tolerances of steps, whose errors grow over a run; steps of a given length have no known error. One digit is
-    there of what the run tells from zero.
-    """
-    if run.problem.step:
-        return units.said(value, unit, _OF_STEPS)
-    if abs(value) <= _UNRESOLVED * run.problem.atol:
+def _number(run: Trajectory, value: float, unit: str, error: float | None, units: Units) -> str:
+    """Return a number of a run with the digits that hold, zero for what the run does not tell from it."""
+    if not run.problem.step and abs(value) <= _UNRESOLVED * run.problem.atol:
         return units.said(0.0, unit)
-    return units.said(value, unit, error=min(_GROWN * (run.problem.rtol * size + run.problem.atol), abs(value) / 2))
+    return units.said(value, unit, _OF_STEPS) if error is None else units.said(value, unit, error=error)
 
 
 def _energy(run: Trajectory, units: Units) -> list[str]:
@@ -183,14 +204,13 @@ def _withheld(run: Trajectory) -> list[str]:
 def _events(run: Trajectory, units: Units) -> list[str]:
     changes = [*run.begun, *run.changes]
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
-    warnings = [_warning(event["kind"], event["element"], _time(event["t"], units)) for event in told]
+    warnings = [_warning(event["kind"], event["element"], _found_time(run, event["t"], units)) for event in told]
     return [*_changes(run, changes, units), *_singular(run, units), *warnings]
 
 
 def _changes(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
     """Return what began to stick, slide, open or close, and when."""
-    times = [_number(run, event["t"], "s", abs(event["t"]), units) for event in changes]
-    told = [f"  t = {t}: {event['element']} {_change_word(event)}" for t, event in zip(times, changes, strict=True)]
+    told = [f"  t = {_found_time(run, x['t'], units)}: {x['element']} {_change_word(x)}" for x in changes]
     more = [f"  ... {len(told) - _MOST} more"] if len(told) > _MOST else []
     return ["changes of what holds one way only:", *told[:_MOST], *more] if told else []
 
@@ -202,7 +222,7 @@ def _change_word(event: Mapping[str, Any]) -> str:
 
 
 def _singular(run: Trajectory, units: Units) -> list[str]:
-    times = [f"{units.value(t, 's'):.6g}" for t in run.integration.singular]
+    times = [_found_time(run, t, units).partition(" ")[0] for t in run.integration.singular]
     if not times:
         return []
     shown = ", ".join(times if len(times) <= _MOST else [*times[:_MOST], "..."])

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from math import asin, pi, radians, sin, sqrt
+from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 from scipy.special import ellipk, ellipkinc
 
 import multibody_sym as mbs
 from multibody_sym.expressions.held_digits import held
+from multibody_sym.writing.run_summary import run_summary
 from multibody_sym.writing.solution import solution_text
 from multibody_sym.writing.statics import equilibrium_text
 
@@ -135,3 +138,50 @@ def test_digits_of_a_position_hold_where_several_roots_meet(power: int) -> None:
 )
 def test_digits_are_printed_to_which_both_ends_round(number: float, error: float, text: str) -> None:
     assert held(number, error) == text
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("four_bar", {}),
+        ("double_pendulum", {}),
+        ("pendulum", {"rtol": 1e-5}),
+        ("pendulum", {"method": "rk4", "step": 0.02}),
+    ],
+)
+def test_all_digits_of_the_end_of_a_run_hold(name: str, how: dict[str, Any]) -> None:
+    """Against a run with steps so short that rounding alone is left; errors of four_bar grow by more than 1000."""
+    system = mbs.load(EXAMPLES / f"{name}.yaml")
+    fine = mbs.simulate(system, rtol=1e-13, atol=1e-14, samples=2).final
+    told = run_summary(mbs.simulate(system, samples=2, **how))
+    for quantity, true in {**fine["coordinates"], **fine["speeds"]}.items():
+        (number,) = re.findall(rf"^  {quantity} +(-?[0-9.e+-]+) ", told, re.MULTILINE)
+        verify(number, true, 1)
+
+
+BOUNCING = """
+multibody_sym: 1
+name: bouncing
+gravity: [0, -9.81, 0]
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b: {mass: 1 kg}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {q: 1}}}
+contacts: {c: {between: [b, ground.floor], restitution: 0.7, open: true}}
+outputs: {root: sqrt(1.5 - t)}
+simulation: {t_end: 2 s}
+"""
+
+
+@pytest.mark.parametrize(("rtol", "digits"), [(1e-9, 6), (1e-7, 4), (1e-12, 6)])
+def test_all_times_of_a_run_have_as_many_digits(rtol: float, digits: int) -> None:
+    """Of events, warnings and the stop that ends it: 100 tolerances are left of them, and six digits at most."""
+    system = mbs.loads(BOUNCING + "stop: {up: t > 1.83456789}")
+    run = mbs.simulate(system, rtol=rtol)
+    told = run_summary(run)
+    times = re.findall(r"t = ([0-9.]+)", told)
+    known = [*(event["t"] for event in run.events), run.t_final]
+    assert len(times) >= 5
+    assert set(times) <= {f"{t:.{digits}g}" for t in known}
+    assert f"{sqrt(2 / 9.81):.{digits}g}" in times

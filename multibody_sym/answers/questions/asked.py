@@ -310,7 +310,7 @@ class _Motion:
         if self.solved.mechanism.one_way and self.simulated.changes_before(float(time.sample)) is not None:
             return None
         for condition, until in uniform.broken(float(time.sample)):
-            remark = f"{condition} holds until t = {until:.4g} s, and the answer takes it to hold longer"
+            remark = f"{condition} holds until t = {until:.6g} s, and the answer takes it to hold longer"
             self.remarks.append(f"{name}: {remark}")
         return self.solved.value_of(closed) or Value(float(closed.sample))
 
