@@ -41,5 +41,5 @@ def end_changes(problem: Problem, done: Integration) -> EndChanges | None:
     other = integrate(coarser)
     if other.status is not done.status:
         return None
-    changes = (np.abs(a - b) for a, b in ((other.q_final, done.q_final), (other.u_final, done.u_final)))
-    return EndChanges(abs(other.t_final - done.t_final), *changes, part=LEFT if problem.step is None else 1.0)
+    q, u = np.abs(other.q_final - done.q_final), np.abs(other.u_final - done.u_final)
+    return EndChanges(abs(other.t_final - done.t_final), q, u, LEFT if problem.step is None else 1.0)
