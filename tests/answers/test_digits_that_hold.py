@@ -185,3 +185,21 @@ def test_all_times_of_a_run_have_as_many_digits(rtol: float, digits: int) -> Non
     assert len(times) >= 5
     assert set(times) <= {f"{t:.{digits}g}" for t in known}
     assert f"{sqrt(2 / 9.81):.{digits}g}" in times
+
+
+LANDING = """
+multibody_sym: 1
+name: landing
+parameters: {v: 7.3 m/s, c: 0.05 kg/m}
+gravity: [0, -9.81, 0]
+bodies: {b: {mass: 1.1 kg}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y], initial: {u: [v, v]}}}
+forces: {d: {type: force, on: b, value: [-c*u_x*abs(u_x), -c*u_y*abs(u_y), 0]}}
+ask: {down: {value: y, when: y < 0}, above: {value: y - 0.3, when: {y: 0.3}}, top: {value: u_y, when: u_y < 0}}
+simulation: {t_end: 3 s}
+"""
+
+
+def test_rounding_about_zero_is_zero() -> None:
+    told = solution_text(mbs.solve(mbs.loads(LANDING)))
+    assert [printed(told, name) for name in ("down", "above", "top")] == [["0"], ["0"], ["0"]]

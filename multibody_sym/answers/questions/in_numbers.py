@@ -22,6 +22,7 @@ from multibody_sym.simulation.failures import FailedRunError
 
 HALF_OF_THE_DIGITS: Final = 1e-6
 """Relative, of numbers of runs: the root of their tolerance."""
+_ROUNDING: Final = 1e-14
 
 
 class NeverError(Exception):
@@ -51,10 +52,20 @@ class InNumbers:
         except (FailedRunError, NeverError):
             half = HALF_OF_THE_DIGITS
             return replace(found, error=half * abs(found.value), t_error=half * abs(found.t or 0.0))
-        part = self.motion.part_of_coarser
         pairs = (found.value, coarse.value), (found.t, coarse.t)
-        error, t_error = (part * abs((a or 0.0) - (b or 0.0)) for a, b in pairs)
-        return replace(found, error=error, t_error=t_error)
+        error, t_error = (self._error(a or 0.0, b or 0.0) for a, b in pairs)
+        return replace(found, error=max(error, self._rounding(question)), t_error=t_error)
+
+    def _error(self, number: float, coarse: float) -> float:
+        """Return the error of a number that coarser runs change; what they change wholly is rounding about zero."""
+        change = abs(number - coarse)
+        return change if abs(number) <= change else self.motion.part_of_coarser * change
+
+    def _rounding(self, question: Ask) -> float:
+        """Return the rounding of an expression at a moment, beside the largest value that it had until then."""
+        if question.value is None or question.when is None:
+            return 0.0
+        return _ROUNDING * self.motion.largest(question.value, question.when)
 
     def answer(self, question: Ask) -> Value:
         """Return the answer to a question, without unit and error. Raises NeverError."""

@@ -147,6 +147,18 @@ class Simulated:
             return None if time is None else self.value(asked, time)
         return float(self._until(moment, asked)[ASKED][-1])
 
+    def largest(self, asked: Node, moment: Moment) -> float:
+        """Return the largest absolute value of an expression until a moment first comes, which does come."""
+        if asked.op in ("number", "real"):
+            return abs(float(asked.data))
+        time = self.moment(moment, asked)
+        if isinstance(moment, Mapping) or not time:
+            run = self.along(asked, time or _SHORT)
+        else:
+            run = self._until(moment, asked)
+        values = run[ASKED]
+        return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+
     def _until(self, moment: Node | StateCondition, asked: Node | None) -> Trajectory:
         stop = Names({_WHEN: moment})
         return self._simulated(self.system, None, stop) if asked is None else self.along(asked, None, stop)
