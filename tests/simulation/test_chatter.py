@@ -7,6 +7,7 @@ import math
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.simulation import problem
 from multibody_sym.simulation.failures import FailedRunError
 
 SLIDER = """
@@ -35,3 +36,12 @@ def test_a_sign_of_a_speed_at_rest_is_answered_at_once(backend) -> None:
 def test_a_sign_of_a_speed_that_does_not_rest_is_a_force_as_others_are() -> None:
     run = mbs.simulate(mbs.loads(SLIDER), t_end=2.5, rtol=1e-10)
     assert run["x"][-1] == pytest.approx(-0.06 - 0.18 * math.cos(5 * (2.5 - 3 * math.pi / 5)), abs=1e-8)
+
+
+def test_a_force_with_a_kink_in_a_speed_does_not_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stiff spring keeps the steps short, and beside it acts a table of the speed, which is continuous."""
+    monkeypatch.setattr(problem, "_MOST_STEPS", 500)
+    text = SLIDER.replace("stiffness: 50", "stiffness: 5e9").replace("-F*sign(u_x)", "-w")
+    text += "inputs: {w: {table: [[-9, -1], [0, 0], [9, 2]], of: u_x}}\n"
+    with pytest.raises(FailedRunError, match=r"largest number of steps.*x is stiff, it swings"):
+        mbs.simulate(mbs.loads(text), t_end=10.0)

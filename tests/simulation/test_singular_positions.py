@@ -11,6 +11,7 @@ from singular_mechanisms import MECHANISMS, Mechanism
 
 import multibody_sym as mbs
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.simulation import problem
 from multibody_sym.simulation.failures import FailedRunError
 
 NAMES = list(MECHANISMS)
@@ -167,9 +168,12 @@ outputs: {{x: "position(crank0.end, x)", y: "position(crank0.end, y)"}}
     assert len(passed(run)) == 10
 
 
-def test_angles_whose_first_and_third_turn_about_one_axis_are_named() -> None:
-    """A ball that turns uniformly passes that position after 1 s, at 1e-10 rad."""
-    turned, end = np.array([0.5, 1.0, 0.3]), Rotation.from_euler("XYZ", [0.3, np.pi / 2 - 1e-10, 0.0])
+LOCKED = r"J_1 and J_3 turn b about one axis there.*leave out angles: of joint J"
+
+
+def turned_past_a_lock(beside: float, **more: object) -> mbs.System:
+    """A ball that turns uniformly passes that position after 1 s, beside it by an angle."""
+    turned, end = np.array([0.5, 1.0, 0.3]), Rotation.from_euler("XYZ", [0.3, np.pi / 2 - beside, 0.0])
     q = (Rotation.from_rotvec(-turned) * end).as_euler("XYZ")
     axes = [
         [1, 0, 0],
@@ -182,11 +186,28 @@ def test_angles_whose_first_and_third_turn_about_one_axis_are_named() -> None:
         angles="xyz",
         initial={"q": q.tolist(), "u": np.linalg.solve(np.transpose(axes), turned).tolist()},
     )
-    system = mbs.System(
-        "ball", bodies={"b": mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1})}, joints={"J": joint}
+    body = mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1})
+    return mbs.System("ball", bodies={"b": body}, joints={"J": joint}, **more)
+
+
+def test_angles_whose_first_and_third_turn_about_one_axis_are_named() -> None:
+    with pytest.raises(FailedRunError, match=LOCKED):
+        mbs.simulate(turned_past_a_lock(1e-10), t_end=2, backend="python")
+
+
+def test_a_damped_angle_that_locks_takes_all_steps_and_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A torque follows its rate along a table with knots, at which nothing jumps."""
+    monkeypatch.setattr(problem, "_MOST_STEPS", 20_000)
+    system = turned_past_a_lock(
+        1e-5,
+        inputs={"w": {"table": [[-2, 0], [0, 0.1], [9, 1]], "of": "u_J_3"}},
+        forces={
+            "rub": {"type": "damper", "joint": "J", "freedom": "J_3", "damping": 20},
+            "turn": {"type": "torque", "on": "b", "value": [0, 0, "w/100"]},
+        },
     )
-    with pytest.raises(FailedRunError, match=r"J_1 and J_3 turn b about one axis there.*leave out angles: of joint J"):
-        mbs.simulate(system, t_end=2, backend="python")
+    with pytest.raises(FailedRunError, match=f"largest number of steps.*{LOCKED}"):
+        mbs.simulate(system, t_end=2)
 
 
 @pytest.mark.parametrize(("middle", "starts"), [(90, False), (89, True)])

@@ -56,6 +56,10 @@ _USED_UP: Final = 1e-2
 """The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
 _APART: Final = 0.1
 """Independence of rows above which they are far from a singular position."""
+_BESIDE: Final = (1e-5, 1e-7)
+"""How far beside a speed, as a part of the largest one, accelerations are compared."""
+_KEPT: Final = 0.5
+"""The part of their change that is left so near if they jump."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -95,8 +99,13 @@ def _met(run: Trajectory, time: float) -> str:
         if now <= _MEETS * begun:
             a, b = load.line
             return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
-    turned = (told for place in range(len(mechanism.bodies)) if (told := locked(last, place)))
-    return next(turned, None) or _grown(run, time, last) or unknown
+    return _locked(last) or _grown(run, time, last) or unknown
+
+
+def _locked(last: Motion) -> str | None:
+    """Return that the first and the third angle of a body have one axis at the end of a run; None for nothing."""
+    turned = (locked(last, place) for place in range(len(last.mechanism.bodies)))
+    return next((told for told in turned if told), None)
 
 
 def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
@@ -227,12 +236,17 @@ def wheel_left(run: Trajectory) -> str | None:
 
 def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
-    mechanism = run.ready.mechanism
-    jumping = [leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u"]
-    if not jumping:
+    mechanism, end = run.ready.mechanism, run.integration
+    if end.q_final is not None and end.u_final is not None:
+        last = Rows(mechanism, run.parameters.tolist(), [], time).motion(end.q_final, end.u_final)
+        if told := _locked(last):
+            return told
+    named = dict.fromkeys(leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u")
+    place = next((k for k in named if _jumps_with(run, time, k)), None)
+    if place is None:
         jump = "a jump in a force (sign, where) keeps steps short; else ask for" if mechanism.kinks else "ask for"
         return stiffness_of(run, time) or f"{jump} less accuracy or a shorter time"
-    speed = mechanism.speeds[jumping[0]]
+    speed = mechanism.speeds[place]
     units = [each.unit for each in mechanism.speeds if each.joint == speed.joint]
     contact = "a contact with static and kinetic, which stick and slip"
     rub = f"forces: {{rub: {{type: friction, joint: {speed.joint}, static: mu, kinetic: mu}}}} or {contact}"
@@ -240,6 +254,20 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
         f"a force jumps where {speed.name} changes its sign, and has no value at rest; declare dry friction as such, "
         f"{rub if len(set(units)) == len(units) else contact}"  # joints of several like ways have no friction
     )
+
+
+def _jumps_with(run: Trajectory, time: float, place: int) -> bool:
+    """Return whether accelerations jump where a speed is at the end of a run: what changes does so however near."""
+    problem = run.problem if run.modes is None else run.modes.stretches[-1].problem
+    q, u = run.integration.q_final, run.integration.u_final
+    if q is None or u is None:
+        return False
+    changes = []
+    for beside in (part * np.abs(u).max(initial=1.0) for part in _BESIDE):
+        sides = [np.concatenate([q, u + side * beside * np.eye(len(u))[place]]) for side in (1.0, -1.0)]
+        above, below = (problem.rates(time, x)[len(q) :] for x in sides)
+        changes.append(float(np.abs(above - below).max()))
+    return changes[1] > _KEPT * changes[0] > 0.0
 
 
 def _too_long(problem: Problem, failure: RunFailure) -> str:
