@@ -1,7 +1,8 @@
 """Switching functions of a mode: what becomes positive where the mode ends.
 
     what ends                                    function
-    an open contact, a slack rope closes         -gap, over a face that ends
+    what is open or slack, or touches and carries
+    nothing, closes                              -gap, over a face that ends
     two points are nearest, and perhaps meet     r . v, of one from the other
     a closed contact, a taut rope opens          -(normal force, tension)
     a reaction that presses changes its side     -side * reaction, from no side |reaction|
@@ -78,11 +79,11 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
     assert mechanism.mode is not None
     sides, slips = mechanism.mode.sides, mechanism.mode.slips
     if element.unilateral:
-        active = sides.get(element.name, INACTIVE) != INACTIVE
-        if element.name in mechanism.mode.idle:
+        active, idle = sides.get(element.name, INACTIVE) != INACTIVE, element.name in mechanism.mode.idle
+        if idle and not active:  # it takes no part
             return
-        yield Switching("opens" if active else "closes", element)
-        if not active:
+        yield Switching("opens" if active and not idle else "closes", element)
+        if idle or not active:
             return
         if has_end(element):
             yield Switching("leaves", element)
