@@ -54,6 +54,13 @@ def test_routes_and_theorems_agree_and_runs_keep_their_account(number: int, monk
         assert judged_run(run.as_json(), 0.1)["class"] == "answer"
 
 
+def test_a_light_link_of_a_rigid_loop_is_no_singular_position() -> None:
+    """A load that slides on a link a thousandth as heavy, in a loop with redundant rows of m and rad that stands."""
+    run = mbs.simulate(mbs.loads(random_model(seed_of("fb09cb2a", 795))), t_end=1.0, samples=11)
+    assert judged_run(run.as_json())["class"] == "answer"
+    assert run.statistics["steps"] < 300
+
+
 @pytest.mark.long
 def test_commands_answer_or_refuse(tmp_path: Path) -> None:
     table = tmp_path / "table"

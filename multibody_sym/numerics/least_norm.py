@@ -75,8 +75,9 @@ def solve(
     is regular lambda follows from that, else x and lambda are of least norm together, lambda times lengths of C.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
-    part of a kept row that those before it leave, relative to the longest of them (0 if there is none), which vanishes
-    with a row, and where one becomes dependent; the largest |A x - r| of a dependent row relative to the largest |r|,
+    part of a kept row that those before it leave, or the shortest of them relative to the longest if that is less (0 if
+    there is none), which vanishes with a row, and where one becomes dependent, and hardly jumps where two change places
+    in the order; the largest |A x - r| of a dependent row relative to the largest |r|,
     both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
@@ -253,7 +254,7 @@ def _report(factors: _Factors, right: list[float], y: list[float]) -> list[float
     """Return the report, for right-hand sides in the order of the factors."""
     rank = factors.rank
     kept = [factors.lengths[j] for j in factors.order[:rank]]
-    least = min(abs(d) * length for d, length in zip(factors.diagonal, kept, strict=True)) / max(kept) if rank else 0.0
+    least = min(*map(abs, factors.diagonal), min(kept) / max(kept)) if rank else 0.0
     largest = max(map(abs, right), default=0.0)
     beside = zip(right[rank:], factors.rows[rank:], strict=True)
     residual = max((abs(value - _dot(y, row)) for value, row in beside), default=0.0)

@@ -258,8 +258,8 @@ class Statistics:
     each step, without at the steps in which a sample falls. `removed_position`, `removed_velocity`: largest |phi|,
     |phidot| that projection found after a step. `quaternion_deviation`: of a quaternion's length from 1 after a step,
     before it was normalised. `least_rank`, `greatest_rank` of the rows; `conditioning`: smallest part of a kept
-    row that others leave, relative to the longest, seen at `conditioning_time`. Without rows the ranks are 0 and
-    conditioning is 1.
+    row that others leave, or of the longest that one is long, seen at `conditioning_time`. Without rows the ranks are 0
+    and conditioning is 1.
     """
 
     steps: int = 0

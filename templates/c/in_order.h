@@ -93,11 +93,11 @@ MBS_INLINE int mbs_keep_in_order(const mbs_pattern *pattern, const double *matri
         mbs_reflection(&parts, j, sqrt(rest), row + j);
         longest = whole > longest ? whole : longest;
         shortest = whole < shortest ? whole : shortest;
-        least = rest < least ? rest : least;
+        least = rest < least * whole ? rest / whole : least;
         matrix += count;
     }
     space[MBS_RANK] = rows;
-    space[MBS_CONDITIONING] = sqrt(least / longest);
+    space[MBS_CONDITIONING] = sqrt(least * longest < shortest ? least : shortest / longest);
     space[MBS_PIVOTED] = 0.0;
     return longest < 1e200 && shortest > 1e-200 && shortest > MBS_ALIKE * MBS_ALIKE * longest;
 }

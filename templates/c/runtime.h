@@ -55,7 +55,7 @@ void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most
 void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, double most, double *factors);
 
 /* Minimum-norm x with A x = r, and the multipliers with x = A^T multipliers.
-   report: rank; smallest part of a kept row that others leave, relative to the longest of them; largest scaled
+   report: rank; smallest part of a kept row that others leave, or of the longest that one is long; largest scaled
    residual of a dependent row. */
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                     double *multipliers, double *report);
@@ -195,7 +195,7 @@ typedef struct {
     double removed_position, removed_velocity; /* largest |phi|, |phidot| that projection found after a step */
     double quaternion_deviation;               /* largest deviation of a quaternion's length from 1 after a step */
     double least_rank, greatest_rank;
-    double conditioning, conditioning_time;    /* smallest part of a kept row that others leave, and when */
+    double conditioning, conditioning_time;    /* smallest of these parts, and when */
     double before, start, latest, end;         /* independence of the rows at the start of the step before, of this one, at
                                                   the latest slope, at the end, */
     double least, greatest, peak, rate;        /* of all slopes in the trial, the largest at the start of a step, and the

@@ -82,15 +82,16 @@ static void keep_longest(const qr *f, double most_kept)
     if (most_kept < most)
         most = (int)ceil(most_kept);
     double tolerance = 100.0 * MBS_EPSILON * (f->rows > f->columns ? f->rows : f->columns);
-    double first = 0.0, smallest = HUGE_VAL, longest = 0.0;
+    double first = 0.0, least = HUGE_VAL, shortest = HUGE_VAL, longest = 0.0;
     for (; k < most; ++k) {
         double length = take_pivot(f, k), *v = row_of(f, k) + k;
         int size = f->columns - k;
         first = k ? first : length;
         if (!(length > tolerance * first))
             break;
-        double whole = f->part.scale[(int)f->part.order[k]], left = length * whole;
-        smallest = left < smallest ? left : smallest;
+        double whole = f->part.scale[(int)f->part.order[k]];
+        least = length < least ? length : least;
+        shortest = whole < shortest ? whole : shortest;
         longest = whole > longest ? whole : longest;
         mbs_reflection(&f->part, k, length, v);
         for (int j = k + 1; j < f->rows; ++j) {
@@ -99,7 +100,7 @@ static void keep_longest(const qr *f, double most_kept)
         }
     }
     f->head[MBS_RANK] = k;
-    f->head[MBS_CONDITIONING] = k ? smallest / longest : 0.0;
+    f->head[MBS_CONDITIONING] = k ? fmin(least, shortest / longest) : 0.0;
 }
 
 void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, double most, double *factors)

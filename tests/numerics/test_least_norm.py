@@ -61,6 +61,16 @@ def test_conditioning_is_near_the_smallest_singular_value(seed: int) -> None:
     assert values[-1] / values[0] / 4 <= found[1] <= 16 * values[-1] / values[0]
 
 
+@pytest.mark.parametrize("later", [1.0 - 1e-6, 1.0 + 1e-6])
+def test_conditioning_is_the_same_whichever_of_two_rows_comes_first(later: float) -> None:
+    """What a light body lets rows of unlike lengths leave of each other: 0.01, and 0.2 of 11 is the shortest."""
+    sine, turn = 0.4 * later, 0.025
+    short = 0.2 * np.array([math.sqrt(1.0 - 0.16), 0.4, 0.0])
+    long = 11.0 * np.array([math.sqrt(1.0 - sine**2), sine * math.cos(turn), sine * math.sin(turn)])
+    found = solve(np.array([[3.0, 0.0, 0.0], short, long, 3.0 * short]), np.zeros(4)).report
+    assert found[:2] == pytest.approx([3.0, 0.4 * math.sin(turn)], rel=1e-5)
+
+
 def test_of_equal_rows_the_one_declared_first_carries_the_multiplier() -> None:
     row = np.array([0.3, -0.2, 0.7])
     matrix = np.array([[0.0, 1.0, 0.0], row / 3, row, row * 1e5, [1.0, 0.0, 0.0]])
