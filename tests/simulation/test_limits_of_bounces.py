@@ -178,3 +178,36 @@ def test_bounces_on_a_floor_and_on_a_wall_that_end_together_end_each_when_its_ow
     run = mbs.simulate(corner, parameters={"e": e, "f": f, "h": h}, t_end=wall + 0.1)
     rests = {x["element"]: x["t"] for x in run.events}
     assert rests == pytest.approx({"c": wall - ahead, "d": wall}, rel=1e-9)
+
+
+SPUN = """
+multibody_sym: 1
+name: spun
+gravity: ["9.81*sin(slope)", "-9.81*cos(slope)", 0]
+parameters: {r: 0.1, slope: 0.04, b: 0.12, v: 0.6, w: 6}
+bodies:
+  ground:
+    surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [-0.6, 0, 0], normal: ["cos(b)", "-sin(b)", 0]}}
+  d: {mass: 1.6, inertia: {Izz: "0.8*r^2"}, surfaces: {rim: {disc: r}}}
+joints: {j: {type: planar, parent: ground, child: d, q: [x, y, a], initial: {q: [-0.2, r, 0], u: [-v, 0, w]}}}
+contacts:
+  f: {between: [d.rim, ground.floor], static: 0.3, kinetic: 0.24}
+  c: {between: [d.rim, ground.wall], static: 0.7, kinetic: 0.7, open: true}
+simulation: {t_end: 1.4}
+"""
+"""A disc whose wall throws it off its floor, slides back against the wall, each time lower by the same part."""
+
+
+@pytest.mark.parametrize("backend", ["python", "c"])
+@pytest.mark.parametrize("v", [0.6, 1.2])
+def test_a_disc_that_strikes_a_wall_in_shrinking_cycles_rolls_off_at_their_limit(v: float, backend: str) -> None:
+    """Flights and slides of constant acceleration are alike but for size; from the limit on it rolls down the floor."""
+    given = {"v": v, "w": 10 * v}
+    run = mbs.simulate(mbs.loads(SPUN), parameters=given, rtol=1e-11, atol=1e-12, samples=3, backend=backend)
+    t = [x["t"] for x in run.events if x["element"] == "c"]
+    a, b = t[2] - t[1], t[3] - t[2]
+    limit = t[3] + b * b / (a - b)
+    last = [x["t"] for x in run.events if x["t"] > limit - 1e-7]
+    assert last == [pytest.approx(limit, abs=2e-10)] * 2
+    fall = 2 / 3 * 9.81 * math.sin(0.04)
+    assert run.u[-1] == pytest.approx([fall * (1.4 - limit), 0, -10 * fall * (1.4 - limit)], abs=1e-9)

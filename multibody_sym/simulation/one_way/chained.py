@@ -288,16 +288,18 @@ class OneWayRun:
             blow, facts, u = found.blow, found.facts, found.facts.u
             if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
                 return None
+            late, collapsed = found.late, found.collapsed
         else:
             u = facts.u + blow.jump
+            late, collapsed = dict[str, float](), frozenset[str]()
         after = np.concatenate([facts.q, u])
         if facts.t != t:
-            after = after + (t - facts.t) * now.problem.rates(facts.t, after)
+            after = stepped(now.problem.rates, facts.t, after, t - facts.t)
         if any(struck(each, blow) for each in self.laws.mechanism.state_stops.values()):
             return None
         if stop_jumped((now, now), t, (x, after), self._scale.speed) is not None:
             return None
-        tell(self.changes, blow.t, self._hit(blow))
+        tell(self.changes, blow.t, self._hit(blow, dict.fromkeys(collapsed, COLLAPSE), late))
         self._tips.struck(facts)
         self.jumps.append((len(self.stretches) - 1, t, after))
         return after.copy()
@@ -344,7 +346,7 @@ class OneWayRun:
         self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
         self.legs.append(Leg.entered(stretch.problem, passage))
         self._returns.to(passage.time, stretch.key)
-        tell(self.changes, passage.time, (Change(passage.time, *each) for each in self._begin(stretch)))
+        tell(self.changes, passage.time, (Change(passage.time, *each) for each in self._begin(stretch, passage.time)))
 
     def _decided(self, t: float, x: Floats, index: int) -> Decided:
         """Return how the run goes on from a state at which a switching function of its mode has crossed.
@@ -491,11 +493,14 @@ class OneWayRun:
         others = [Change(time, *each) for each in changes if each[0] in changed]
         tell(self.changes, time, [*several, *hits, *others])
 
-    def _begin(self, stretch: Stretch) -> list[tuple[str, str, str]]:
-        """Begin a stretch, and return which elements are in another state than before: name, state now and before."""
+    def _begin(self, stretch: Stretch, time: float | None = None) -> list[tuple[str, str, str]]:
+        """Begin a stretch, and return which elements are in another state than before: name, state now and before.
+
+        One to which the loop in C has come back began at another `time` (s) than its problem.
+        """
         before, words = self.stretches[-1].words if self.stretches else {}, stretch.words
         self.stretches.append(stretch)
-        self._bounces.rhythm.mode(stretch.problem.start, stretch.key)
+        self._bounces.rhythm.mode(stretch.problem.start if time is None else time, stretch.key)
         self._bounces.rested([name for name, side in stretch.mode.sides.items() if side])
         return [
             (name, word, before.get(name, "")) for name, word in words.items() if before and before.get(name) != word
