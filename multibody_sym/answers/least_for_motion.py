@@ -15,7 +15,7 @@ from multibody_sym.analysis.rest.causes import causes
 from multibody_sym.analysis.rest.least import Least, first_range, least_ends
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.answers.exact_rest import ExactEnd, fits, short_number
-from multibody_sym.answers.range_of_rest import RestBound, rest_position, unit_of, varied
+from multibody_sym.answers.range_of_rest import RestBound, bound_of, rest_position, unit_of, varied
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import on_numbers
 from multibody_sym.errors import ExpressionError, MultibodyError, NoSolutionError
@@ -31,6 +31,9 @@ from multibody_sym.scalars.node import Node, as_node, symbol
 
 _WORK: Final = 30_000
 _NEAR: Final = 1e-4
+_SETTLED: Final = 1e-11
+_FLAT: Final = 1e-7
+"""To which part a place is known where a value is least: to half the digits of values, some of which are lost."""
 _NO_FORM: Final = (NoClosedFormError, ExpressionError, MultibodyError, *UNDEFINED)
 
 
@@ -116,10 +119,16 @@ def _least_for_motion(system: System, least: str, vary: str, formalism: str | No
 
 def _bounds(position: Position, found: Least) -> tuple[RestBound, RestBound]:
     """Return a least value and its place for people: with closed forms, and what gives way."""
-    found, forms = _Exact(position, found).forms()
+    exact, is_sharp, forms = _Exact(position, found).forms()
+    found = exact.found
     motion = position.motion({found.least: found.end.value, found.vary: found.at}, moves=True)
     gives_way = causes(position.statics, found.end.limits, motion) if found.end.equal or found.end.limits else ()
-    return RestBound(found.end.value + 0.0, *forms[0], gives_way), RestBound(found.at + 0.0, *forms[1])
+    sample = exact.end.sample
+    error, aside = _SETTLED * abs(found.end.value), (_SETTLED if is_sharp else _FLAT) * max(abs(found.at), 1.0)
+    return (
+        bound_of(found.end.value, forms[0], sample, gives_way, error),
+        bound_of(found.at, forms[1], sample, (), aside),
+    )
 
 
 def _falling(found: Least, entry: ParameterEntry, other: ParameterEntry) -> str:
@@ -144,15 +153,16 @@ class _Exact:
     position: Position
     found: Least
 
-    def forms(self) -> tuple[Least, tuple[Forms, Forms]]:
-        """Return what was found with its place to the last bits, and the closed forms of the value and the place."""
-        found = self.found
+    def forms(self) -> tuple[_Exact, bool, tuple[Forms, Forms]]:
+        """Return what was found with its place to the last bits, if it `is_sharp`, and closed forms of value and place."""
+        found = None
         with suppress(*_NO_FORM):
             found = self.sharpened()
-        symbolic, numbers = (_Exact(self.position, found).closed(numbers=x) for x in (False, True))
+        exact = self if found is None else _Exact(self.position, found)
+        symbolic, numbers = (exact.closed(numbers=x) for x in (False, True))
         pairs = zip(symbolic, map(short_number, numbers), strict=True)
         value, at = tuple(pairs)
-        return found, (value, at)
+        return exact, found is not None, (value, at)
 
     @property
     def end(self) -> ExactEnd:
@@ -167,8 +177,11 @@ class _Exact:
             for slope, constant in linear_parts(equation, symbol(self.found.least)):
                 yield -(constant / slope), rate(slope, vary) * constant - slope * rate(constant, vary)
 
-    def sharpened(self) -> Least:
-        """Return the least value with its place as a root, which values near it tell to half as many digits only."""
+    def sharpened(self) -> Least | None:
+        """Return the least value with its place as a root, which values near it tell to half as many digits only.
+
+        None where no equation has that root.
+        """
         from scipy.optimize import brentq
 
         found = self.found
@@ -183,8 +196,8 @@ class _Exact:
             if steepness(low) * steepness(high) < 0.0:
                 at = float(brentq(steepness, low, high, xtol=1e-300, rtol=8.9e-16))
                 there = first_range(self.position, found.least, {found.vary: at})
-                return found if there is None else replace(found, at=at, end=there[found.side])
-        return found
+                return None if there is None else replace(found, at=at, end=there[found.side])
+        return None
 
     def closed(self, *, numbers: bool) -> Forms:
         """Return the least value and its place as expressions, None where none is found."""

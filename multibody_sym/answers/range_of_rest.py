@@ -23,7 +23,11 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry, Source
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
+
+
+Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -32,13 +36,15 @@ class RestBound:
 
     `expression` is its closed form in the names of the model, `exact` the same with all declared numbers put in; None
     where none was found. Where there is no position beyond, as bodies would cross, `gives_way` says so; nothing gives
-    way where the range ends with the values that were looked at.
+    way where the range ends with the values that were looked at. The value is known to within `error`; that of a closed
+    form has none.
     """
 
     value: float | None
     expression: Node | None = None
     exact: Node | None = None
     gives_way: tuple[str, ...] = ()
+    error: float = 0.0
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""
@@ -47,6 +53,7 @@ class RestBound:
             "expression": None if self.expression is None else text(self.expression),
             "exact": None if self.exact is None else text(self.exact),
             "gives_way": list(self.gives_way),
+            **({"error": self.error} if self.error else {}),
         }
 
 
@@ -167,6 +174,8 @@ def unit_of(entry: ParameterEntry) -> str:
 _PURE: Final = "1"
 _ASIDE: Final = 1e-6
 """How far beyond an end (of its size, 1 at least) is looked why it is one."""
+_SETTLED: Final = 1e-11
+"""To which part of it an end without closed form is found."""
 _STILL: Final = 1e-9
 """The speed (m/s) and acceleration (m/s^2) of a row at rest that are none."""
 
@@ -176,11 +185,22 @@ def rest_bound(position: Position, found: Ranges, end: RestEnd, outward: int) ->
     if math.isinf(end.value):
         return RestBound(None)
     if not (end.equal or end.limits):
-        return RestBound(end.value + 0.0, gives_way=_no_position(position, found, end.value, outward))
+        why = _no_position(position, found, end.value, outward)
+        return RestBound(end.value + 0.0, gives_way=why, error=_SETTLED * abs(end.value) if why else 0.0)
     exact = ExactEnd(position.mechanism, found.parameter, end)
     motion = position.motion({found.parameter: end.value}, moves=True)
     named = causes(position.statics, end.limits, motion)
-    return RestBound(end.value + 0.0, exact.symbolic(), exact.exact(), named)
+    return bound_of(end.value, (exact.symbolic(), exact.exact()), exact.sample, named, _SETTLED * abs(end.value))
+
+
+def bound_of(
+    value: float, forms: tuple[Node | None, Node | None], sample: Mapping[Node, float], gives_way: Names, error: float
+) -> RestBound:
+    """Return a bound with the value of its closed form; one without has an `error`."""
+    for form in forms:
+        if form is not None:
+            return RestBound(evaluate_float([form], sample)[0] + 0.0, *forms, gives_way)
+    return RestBound(value + 0.0, gives_way=gives_way, error=error)
 
 
 def _no_position(position: Position, found: Ranges, end: float, outward: int) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def _is_all(found: RangeOfRest, low: RestBound, high: RestBound) -> bool:
 def told(bound: RestBound, unit: str, units: Units = SI) -> str:
     """Return `formula = exact number = number unit (what gives way)`."""
     assert bound.value is not None
-    number = units.said(bound.value, unit)
+    number = units.said(bound.value, unit, error=bound.error)
     forms = [text(form) for form in (bound.expression, bound.exact) if form is not None]
     shown = [form for form in dict.fromkeys(forms) if form != f"{bound.value:.10g}"]
     formula = " = ".join([*shown, number])

@@ -200,6 +200,15 @@ forces: {rub: {type: friction, joint: j, static: b}}
     assert (high.value, high.gives_way) == (pytest.approx(math.atan(0.2), rel=1e-13), ("slips at rub",))
 
 
+def test_an_end_has_the_value_of_its_formula_and_the_digits_that_hold():
+    low, high = found(LADDER, "a").ends[0]
+    assert low.value == pytest.approx(math.atan((1 - 0.4 * 0.3) / (2 * 0.4)), rel=4e-16)
+    assert (low.error, low.as_json().get("error")) == (0.0, None)
+    assert abs(high.value - math.pi / 2) <= high.error == high.as_json()["error"] < 1e-10
+    flat = mbs.RangeOfRest("F", ((RestBound(1 / 3, error=1e-6), RestBound(2 / 3, error=2e-4)),), (None, None), unit="N")
+    assert rest_text(flat) == "rest is possible for F from 0.33333 N\n  to 0.667 N"
+
+
 def test_one_value_and_all_of_them_are_told_as_such():
     one, turn = mbs.RangeOfRest("F", ((RestBound(2.5), RestBound(2.5 + 1e-13)),), (None, None), unit="N"), math.pi
     assert rest_text(one) == "rest is possible only for F = 2.5 N"
