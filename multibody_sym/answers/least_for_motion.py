@@ -154,7 +154,7 @@ class _Exact:
     found: Least
 
     def forms(self) -> tuple[_Exact, bool, tuple[Forms, Forms]]:
-        """Return what was found with its place to the last bits, if it `is_sharp`, and closed forms of value and place."""
+        """Return what was found with its place to the last bits, whether it is, and closed forms of value and place."""
         found = None
         with suppress(*_NO_FORM):
             found = self.sharpened()

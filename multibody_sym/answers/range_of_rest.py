@@ -26,7 +26,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 
-
 Names = tuple[str, ...]
 
 
