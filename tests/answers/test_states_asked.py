@@ -138,3 +138,17 @@ def test_a_run_that_a_state_ends_has_that_moment_behind_its_last_sample(omega: f
     assert run["phi"] == pytest.approx(omega * run.t - 5 * run.t**2, rel=1e-9)
     assert abs(run["u_phi"][-1]) < 1e-9
     assert run.accelerations["u_phi"] == pytest.approx([-10] * len(run.t), rel=1e-9)
+
+
+def test_states_are_typed_as_runs_print_them() -> None:
+    """Each event of a run, typed as it is printed, ends a run, and is asked for, at its time."""
+    run = mbs.simulate(thrown(""), backend="python")
+    assert {event["kind"] for event in run.changes} == {"stick"}
+    down = thrown("stop: {s: c1 stick}\nask: {s: c1 stick, down: {value: u_J_x, when: c1 stick}}")
+    assert mbs.simulate(down, backend="python").t_final == pytest.approx(5 / UP, rel=1e-9)
+    answers = mbs.solve(down).answers
+    assert [answers[name].value for name in ("s", "down")] == pytest.approx([5 / UP, 0.0], rel=1e-9, abs=1e-9)
+    assert mbs.dumps(down).count("c1 stick") == 3
+    back = mbs.loads(HEAD + THROWN.replace("mu: 0.9", "mu: 0.3") + "ask: {back: c1 slide-}")
+    turns = 5 / (10 * (0.5 + 0.3 * math.sqrt(3) / 2))
+    assert mbs.solve(back).answers["back"].value == pytest.approx(turns, rel=1e-9)

@@ -32,7 +32,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.states import Moment, StateCondition
+from multibody_sym.model.declaration.states import VERBS, Moment, StateCondition
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.numerics.arrays import UNDEFINED
@@ -230,9 +230,9 @@ def _component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
     return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))
 
 
-_WITHOUT_SLIP: Final = ("sticks", "rolls", "grips")
-_WITH_SLIP: Final = ("slides", "slips")
-_WITHOUT_FORCE: Final = ("opens", "slackens", "frees")
+_WITHOUT_SLIP: Final = frozenset(word for verb in ("sticks", "rolls", "grips") for word in VERBS[verb])
+_WITH_SLIP: Final = frozenset(word for verb in ("slides", "slips") for word in VERBS[verb])
+_WITHOUT_FORCE: Final = frozenset(word for verb in ("opens", "slackens", "frees") for word in VERBS[verb])
 
 
 def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
@@ -243,12 +243,12 @@ def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
     """
     for element in acting.mechanism.one_way:
         parts = [part for part in element.frictions if condition.element in (element.name, part.name)]
-        if condition.verb in _WITHOUT_SLIP:
+        if _WITHOUT_SLIP.issuperset(condition.words):
             yield from (as_node(acting.row(part.rows[0]).phidot) for part in parts if len(part.rows) == 1)
-        elif condition.verb in _WITH_SLIP:
+        elif _WITH_SLIP.issuperset(condition.words):
             yield from (x for part in parts if len(part.rows) == 1 for x in _beyond_limit(acting, element, part))
         elif condition.element == element.name and element.unilateral:
-            opens = condition.verb in _WITHOUT_FORCE
+            opens = _WITHOUT_FORCE.issuperset(condition.words)
             yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
 
 

@@ -34,34 +34,41 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
 WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
 """Along an axis or tangent, or against it, in sentences: words of states end with these signs."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
-_STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(VERBS)})\s*")
+_WORDS: Final = tuple(dict.fromkeys(word for words in VERBS.values() for word in words))
+"""The words of states, as runs print them: each is one that begins, too."""
+_STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(map(re.escape, (*VERBS, *_WORDS)))})\s*")
 _TWO_WORDS: Final = re.compile(r"\s*([A-Za-z][\w.]*)\s+(?!and\b|or\b)([A-Za-z]+)\s*")
 """What is written as a state, whatever its second word."""
 
 
 @dataclass(frozen=True)
 class StateCondition:
-    """That an element, or a part of it that rubs, begins to be in a state: `c sticks`."""
+    """That an element, or a part of it that rubs, begins to be in a state: `c sticks`, or its word, `c slide+`."""
 
     element: str
     verb: str
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words of the states that are meant."""
+        return VERBS.get(self.verb, (self.verb,))
 
     def __str__(self) -> str:
         return f"{self.element} {self.verb}"
 
     def holds(self, words: Mapping[str, str]) -> bool:
         """Return whether it holds where elements are in the states that `words` tell."""
-        return words.get(self.element) in VERBS[self.verb]
+        return words.get(self.element) in self.words
 
     @property
     def closes(self) -> bool:
         """Whether it is a state in which an element is closed that may be open."""
-        return bool(set(VERBS[self.verb]) & {*VERBS["closes"], *VERBS["stops"]})
+        return bool({*self.words} & {*VERBS["closes"], *VERBS["stops"]})
 
     @property
     def strikes(self) -> bool:
         """Whether it is an impact, which is no state."""
-        return self.verb == STRIKES
+        return self.words == VERBS[STRIKES]
 
     def verify(self, known: Mapping[str, Iterable[str]]) -> None:
         """Raise ModelError where no element of that name holds one way only, or it is never in such a state.
@@ -76,7 +83,7 @@ class StateCondition:
                     number="M106",
                 )
             parts = [name for name in known if name.startswith(f"{self.element}.")]
-            able = [name for name in parts if set(known[name]).intersection(VERBS[self.verb])]
+            able = [name for name in parts if set(known[name]).intersection(self.words)]
             if parts and not able:
                 raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}", number="M106")
             if parts:
@@ -92,14 +99,14 @@ class StateCondition:
                 known=known,
             )
         words = set(known[self.element])
-        if not words.intersection(VERBS[self.verb]):
+        if not words.intersection(self.words):
             fitting = " or ".join(f"{self.element} {verb}" for verb, its in VERBS.items() if words.intersection(its))
             raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}; say {fitting}", number="M106")
 
     @property
     def _smooth(self) -> str:
         """The reason why an element neither sticks nor slides."""
-        return " without friction (static, kinetic)" if self.verb in ("sticks", "slides") else ""
+        return " without friction (static, kinetic)" if {*self.words} <= {*VERBS["sticks"], *VERBS["slides"]} else ""
 
 
 def state_condition(value: Any) -> StateCondition | None:
