@@ -305,8 +305,8 @@ def _singular(run: Trajectory, time: float) -> str:
         sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
         return (
             f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly move "
-            "what they press (Painleve's paradox), and what they are from there on is not determined; lower the "
-            "friction, or end the run before"
+            "what they press (Painleve's paradox), and no change of their sign was found behind which the motion goes "
+            "on; lower the friction, or end the run before"
         )
     if found.independence > _APART:
         return (
