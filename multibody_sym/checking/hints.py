@@ -40,6 +40,7 @@ def declared_hints(system: System) -> list[Hint]:
         *_oblique_ropes(system, known),
         *_doubled_joints(system),
         *_nearly_parallel(system, known),
+        *_pulled_off(system, known),
     ]
 
 
@@ -51,6 +52,30 @@ def _gravity(system: System) -> Iterator[Hint]:
 
 def _has_mass(body: Body) -> bool:
     return body.mass is not None or body.shape is not None
+
+
+def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
+    """Yield contacts with planes of the ground off which gravity pulls what nothing else acts on."""
+    gravity = [value_or_none(x, known) for x in system.gravity]
+    ends = (getattr(force, "on", None) for force in system.forces.values())
+    pushed = {body_part(end, system.bodies)[0] for end in ends if isinstance(end, str)}
+    for name, contact in system.contacts.items():
+        first, second = contact.between
+        body, part = body_part(second, system.bodies)
+        surface = system.bodies[body].surfaces.get(part) if body == GROUND and body in system.bodies else None
+        if surface is None or surface.plane is None or contact.open:
+            continue
+        normal = [value_or_none(x, known) for x in surface.normal]
+        if None in (*gravity, *normal) or body_part(first, system.bodies)[0] in pushed:
+            continue
+        along = sum((a or 0.0) * (b or 0.0) for a, b in zip(gravity, normal, strict=True))
+        if along > EXACT * math.hypot(*(a or 0.0 for a in gravity)):
+            yield Hint(
+                f"gravity pulls {first} off {second}: its normal points out of its body, to where the other one is; if "
+                "the ramp is to carry it turn the normal round, as in normal: [-sin(a), cos(a), 0]",
+                "contacts",
+                name,
+            )
 
 
 def _unused(system: System) -> Iterator[Hint]:

@@ -40,6 +40,28 @@ def test_a_hint_says_what_is_odd_and_what_to_write(was: str, written: str, words
     assert any(words in hint for hint in declared_hints(loads(PENDULUM.replace(was, written))))
 
 
+RAMP = """\
+multibody_sym: 1
+name: ramp
+gravity: [0, -g, 0]
+parameters: {g: 9.81 m/s^2, a: 20 deg}
+bodies: {ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}, b: {mass: 1 kg}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y]}}
+contacts: {c: {between: [b, ground.ramp], static: 0.3}}
+"""
+
+
+def test_a_ramp_that_is_turned_the_wrong_way_has_a_hint() -> None:
+    """Gravity pulls off what a plane's normal points down from, unless a force presses it there or it is open."""
+    assert declared_hints(loads(RAMP)) == []
+    turned = RAMP.replace("[-sin(a), cos(a), 0]", "[sin(a), -cos(a), 0]")
+    (hint,) = declared_hints(loads(turned))
+    assert hint.path == ("contacts", "c")
+    assert "gravity pulls b off ground.ramp: its normal points out of its body" in hint
+    assert declared_hints(loads(turned.replace("static: 0.3", "open: true"))) == []
+    assert declared_hints(loads(turned + "forces: {f: {type: force, on: b, value: [0, 20, 0]}}\n")) == []
+
+
 @pytest.mark.parametrize(
     "written",
     ["{q: 2000 deg}", "{q: 6.2}", "{q: 8*pi}"],

@@ -238,7 +238,7 @@ class Rolling(Element):
     on: str = holds(Text(), says="the surface on which it rolls", such="ground.table")
     static: Coefficient | None = holds(
         CoefficientField(), None, keyword=True, such="mu",
-        says="coefficient of friction at rest, with which it may slip and lift off; or enough",
+        says="coefficient of friction at rest, or enough; with it it slips and lifts off; the kinetic one if left out",
     )
     kinetic: Node | None = holds(
         KineticField(""), None, keyword=True, such="mu",

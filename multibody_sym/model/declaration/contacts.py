@@ -77,7 +77,7 @@ class Contact(Element):
     )
     static: Coefficient | None = holds(
         CoefficientField(), None, keyword=True, such="0.4",
-        says="coefficient of friction at rest, or enough: it never slips; without one the contact is smooth",
+        says="coefficient of friction at rest, or enough: it never slips; the kinetic one if left out",
     )
     kinetic: Node | None = holds(
         KineticField(""), None, keyword=True, such="0.3",

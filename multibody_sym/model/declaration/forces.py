@@ -300,7 +300,8 @@ class Friction(Element):
 
     joint: str = holds(Text(), says="the joint that rubs", such="guide")
     static: Coefficient | None = holds(
-        CoefficientField(), None, says="coefficient of friction at rest, or enough: it never slips", such="0.4"
+        CoefficientField(), None, such="0.4",
+        says="coefficient of friction at rest, or enough: it never slips; the kinetic one if left out",
     )
     kinetic: Node | None = holds(
         KineticField(""), None, says="coefficient of friction while it moves; the static one if left out", such="0.3"

@@ -62,7 +62,8 @@ class Impact(Element):
         Scalar(""), None, says="which part of the normal speed it gives back, 0 to 1", such="1"
     )
     static: Coefficient | None = holds(
-        CoefficientField(), None, says="coefficient of friction at rest, or enough: it does not slip", such="0.4"
+        CoefficientField(), None, such="0.4",
+        says="coefficient of friction at rest, or enough: it does not slip; the kinetic one if left out",
     )
     kinetic: Node | None = holds(
         KineticField(""), None, says="coefficient of friction while it slips; the static one if left out", such="0.3"
