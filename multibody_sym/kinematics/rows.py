@@ -51,7 +51,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import is_exactly, sqrt
-from multibody_sym.scalars.node import ONE, ZERO, Node, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 
 
@@ -105,6 +105,13 @@ def row_motions(motion: Motion) -> list[RowMotion]:
             with at(*motion.mechanism.row_path(k)):
                 raise error from None
     return with_reactions(motion, found)
+
+
+def acting_rows(rows: Sequence[RowMotion]) -> list[int]:
+    """Return the rows that do not vanish identically, as some of a joint in space do that closes a loop in a plane."""
+    return [
+        k for k, row in enumerate(rows) if row.coupling or {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}
+    ]
 
 
 def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]:

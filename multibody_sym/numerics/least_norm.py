@@ -22,6 +22,8 @@ _FEW: Final = 6
 
 Lists = list[list[float]]
 Found = tuple[list[float], list[float], list[float]]
+PLAIN: Final = 2.0
+"""Acts, and multipliers are of least norm as they are."""
 SHORTEST: Final = 1e-6
 """Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
 _NEARLY_ZERO: Final = 1e-150
@@ -72,7 +74,8 @@ def solve(
     squares solution as well whenever they agree with the kept ones. No more than `most` rows are kept: rows that depend
     on each other only in positions that satisfy them are independent beside such a position, by rounding. Rows that
     `acting` has a zero for are left out, and have no multipliers. With `exerted` C (s, n) x is C^T lambda: where A C^T
-    is regular lambda follows from that, else x and lambda are of least norm together, lambda times lengths of C.
+    is regular lambda follows from that, else x and lambda are of least norm together, lambda times lengths of C, or as
+    it is where `acting` has a 2 (`PLAIN`) for all rows.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
     part of a kept row that those before it leave, or the shortest of them relative to the longest if that is less (0 if
@@ -98,10 +101,11 @@ def solve_lists(
         places = [j for j, acts in enumerate(acting) if acts]
         rows, wanted = [matrix[j] for j in places], [right[j] for j in places]
         forces = [list(exerted[j]) for j in places if exerted]
-        if not exerted or forces == rows:
+        plain = any(acting[j] == PLAIN for j in places)
+        if not exerted or (forces == rows and not plain):
             solution, carried, report = solve_lists(rows, wanted, columns, most)
         else:
-            solution, carried, report = _rubbing(rows, forces, wanted, columns, most)
+            solution, carried, report = _rubbing(rows, forces, wanted, columns, most, plain=plain)
         multipliers = [0.0] * len(right)
         for j, value in zip(places, carried, strict=True):
             multipliers[j] = value
@@ -119,10 +123,12 @@ def solve_lists(
     return _rotated(factors, halfway, columns), multipliers, _report(factors, scaled, halfway)
 
 
-def _rubbing(matrix: Lists, exerted: Lists, right: list[float], columns: int, most: float) -> Found:
+def _rubbing(
+    matrix: Lists, exerted: Lists, right: list[float], columns: int, most: float, *, plain: bool
+) -> Found:
     """Return x = C^T lambda, lambda, A x = r: of least norm together, lambda times lengths, if A C^T is singular."""
     count = len(right)
-    lengths = [math.sqrt(_dot(row, row)) for row in exerted]
+    lengths = [1.0 if plain else math.sqrt(_dot(row, row)) for row in exerted]
     shortest = max(SHORTEST * max(lengths), _NEARLY_ZERO)
     lengths = [length if length > shortest else shortest for length in lengths]
     unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]

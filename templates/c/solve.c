@@ -195,6 +195,7 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 
 #define SHORTEST 1e-6       /* part of the longest row's length that scales shorter rows */
 #define NEARLY_ZERO 1e-150
+#define PLAIN 2.0           /* acts, and multipliers are of least norm as they are */
 
 /* The rows that act, one after the other, in what begins with how many they are: which, the room for their right side and
    their multipliers, their elements; what they exert in unit vectors, the lengths of that, and the factors of a matrix. */
@@ -269,15 +270,16 @@ void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const doub
     scatter(&s, pattern->rows, s.multipliers, multipliers);
 }
 
-/* Make what rows exert unit vectors, none of them much shorter than the longest; returns whether they differ from A. */
-static int made_units(const some *s)
+/* Make what rows exert unit vectors, none of them much shorter than the longest, or leave it as it is where multipliers
+   are `plain`; returns whether they differ from A, or are plain. */
+static int made_units(const some *s, int plain)
 {
-    int count = s->pattern.rows, n = s->pattern.columns, differs = 0;
+    int count = s->pattern.rows, n = s->pattern.columns, differs = plain;
     double longest = 0.0;
     for (int i = 0; i < count * n; ++i)
         differs |= s->unit[i] != s->matrix[i];
     for (int k = 0; k < count && differs; ++k) {
-        s->lengths[k] = sqrt(mbs_dot(n, s->unit + k * n, s->unit + k * n));
+        s->lengths[k] = plain ? 1.0 : sqrt(mbs_dot(n, s->unit + k * n, s->unit + k * n));
         longest = s->lengths[k] > longest ? s->lengths[k] : longest;
     }
     double shortest = SHORTEST * longest > NEARLY_ZERO ? SHORTEST * longest : NEARLY_ZERO;
@@ -323,7 +325,10 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
     gather(&s, pattern->rows, acting, factors, exerted, s.unit);
     int count = s.pattern.rows, n = s.pattern.columns;
     *s.kind = OWN;
-    if (!made_units(&s)) {
+    int plain = 0;
+    for (int j = 0; j < pattern->rows; ++j)
+        plain |= acting[j] == PLAIN;
+    if (!made_units(&s, plain)) {
         mbs_factorise(&s.pattern, s.matrix, most, s.factors);
         return;
     }

@@ -30,7 +30,7 @@ from multibody_sym.scalars.vectors import S
 
 _NEARLY_ZERO: Final = 1e-150
 """What forces are scaled by that vanish at the values of parameters, as friction without a coefficient."""
-_PASSES: Final = 7
+PASSES: Final = 7
 """Newton's method doubles the digits of the directions of forces with each; friction turns them by little."""
 
 Matrix = Sequence[Sequence[S]]
@@ -136,7 +136,7 @@ def _along_reactions(
     """
     exerts = [[0 * x for x in row] if k in friction.beside else row for k, row in enumerate(friction.exerts)]
     previous: list[S] = []
-    for _ in range(_PASSES):
+    for _ in range(PASSES):
         trial = Friction(exerts, friction.coupling)
         found = _rubbing(factors, free, rows, wanted, trial, solve, once=True).multipliers
         exerts = along_reactions(friction.exerts, friction.beside, found)

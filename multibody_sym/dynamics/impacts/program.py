@@ -19,11 +19,11 @@ from multibody_sym.dynamics.impacts.plane_course import both_ways, plane_contact
 from multibody_sym.dynamics.impacts.problem import ImpactLaw
 from multibody_sym.dynamics.impacts.scanned import scanned_impact
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.dynamics.programs.system import acting_rows, friction_of
+from multibody_sym.dynamics.programs.system import friction_of
 from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.kinematics.impacts import after_impact, resting
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import coefficients, row_motions
+from multibody_sym.kinematics.rows import acting_rows, coefficients, row_motions
 from multibody_sym.kinematics.state import State, arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay

@@ -2,15 +2,19 @@
 
 All rows are computed; a solve takes the acting ones, A = H G^-1, and the forces that they exert: A itself where nothing
 slides. A sliding part has a multiplier of its own, -mu N along its slip. Reactions, powers and outputs are sums over
-all rows, whatever the mode.
+all rows, whatever the mode. Multipliers lambda that other rows are defined by stand beside x:
+
+    A x + D lambda = r,   x = C^T lambda    as    [A D] (x, lambda) = r,   (x, lambda) = [C 1]^T lambda
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Final
 
+from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_rows import RowProgram, column, law_program, row_program
 from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
@@ -26,6 +30,8 @@ from multibody_sym.model.mechanism.every_mode import (
     functions,
     has_end,
     in_every_mode,
+    may_share,
+    sided,
 )
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart
@@ -35,14 +41,15 @@ from multibody_sym.program.rolling.rolled import all_rolled
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, maximum, where
+from multibody_sym.scalars.functions import absolute, maximum, sqrt, where
 from multibody_sym.scalars.limits import length, sliding
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
 from multibody_sym.scalars.rotations import unit_quaternion
 from multibody_sym.scalars.vectors import S
 
 _HALF: Final = ONE / 2
-_Frictions = list[tuple[int, list[tuple[int, Node]]]]
+_SHORT: Final = real(1e-300)
+"""The square of a force that has no direction."""
 _NO_END: Final = -ONE
 """The value of a switching function at which a mode does not end."""
 
@@ -96,12 +103,48 @@ class _Instant:
         return self.known.matrix("matrix", self.values)
 
     @cached_property
+    def exerted(self) -> list[list[Node]]:
+        return self.known.matrix("exerted", self.values)
+
+    @cached_property
+    def coupling(self) -> list[list[Node]]:
+        """The columns of D of rows that others are defined by."""
+        columns = self.known.coupled
+        return [[row[j] for j in columns] for row in self.known.matrix("coupling", self.values)]
+
+    @cached_property
     def _inverse(self) -> list[list[Node]]:
         return self.known.matrix("inverse", self.values)
 
     def unweighted(self, x: Sequence[Node]) -> list[Node]:
         """Return G^-1 x (n)."""
         return [_dot(row, x) for row in self._inverse]
+
+
+@dataclass(frozen=True)
+class _Friction:
+    """A part that rubs: the places of its normals, each with its side, and of its tangents with the forces along them.
+
+    These are for a unit normal force, zero where it does not slide. `norm`: the length of the normals presses.
+    """
+
+    normals: list[int]
+    sides: list[Node]
+    tangents: list[int]
+    forces: list[Node]
+    norm: bool
+
+    def by_sides(self) -> Iterator[tuple[int, int, Node]]:
+        """Yield places of a normal and a tangent, with the force along this for a unit of the normal's multiplier."""
+        for normal, side in zip(self.normals, self.sides, strict=True):
+            for tangent, force in zip(self.tangents, self.forces, strict=True):
+                yield normal, tangent, side * force
+
+    def along(self, multipliers: Sequence[Node]) -> _Friction:
+        """Return the part with the direction of its reaction for sides: |F| = d . F with the direction d of F."""
+        F = [multipliers[k] for k in self.normals]
+        size = as_node(sqrt(sum((x * x for x in F), _SHORT)))
+        return replace(self, sides=[x / size for x in F]) if self.norm else self
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +160,8 @@ class _EveryMode:
 
     @cached_property
     def _acts(self) -> list[Node]:
-        return [self.modes.acts(row) for row in self.mechanism.rows]
+        rows = enumerate(self.mechanism.rows)
+        return [self.modes.acts(row) if k in self.known.may_act else ZERO for k, row in rows]
 
     @cached_property
     def _places(self) -> Mapping[str, int]:
@@ -132,16 +176,15 @@ class _EveryMode:
         given = [trace[array.name] if array.size else () for array in self.known.program.inputs]
         return _Instant(self.known, self.known.called(trace, given))
 
-    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> _Frictions:
-        """Return the places of normals, each with those of the tangents that it brings along and the force along them.
-
-        `speeds` are phidot of all rows, `limits` the static and the kinetic coefficient of all parts.
-        """
+    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> list[_Friction]:
+        """Return what rubs, by `speeds`, phidot of all rows, and `limits`, both coefficients of all parts."""
         found = []
         for k, (element, part) in enumerate(friction_parts(self.mechanism)):
             tangents = [self._places[row.name] for row in part.rows]
             forces = self._of_friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
-            found.append((self._places[element.normals[0].name], list(zip(tangents, forces, strict=True))))
+            normals = [element.normals[n] for n in part.normals]
+            sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
+            found.append(_Friction([self._places[row.name] for row in normals], sides, tangents, forces, part.norm))
         return found
 
     def _of_friction(self, part: FrictionPart, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Node]:
@@ -167,28 +210,67 @@ class _EveryMode:
 
         A second solve brings back what large accelerations without rows round away (see `formalisms.constrained`).
         """
-        trace, mechanism = Trace("state_derivative", arrays(self.mechanism)), self.mechanism
-        now, size = self._rows(trace), self.known.size
+        trace, sharing = Trace("state_derivative", arrays(self.mechanism)), self._sharing
+        now, n = self._rows(trace), self.known.size
         gamma, right, free, phidot = (now.values[name] for name in ("gamma", "right", "free", "phidot"))
         more = self._stabilising(now)
+        right = _sums(right, more)
         frictions = self._frictions(phidot, now.values["coefficients"])
-        exerted = _with_sliding(now.matrix, frictions)
-
-        def solved(right: Sequence[Node]) -> Solve:
-            return trace.solve(now.matrix, right, size, mechanism.parameters.slot(INDEPENDENT), self._acts, exerted)
-
-        first = solved([a + b for a, b in zip(right, more, strict=True)])
-        near = [a + b for a, b in zip(free, now.unweighted(first.solution), strict=True)]
-        second = solved([a + b - _dot(row, near) for a, b, row in zip(gamma, more, now.jacobian, strict=True)])
-        rest = second.solution
-        udot = self._moving([a + b for a, b in zip(near, now.unweighted(rest), strict=True)])
-        rates = coordinate_rates(mechanism, trace["q"], self._moving(trace["u"]))
-        both = zip(first.multipliers, second.multipliers, strict=True)
-        multipliers = _with_friction([a + b for a, b in both], frictions)
+        frictions = self._along_reactions(trace, now, right, frictions)
+        exerted, begun = _with_sliding(self._exerting(now), frictions), [ZERO] * n
+        if sharing is not None:
+            begun = [_dot(sharing.forces, column) for column in zip(*exerted, strict=True)]
+            exerted = sharing.of(exerted)
+        if not (frictions or sharing or self.known.coupled):
+            exerted = []
+        first = self._solve(trace, now, [b - _dot(a, begun) for a, b in zip(now.matrix, right, strict=True)], exerted)
+        near = _sums(free, now.unweighted(_sums(first.solution[:n], begun)))
+        defined = [_dot(d, first.solution[n:]) for d in now.coupling]
+        missing = [a - _dot(h, near) - d for a, h, d in zip(_sums(gamma, more), now.jacobian, defined, strict=True)]
+        second = self._solve(trace, now, missing, exerted)
+        udot = self._moving(_sums(near, now.unweighted(second.solution[:n])))
+        rates = coordinate_rates(self.mechanism, trace["q"], self._moving(trace["u"]))
+        taken = _sums(first.multipliers, second.multipliers)
+        multipliers = _with_friction(taken if sharing is None else sharing.carried(taken), frictions)
         rank, independence, residual = first.report
         told = [rank, _if(self.modes.any_acts, independence, ONE), residual]
         outputs = {"qdot": rates, "udot": udot, "multipliers": multipliers, "report": told}
         return trace.finish({name: column(values) for name, values in outputs.items()})
+
+    @cached_property
+    def _sharing(self) -> Sharing | None:
+        return Sharing(self.modes.carried(), self.modes.ways()) if may_share(self.mechanism) else None
+
+    def _solve(
+        self,
+        trace: Trace,
+        now: _Instant,
+        right: Sequence[Node],
+        exerted: Sequence[Sequence[S]],
+        gate: Node = ONE,
+    ) -> Solve:
+        """Return [A D] (x, lambda) = r for the rows that act, for none of them where the gate is 0."""
+        rows = [[*a, *d] for a, d in zip(now.matrix, now.coupling, strict=True)]
+        most = self.mechanism.parameters.slot(INDEPENDENT)
+        acting = [acts * gate for acts in self._acts]
+        return trace.solve(rows, right, self.known.size + len(self.known.coupled), most, acting, exerted)
+
+    def _exerting(self, now: _Instant) -> list[list[Node]]:
+        """Return [C 1] of all rows."""
+        units = [[ONE if k == j else ZERO for j in self.known.coupled] for k in range(self.known.count)]
+        return [[*c, *unit] for c, unit in zip(now.exerted, units, strict=True)]
+
+    def _along_reactions(
+        self, trace: Trace, now: _Instant, right: Sequence[Node], frictions: list[_Friction]
+    ) -> list[_Friction]:
+        """Return friction for reactions that press with their lengths (see `formalisms.constrained`), if any does."""
+        if not any(friction.norm for friction in frictions):
+            return frictions
+        multipliers: Sequence[Node] = [ZERO] * len(right)
+        for _ in range(PASSES):
+            exerted = _with_sliding(self._exerting(now), [friction.along(multipliers) for friction in frictions])
+            multipliers = self._solve(trace, now, right, exerted, self.modes.any_length).multipliers
+        return [friction.along(multipliers) for friction in frictions]
 
     def _stabilising(self, now: _Instant) -> list[Node]:
         """Return Baumgarte's terms of all rows (see `system.stabilised`)."""
@@ -223,7 +305,8 @@ class _EveryMode:
         given = {array.name: trace[array.name] for array in missed.inputs}
         given["q"] = tuple(as_node(x) + dx for x, dx in zip(given["q"], of_q, strict=True))
         residual = trace.call(missed, list(given.values()))[1]
-        of_u = self._correction(trace, now, range(len(residual)), [-x for x in residual])
+        restricting = [k for k, row in enumerate(self.mechanism.rows) if row.restricts]
+        of_u = self._correction(trace, now, restricting, [-residual[k] for k in restricting])
         return trace.finish({"of_q": column(of_q), "of_u": column(of_u)})
 
     def _correction(self, trace: Trace, now: _Instant, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
@@ -272,6 +355,12 @@ class _EveryMode:
         found: dict[str, S] = {}
         for element in self.mechanism.one_way:
             normal = element.normals[0]
+            if not element.unilateral:
+                for k in sided(element):
+                    row = element.normals[k]
+                    side, force = self.modes.side(element, row), values.multiplier(row.name)
+                    found[f"turns {row.name}"] = (1 - side * side) * absolute(force) - side * force
+                continue
             found[f"normal {element.name}"] = _if(self.modes.acts(normal), values.opens(normal), values.closes(normal))
             if has_end(element):
                 found[f"edge {element.name}"] = values.leaves(normal)
@@ -288,22 +377,24 @@ class _EveryMode:
         return found
 
 
-def _with_sliding(matrix: Sequence[Sequence[Node]], frictions: _Frictions) -> list[list[Node]]:
+def _with_sliding(exerted: Sequence[Sequence[Node]], frictions: Sequence[_Friction]) -> list[list[Node]]:
     """Return what the rows exert: normals bring friction along where something slides."""
-    found = [list(row) for row in matrix]
-    for normal, along in frictions:
-        for tangent, force in along:
-            found[normal] = [a + force * b for a, b in zip(found[normal], matrix[tangent], strict=True)]
-    return found if frictions else []
+    found = [list(row) for row in exerted]
+    for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
+        found[normal] = [a + force * b for a, b in zip(found[normal], exerted[tangent], strict=True)]
+    return found
 
 
-def _with_friction(multipliers: Sequence[Node], frictions: _Frictions) -> list[Node]:
+def _with_friction(multipliers: Sequence[Node], frictions: Sequence[_Friction]) -> list[Node]:
     """Return the multipliers of all rows with those of what slides."""
     found = list(multipliers)
-    for normal, along in frictions:
-        for tangent, force in along:
-            found[tangent] = found[tangent] + force * multipliers[normal]
+    for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
+        found[tangent] = found[tangent] + force * multipliers[normal]
     return found
+
+
+def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
+    return [x + y for x, y in zip(a, b, strict=True)]
 
 
 def _dot(row: Sequence[Node], x: Sequence[Node]) -> Node:

@@ -18,7 +18,7 @@ from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
+from multibody_sym.kinematics.rows import RowMotion, acting_rows, coefficients, row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.every_mode import every_row, friction_parts
@@ -64,12 +64,16 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
 
 @dataclass(frozen=True, eq=False)
 class RowProgram:
-    """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix."""
+    """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix.
+
+    `may_act` are the rows that do not vanish identically.
+    """
 
     program: Program
     places: Mapping[str, Sequence[int]]
     count: int
     size: int
+    may_act: frozenset[int]
 
     def called(self, trace: Trace, given: Sequence[Sequence[Node]]) -> dict[str, tuple[Node, ...]]:
         """Return the outputs by name of a call in a trace, for the inputs that every Program of a system has."""
@@ -86,10 +90,17 @@ class RowProgram:
         places = self.places["inverse"]
         return [{place // self.size for place in places if place % self.size == j} for j in range(self.size)]
 
+    @property
+    def coupled(self) -> list[int]:
+        """The rows whose multipliers others are defined by, in order."""
+        return sorted({place % self.count for place in self.places["coupling"]})
+
     def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[list[Node]]:
         """Return a matrix row by row from what a call gives."""
         width = self.size if name != "coupling" else self.count
         entries = dict(zip(self.places[name], outputs[name], strict=True))
+        if name == "exerted":
+            entries = dict(zip(self.places["matrix"], outputs["matrix"], strict=True)) | entries
         height = self.size if name == "inverse" else self.count
         return [[entries.get(k * width + j, ZERO) for j in range(width)] for k in range(height)]
 
@@ -135,7 +146,8 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
             "forcing": column(dynamics.forcing),
         }
     )
-    return RowProgram(rolled(program), {name: list(entries) for name, entries in sparse.items()}, count, size)
+    places = {name: list(entries) for name, entries in sparse.items()}
+    return RowProgram(rolled(program), places, count, size, frozenset(acting_rows(rows)))
 
 
 def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:

@@ -86,8 +86,11 @@ class OneWayForces:
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
         normals = [element.normals[k] for k in part.normals]
-        sides = [self.side(element, row) for row in normals]
-        return limits.pressing([self.multiplier(row.name) for row in normals], sides, norm=part.norm)
+        forces = [self.multiplier(row.name) for row in normals]
+        if self.mechanism.mode_numbers and not (element.unilateral or part.norm):
+            sides = [ModeNodes(self.mechanism).side(element, row) for row in normals]
+            return sum(((side + 1 - side * side) * x for side, x in zip(sides, forces, strict=True)), ZERO)
+        return limits.pressing(forces, [self.side(element, row) for row in normals], norm=part.norm)
 
     def side(self, element: OneWay, normal: Row) -> int:
         """Return the sign with which the force of a normal row counts."""

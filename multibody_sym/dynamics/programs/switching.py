@@ -27,7 +27,7 @@ from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, side_of
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.relative import separation, slip_velocity
 from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.every_mode import has_end
+from multibody_sym.model.mechanism.every_mode import has_end, sided
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -87,11 +87,8 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
             return
         if has_end(element):
             yield Switching("leaves", element)
+    yield from (Switching("turns", element, normal=k) for k in sided(element) if not element.unilateral)
     rubbing = [part for part in element.frictions if part.static is not ZERO or part.enough]
-    for k in range(len(element.normals)):
-        pressed = [part for part in rubbing if k in part.normals and not part.norm and not part.enough]
-        if not element.unilateral and pressed:
-            yield Switching("turns", element, normal=k)
     if not element.unilateral and sides.get(element.name, INACTIVE) == INACTIVE:
         return
     for part in (part for part in rubbing if part.regularised is None):

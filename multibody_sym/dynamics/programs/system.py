@@ -14,7 +14,7 @@ from multibody_sym.dynamics.programs.quantities import Sources, answered, events
 from multibody_sym.dynamics.programs.scanned import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.rows import RowMotion, acting_rows
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import shared_forces
@@ -159,13 +159,6 @@ def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:
         return trace.solve(matrix, right, size, most + beside if beside else most)
 
     return solve
-
-
-def acting_rows(rows: Sequence[RowMotion]) -> list[int]:
-    """Return the rows that do not vanish identically, as some of a joint in space do that closes a loop in a plane."""
-    return [
-        k for k, row in enumerate(rows) if row.coupling or {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}
-    ]
 
 
 def _restricting(rows: Sequence[RowMotion]) -> list[RowMotion]:

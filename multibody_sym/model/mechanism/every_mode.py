@@ -1,23 +1,25 @@
 """A mechanism in all its modes: every row that may act is there, and numbers say which do and how they rub.
 
-What a mode says becomes data of the Programs: 1 for each row that acts, the way in which each friction part slides,
-the direction in which slip in space starts, and which speeds stand still.
+What a mode says becomes data of the Programs: 1 for each row that acts, the side on which each reaction presses, the
+way in which each friction part slides, the direction in which slip in space starts, what rows share, and which speeds
+stand still.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Tip
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import direction_names, in_mode
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.modes import direction_names, in_mode, share_name, way_name
+from multibody_sym.model.mechanism.one_way import INACTIVE, FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
+from multibody_sym.numerics.least_norm import PLAIN
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, slot
 
 MODES: Final = "modes"
 """The array of these numbers."""
@@ -38,10 +40,14 @@ def in_every_mode(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism in no mode with every row and the names of the numbers that say which of them act."""
     rows = every_row(mechanism)
     names = [_acts(row.name) for row in rows]
+    names += [_side(row.name) for element in mechanism.one_way for row in element.normals if not element.unilateral]
     for _, part in friction_parts(mechanism):
         names += [_slip(part.name), _at_limit(part.name), *(direction_names(part) if len(part.rows) > 1 else ())]
+    if may_share(mechanism):
+        names += [share_name(row.name) for row in rows]
+        names += [way_name(row.name, other.name) for group in _groups(mechanism) for row, other in _pairs(group)]
     names += [_held(speed.name) for speed in mechanism.speeds]
-    names += [_ACTS, _STANDS]
+    names += [_ACTS, _STANDS, _LENGTHS]
     names += [_watched(function) for function in functions(mechanism)]
     return replace(
         mechanism,
@@ -54,6 +60,9 @@ def in_every_mode(mechanism: Mechanism) -> Mechanism:
 def functions(mechanism: Mechanism) -> Iterator[str]:
     """Yield the names of the switching functions that a mode may have."""
     for element in mechanism.one_way:
+        if not element.unilateral:
+            yield from (f"turns {element.normals[k].name}" for k in sided(element))
+            continue
         yield f"normal {element.name}"
         if has_end(element):
             yield f"edge {element.name}"
@@ -62,6 +71,29 @@ def functions(mechanism: Mechanism) -> Iterator[str]:
         if len(part.rows) > 1:
             yield f"onward {part.name}"
             yield f"back {part.name}"
+
+
+def sided(element: OneWay) -> list[int]:
+    """Return which normals of an element whose reactions are of either sign press by their size, each alone."""
+    parts = [part for part in element.frictions if part.static is not ZERO and not (part.enough or part.norm)]
+    return [k for k in range(len(element.normals)) if any(k in part.normals for part in parts)]
+
+
+def may_share(mechanism: Mechanism) -> bool:
+    """Return whether forces may have shares where they are not unique: not where rows define what presses."""
+    elements = [element for element in mechanism.one_way if element.unilateral]
+    several = len(elements) > 1 or any(len(part.rows) > 1 for x in elements for part in x.frictions)
+    return several and all(row.restricts for row in every_row(mechanism))
+
+
+def _groups(mechanism: Mechanism) -> Iterator[tuple[Row, ...]]:
+    """Yield the rows that may change what they carry together: those of each element, and the model's own alone."""
+    yield from ((row,) for row in mechanism.rows)
+    yield from (tuple(element.rows) for element in mechanism.one_way)
+
+
+def _pairs(group: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
+    yield from ((row, other) for k, row in enumerate(group) for other in group[k:])
 
 
 def has_end(element: OneWay) -> bool:
@@ -74,10 +106,15 @@ def has_end(element: OneWay) -> bool:
 
 _ACTS: Final = "some row acts"
 _STANDS: Final = "some speed is held"
+_LENGTHS: Final = "some length presses"
 
 
 def _acts(row: str) -> str:
     return f"acts {row}"
+
+
+def _side(row: str) -> str:
+    return f"side {row}"
 
 
 def _slip(part: str) -> str:
@@ -109,6 +146,10 @@ class ModeNodes:
         """Return 1 where a row acts, else 0."""
         return self._node(_acts(row.name))
 
+    def side(self, element: OneWay, row: Row) -> Node:
+        """Return the sign of the force of a normal row, 0 where it does not press."""
+        return ONE if element.unilateral else self._node(_side(row.name))
+
     def slip(self, part: FrictionPart) -> Node:
         """Return the way in which a part slides, 0 where it does not; in space 2."""
         return self._node(_slip(part.name))
@@ -120,6 +161,25 @@ class ModeNodes:
     def direction(self, part: FrictionPart) -> list[Node]:
         """Return the direction in which slip in space starts, zeros where it does not start."""
         return [self._node(name) for name in direction_names(part)]
+
+    def carried(self) -> list[Node]:
+        """Return what each row carries at first."""
+        return [self._node(share_name(row.name)) for row in self.mechanism.rows]
+
+    def ways(self) -> list[list[tuple[int, Node]]]:
+        """Return the ways, one in the place of each row, in which that changes: rows by number with their parts."""
+        rows = self.mechanism.rows
+        found: list[list[tuple[int, Node]]] = [[] for _ in rows]
+        places = {row.name: k for k, row in enumerate(rows)}
+        own = replace(self.mechanism, rows=rows[: _declared(self.mechanism)])
+        for row, other in (pair for group in _groups(own) for pair in _pairs(group)):
+            found[places[row.name]].append((places[other.name], self._node(way_name(row.name, other.name))))
+        return found
+
+    @property
+    def any_length(self) -> Node:
+        """Return 1 where the length of a reaction presses on something that slides."""
+        return self._node(_LENGTHS)
 
     def held(self) -> list[Node]:
         """Return of each speed 1 where it stays zero."""
@@ -141,16 +201,23 @@ class ModeNodes:
 
 
 def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watched: Iterable[str]) -> list[float]:
-    """Return the numbers of a mode of a mechanism `in_every_mode`, which may end at the functions `watched`."""
+    """Return the numbers of a mode of a mechanism `in_every_mode`, which may end at the functions `watched`.
+
+    What a run chooses in a mode, as the shares of rows, is another matter (`chosen`).
+    """
     entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared(mechanism)]), mode)
-    found = {_acts(row.name): 1.0 for row in entered.rows}
+    acts = 1.0 if mode.shares is None else PLAIN
+    found = {_acts(row.name): acts for row in entered.rows}
+    for element in mechanism.one_way:
+        side = mode.sides.get(element.name, INACTIVE)
+        found |= {_side(row.name): float(mode.sides.get(row.name, side)) for row in element.normals}
     parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
     for sliding in _sliding(entered.rows):
         part = parts[tuple(row.name for row in sliding.rows)]
         found[_slip(part.name)] = float(sliding.sense)
         found[_at_limit(part.name)] = float(part.name in mode.carried)
-        if part.name in mode.directions:
-            found |= zip(direction_names(part), mode.directions[part.name], strict=True)
+        found[_LENGTHS] = max(found.get(_LENGTHS, 0.0), float(part.norm))
+    found |= {way_name(row.name, row.name): 1.0 for row in mechanism.rows}
     found |= {_held(mechanism.speeds[k].name): 1.0 for k in held}
     found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held))}
     found |= {_watched(function): 1.0 for function in watched}

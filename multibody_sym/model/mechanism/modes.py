@@ -58,9 +58,9 @@ def chosen(mode: Mode) -> dict[str, float]:
         _direction_name(name, k): x for name, direction in mode.directions.items() for k, x in enumerate(direction)
     }
     for share in mode.shares.elements if mode.shares is not None else ():
-        found |= {_SHARE + row: force for row, force in zip(share.rows, share.forces, strict=True)}
+        found |= {share_name(row): force for row, force in zip(share.rows, share.forces, strict=True)}
         for k, way in enumerate(share.ways):
-            found |= {_way_name(share.rows[k], row): x for row, x in zip(share.rows[k:], way, strict=True)}
+            found |= {way_name(share.rows[k], row): x for row, x in zip(share.rows[k:], way, strict=True)}
     return found
 
 
@@ -77,12 +77,18 @@ def shared_forces(mechanism: Mechanism) -> tuple[list[Node], list[list[tuple[int
     ways = [[(k, ONE)] for k in range(len(places))]
     for share in mode.shares.elements:
         for k, row in enumerate(share.rows):
-            forces[places[row]] = slot(_SHARE + row)
-            ways[places[row]] = [(places[other], slot(_way_name(row, other))) for other in share.rows[k:]]
+            forces[places[row]] = slot(share_name(row))
+            ways[places[row]] = [(places[other], slot(way_name(row, other))) for other in share.rows[k:]]
     return forces, ways
 
 
-def _way_name(row: str, other: str) -> str:
+def share_name(row: str) -> str:
+    """Return the name of what a row carries at first whose force is not unique."""
+    return _SHARE + row
+
+
+def way_name(row: str, other: str) -> str:
+    """Return the name of the part of another row in the way that takes the place of a row."""
     return f"{_SHARE}{row} with {other}"
 
 

@@ -10,9 +10,7 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.every_mode import every_row, functions, in_every_mode
-from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way.thin_bars import ThinBar, with_one_side
@@ -65,16 +63,12 @@ class LawMechanism:
 def _is_served(declared: Mechanism) -> bool:
     """Return whether one set of Programs serves all modes.
 
-    Not where rows hold what has no mass, reactions press, there are so many rows that few of them act at a time, or
-    chains so long, with so few rows, that G^-1 takes longer than the motion itself.
+    Not where rows hold what has no mass, there are so many that few of them act at a time, or chains so long, with so
+    few rows, that G^-1 takes longer than the motion itself.
     """
     rows = every_row(declared)
-    plain = all(x.unilateral and len(x.normals) == 1 for x in declared.one_way)
-    lines = all(not part.norm and part.wrap is None for x in declared.one_way for part in x.frictions)
-    given = any(isinstance(row, ReactionRow) for row in rows)
     few = len(rows) <= _MOST_ROWS and _entries(declared) <= _MOST_ENTRIES * len(rows)
-    massive = not declared.minimum_norm and not massless_speeds(declared)
-    return plain and lines and few and massive and not given
+    return few and not declared.minimum_norm and not massless_speeds(declared)
 
 
 def _entries(mechanism: Mechanism) -> int:
@@ -85,8 +79,3 @@ def _entries(mechanism: Mechanism) -> int:
         before.append(above + len(body.u))
         found += len(body.u) * above + len(body.u) * (len(body.u) + 1) // 2
     return found
-
-
-def serves(mode: Mode) -> bool:
-    """Return whether these Programs serve a mode: not where rows share what they carry."""
-    return mode.shares is None

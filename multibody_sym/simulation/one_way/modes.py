@@ -13,7 +13,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws, Scale
 from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.kinematics.relative import STARTING
-from multibody_sym.model.mechanism.every_mode import friction_parts, functions, mode_numbers
+from multibody_sym.model.mechanism.every_mode import functions, mode_numbers
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
@@ -25,7 +25,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.every import serves
 from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, rounded_up
 from multibody_sym.simulation.one_way.held import held_speeds
 from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals
@@ -78,10 +77,10 @@ class ModeProgram:
     switchings: tuple[Switching | None, ...]
 
     def numbers(self, mode: Mode) -> Floats:
-        """Return the numbers (nm,) by which its Programs know the mode, with the directions of this one."""
+        """Return the numbers (nm,) by which its Programs know the mode, with what this one chooses."""
         found = self._numbers.copy()
-        for part, direction in mode.directions.items() if len(found) else ():
-            found[self._directions[part]] = direction
+        for name, x in chosen(mode).items() if len(found) else ():
+            found[self._places[name]] = x
         return found
 
     @cached_property
@@ -93,15 +92,14 @@ class ModeProgram:
         return np.array(mode_numbers(self.mechanism, self.mechanism.mode, self.entered.held, names))
 
     @cached_property
-    def _directions(self) -> dict[str, list[int]]:
-        """The places of the directions in which parts start to slide in space among these numbers."""
-        places = {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
-        parts = (part for _, part in friction_parts(self.mechanism) if len(part.rows) > 1)
-        return {part.name: [places[name] for name in direction_names(part)] for part in parts}
+    def _places(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
 
 
 def function_of(one: Switching) -> str:
     """Return the name of a switching function among those of all modes."""
+    if one.ends == "turns":
+        return f"turns {one.element.normals[one.normal].name}"
     kind = _KINDS[one.ends]
     return f"{kind} {one.element.name if one.part is None else one.part.name}"
 
@@ -150,7 +148,7 @@ class Modes:
 
     def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
         own = switchings(entered)
-        if self.every is None or not serves(mode):
+        if self.every is None:
             return ModeProgram(entered, entered, self._make(entered), own)
         known = {function_of(one): one for one in own}
         mechanism, compiled = self.every

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import MultibodyError
 from multibody_sym.program.interpreter import interpret
+from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.one_way.modes import function_of
 from multibody_sym.simulation.one_way.stretches import Stretch
 
@@ -52,9 +53,74 @@ forces: {pull: {type: force, on: load, value: [14*t, 6*t^2, 0]}}
 """
 
 
-def modes_of(text: str, until: float) -> list[Stretch]:
+RESTS_ON_THREE = SLIDES_IN_SPACE.replace("u: [1.5, 0.4, 0, 0, 0, 2]", "u: [0, 0, 0, 0, 0, 0]").replace("[0,", "[1,", 1)
+TURNS_ON_TWO = """
+multibody_sym: 1
+name: rod on two feet
+gravity: [0, 0, -9.81]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  rod: {shape: {box: [0.6, 0.01, 0.01], mass: 3}, points: {a: [0.3, 0, 0], b: [-0.3, 0, 0]}}
+joints: {J: {type: free, parent: ground, child: rod, initial: {u: [1, 0, 0, 0, 0, 2]}}}
+contacts:
+  ca: {between: [rod.a, ground.floor], static: 0.4, kinetic: 0.3}
+  cb: {between: [rod.b, ground.floor], static: 0.4, kinetic: 0.3}
+"""
+ROUGH_PINS = """
+multibody_sym: 1
+name: four-bar with rough pins
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {d: [1, 0, 0]}}
+  b0: {mass: 1, com: [0.2, 0, 0], inertia: {Izz: 0.01}, points: {e: [0.4, 0, 0]}}
+  b1: {mass: 1, com: [0.5, 0, 0], inertia: {Izz: 0.08}, points: {e: [1, 0, 0]}}
+  b2: {mass: 1, com: [0.4, 0, 0], inertia: {Izz: 0.05}, points: {e: [0.8, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: b0, axis: z, q: q0, initial: {q: 1, u: 0, known: true}}
+  B: {type: revolute, parent: b0.e, child: b1, axis: z, q: q1}
+  D: {type: revolute, parent: ground.d, child: b2, axis: z, q: q2, initial: {q: 1.5}}
+  C: {type: revolute, parent: b1.e, child: b2.e, axis: z, cut: true}
+forces:
+  f1: {type: friction, joint: B, static: 0.1, kinetic: 0.1, radius: 0.01}
+  f2: {type: friction, joint: D, static: 0.1, kinetic: 0.1, radius: 0.01}
+"""
+ROUGH_GUIDES = """
+multibody_sym: 1
+name: pendulum on a carriage between rough guides
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {}
+  carriage: {mass: 1}
+  bob: {mass: 0.5, com: [0, -0.4, 0], inertia: {Izz: 0.01}}
+joints:
+  S: {type: prismatic, parent: ground, child: carriage, axis: x, q: x, initial: {u: 0.2}}
+  P: {type: revolute, parent: carriage, child: bob, axis: z, q: a, initial: {q: 1.4, u: 3}}
+forces:
+  f: {type: friction, joint: S, static: 0.3, kinetic: 0.2, length: 0.4}
+  pin: {type: friction, joint: P, static: 0.2, kinetic: 0.15, radius: 0.02}
+"""
+ROUGH_WHEELS = """
+multibody_sym: 1
+name: rope over two rough drums
+gravity: [0, -10, 0]
+bodies:
+  ground:
+    points: {low: [-0.1, 0.1, 0], high: [0.1, 1.1, 0], side: [0.2, 0, 0]}
+    surfaces: {table: {plane: [0, 0, 0], normal: y}}
+  block: {mass: 10}
+  load: {mass: 20}
+joints:
+  block: {type: point, parent: ground, child: block, q: [x, y], initial: {q: [-2, 0]}}
+  line: {type: prismatic, parent: ground.side, child: load, axis: -y, q: depth}
+pulleys: {drum1: {at: ground.low, radius: 0.1, rough: 0.2}, drum2: {at: ground.high, radius: 0.1, rough: 0.1}}
+constraints: {rope: {type: rope, path: [block, drum1, drum2, load], slack: true}}
+contacts: {c: {between: [block, ground.table], static: 0.2}}
+"""
+
+
+def modes_of(text: str, until: float, backend: Backend = "python") -> list[Stretch]:
     """Return the first stretch of each mode in which a run of a model is whose Programs serve all modes."""
-    prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3, backend="python")
+    prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3, backend=backend)
     try:
         run = prepared.run()
     except mbs.RunError as error:
@@ -74,29 +140,36 @@ def compared(stretch: Stretch) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     of_mode, of_all = (alone, inputs, np.zeros(0)), (problem.parameters, inputs, problem.modes)
 
     def both(name: str, *more: tuple[np.ndarray, np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        first = interpret(made[name], *state, *of_mode, *(x for x, _ in more))
+        given = [*state, *of_mode, *(x for x, _ in more)][: len(made[name].inputs)]
+        first = interpret(made[name], *given)
         return zip(first, problem.compiled[name](*state, *of_all, *(x for _, x in more)), strict=True)
 
-    qdot, udot, forces, _ = both("state_derivative")
-    yield from (("qdot", *qdot), ("udot", *udot), ("multipliers", forces[0], forces[1][acting]))
+    qdot, udot, forces, report = both("state_derivative")
+    yield "qdot", *qdot
+    if report[0][0] < len(acting) and not all(row.restricts for row in entered.rows):
+        return  # what presses is not unique, and each takes it of least norm in its own unknowns
+    yield from (("udot", *udot), ("multipliers", forces[0], forces[1][acting]))
     if acting:
         yield from (("correction", *pair) for pair in both("put_back"))
+    friction = friction_power_program(entered), friction_power_program(every)
+    given = (*of_mode, forces[0]), (*of_all, forces[1])
+    powers = [interpret(program, *state, *own) for program, own in zip(friction, given, strict=True)]
+    yield from (("powers", *pair) for pair in zip(*powers, strict=True))
     functions = [function_of(one) for one in switchings(entered)]
     names = [None if one is None else function_of(one) for one in stretch.program.switchings]
+    if "events" not in made:  # no stop, and no function at which the mode ends
+        assert set(names) <= {None}
+        return
     ((values, of_every),) = both("events", forces)
     first = len(values) - len(functions)
     yield "stops", values[:first], of_every[:first]
     yield "functions", values[first:], of_every[first:][[names.index(name) for name in functions]]
     assert all(of_every[first + k] < 0.0 for k, name in enumerate(names) if name is None)
-    friction = friction_power_program(entered), friction_power_program(every)
-    given = (*of_mode, forces[0]), (*of_all, forces[1])
-    powers = [interpret(program, *state, *own) for program, own in zip(friction, given, strict=True)]
-    yield from (("powers", *pair) for pair in zip(*powers, strict=True))
 
 
-def assert_alike(text: str, until: float = 0.3) -> int:
+def assert_alike(text: str, until: float = 0.3, backend: Backend = "python") -> int:
     """Assert that all that is compared is alike; return the number of modes."""
-    found = modes_of(text, until)
+    found = modes_of(text, until, backend)
     for stretch in found:
         for name, alone, every in compared(stretch):
             size = max(1.0, float(np.abs(alone).max(initial=0.0)))
@@ -107,6 +180,21 @@ def assert_alike(text: str, until: float = 0.3) -> int:
 @pytest.mark.parametrize(("text", "modes"), [(SLIDES_IN_SPACE, 1), (STARTS_IN_SPACE, 2)], ids=["slides", "starts"])
 def test_slip_in_space(text: str, modes: int) -> None:
     assert assert_alike(text, 1.0) >= modes
+
+
+@pytest.mark.parametrize(
+    ("text", "until", "modes"),
+    [
+        (RESTS_ON_THREE, 1e-3, 1),
+        (TURNS_ON_TWO, 0.1, 1),
+        (ROUGH_PINS, 0.4, 2),
+        (ROUGH_GUIDES, 0.6, 3),
+        (ROUGH_WHEELS, 0.1, 1),
+    ],
+    ids=["shares at rest", "shares in motion", "lengths press", "sides press", "means press"],
+)
+def test_forces_that_press_or_are_shared(text: str, until: float, modes: int) -> None:
+    assert assert_alike(text, until, "c") >= modes
 
 
 def test_random_models() -> None:
