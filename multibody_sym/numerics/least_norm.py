@@ -75,7 +75,7 @@ def solve(
     on each other only in positions that satisfy them are independent beside such a position, by rounding. Rows that
     `acting` has a zero for are left out, and have no multipliers. With `exerted` C (s, n) x is C^T lambda: where A C^T
     is regular lambda follows from that, else x and lambda are of least norm together, lambda times lengths of C, or as
-    it is where `acting` has a 2 (`PLAIN`) for all rows.
+    it is where `acting` has a 2 (`PLAIN`) for all rows. What is left of rows is then measured by their own lengths.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
     part of a kept row that those before it leave, or the shortest of them relative to the longest if that is less (0 if
@@ -110,9 +110,17 @@ def solve_lists(
         for j, value in zip(places, carried, strict=True):
             multipliers[j] = value
         return solution, multipliers, report
-    factors = _few_in_order(matrix) if 0 < len(right) <= min(_FEW, columns, most) else None
-    if factors is None:
-        factors = _factored(np.array(matrix, dtype=float).reshape(len(right), columns), most)
+    return _solved(_factors_of(matrix, columns, most), right, columns)
+
+
+def _factors_of(matrix: Lists, columns: int, most: float) -> _Factors | None:
+    """Return the factors of s rows, None where a number is not finite."""
+    count = len(matrix)
+    factors = _few_in_order(matrix) if 0 < count <= min(_FEW, columns, most) else None
+    return factors or _factored(np.array(matrix, dtype=float).reshape(count, columns), most)
+
+
+def _solved(factors: _Factors | None, right: list[float], columns: int) -> Found:
     if factors is None or not all(map(math.isfinite, right)):
         return [math.nan] * columns, [math.nan] * len(right), [math.nan] * 3
     scaled = [right[j] / factors.lengths[j] for j in factors.order]
@@ -133,9 +141,12 @@ def _rubbing(
     lengths = [length if length > shortest else shortest for length in lengths]
     unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]
     square = [[_dot(a, c) for c in unit] for a in matrix]
-    carried, _, report = solve_lists(square, right, count, most)
-    if report[0] == count:  # what is left of rows is measured by the rows of A
-        report = [report[0], report[1] * _longest(square) / _longest(matrix), report[2]]
+    factors = _factors_of(square, count, most)
+    carried, _, report = _solved(factors, right, count)
+    if factors is not None and factors.rank == count:  # what is left of rows is measured by the rows of A
+        pairs = zip(factors.diagonal, factors.order, strict=True)
+        left = (abs(x) * factors.lengths[j] / math.sqrt(_dot(matrix[j], matrix[j])) for x, j in pairs)
+        report = [report[0], min(left), report[2]]
     if report[0] < count:
         upper = [[*row, *[0.0] * count] for row in matrix]
         lower = [[*(float(i == k) for k in range(columns)), *(-c[i] for c in unit)] for i in range(columns)]
@@ -145,10 +156,6 @@ def _rubbing(
     for z, row in zip(carried, unit, strict=True):
         x = [a + z * b for a, b in zip(x, row, strict=True)]
     return x, [z / length for z, length in zip(carried, lengths, strict=True)], report
-
-
-def _longest(rows: Lists) -> float:
-    return math.sqrt(max(_dot(row, row) for row in rows))
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:

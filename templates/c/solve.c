@@ -292,12 +292,18 @@ static int made_units(const some *s, int plain)
     return differs;
 }
 
-static double longest_of(int rows, int columns, const double *matrix)
+/* Return the smallest part of a row of A that A C^T leaves, beside its other rows. */
+static double least_left(const some *s)
 {
-    double longest = 0.0;
-    for (int j = 0; j < rows; ++j, matrix += columns)
-        longest = fmax(longest, mbs_dot(columns, matrix, matrix));
-    return sqrt(longest);
+    mbs_parts part = mbs_parts_of(&s->pattern, s->factors);
+    int n = s->pattern.columns, pivoted = s->factors[MBS_PIVOTED] != 0.0;
+    double least = HUGE_VAL;
+    for (int k = 0; k < s->pattern.rows; ++k) {
+        int j = pivoted ? (int)part.order[k] : k;
+        const double *row = s->matrix + j * n;
+        least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(mbs_dot(n, row, row)));
+    }
+    return least;
 }
 
 /* [A 0; E -C^T]: x and multipliers are found together. */
@@ -340,7 +346,7 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
                 s.large[j * n + k] = mbs_dot(n, s.matrix + j * n, s.unit + k * n);
         mbs_factorise(&s.pattern, s.large, most, s.factors);
         if (!(s.factors[MBS_RANK] < count)) { /* what is left of rows is measured by the rows of A */
-            s.factors[MBS_CONDITIONING] *= longest_of(count, n, s.large) / longest_of(count, n, s.matrix);
+            s.factors[MBS_CONDITIONING] = least_left(&s);
             return;
         }
     }
