@@ -70,6 +70,8 @@ def _time(t: float, units: Units) -> str:
 
 def _found_time(run: Trajectory, t: float, units: Units) -> str:
     """Return a time at which something happened: all times of a run have as many digits as its tolerance leaves."""
+    if _is_nothing(run, t):
+        return units.said(0.0, "s")
     known = 1.0 if run.problem.step else 2.0 * _GROWN * run.problem.rtol * 10.0**_OF_TIMES
     return units.said(t, "s", max(1, _OF_TIMES - math.ceil(math.log10(max(known, 1.0)))))
 
@@ -109,9 +111,13 @@ def _end_errors(run: Trajectory, values: Mapping[str, float], known: Mapping[str
 
 def _number(run: Trajectory, value: float, unit: str, error: float | None, units: Units) -> str:
     """Return a number of a run with the digits that hold, zero for what the run does not tell from it."""
-    if not run.problem.step and abs(value) <= _UNRESOLVED * run.problem.atol:
+    if _is_nothing(run, value):
         return units.said(0.0, unit)
     return units.said(value, unit, _OF_STEPS) if error is None else units.said(value, unit, error=error)
+
+
+def _is_nothing(run: Trajectory, value: float) -> bool:
+    return not run.problem.step and abs(value) <= _UNRESOLVED * run.problem.atol
 
 
 def _energy(run: Trajectory, units: Units) -> list[str]:

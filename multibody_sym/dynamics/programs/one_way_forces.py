@@ -31,7 +31,7 @@ from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.functions import maximum, where
-from multibody_sym.scalars.node import ONE, ZERO, less
+from multibody_sym.scalars.node import ONE, ZERO, Node, less
 from multibody_sym.scalars.vectors import S, Vec
 
 
@@ -87,7 +87,8 @@ class OneWayForces:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
         normals = [element.normals[k] for k in part.normals]
         forces = [self.multiplier(row.name) for row in normals]
-        if self.mechanism.mode_numbers and not (element.unilateral or part.norm):
+        in_programs = self.mechanism.mode_numbers and any(isinstance(x, Node) for x in forces)  # numbers have a mode
+        if in_programs and not (element.unilateral or part.norm):
             sides = [ModeNodes(self.mechanism).side(element, row) for row in normals]
             return sum(((side + 1 - side * side) * x for side, x in zip(sides, forces, strict=True)), ZERO)
         return limits.pressing(forces, [self.side(element, row) for row in normals], norm=part.norm)
