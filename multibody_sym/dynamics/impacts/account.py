@@ -7,7 +7,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.problem import CLOSING, GAIN, ImpactProblem, Phase, Stage, Struck
+from multibody_sym.dynamics.impacts.problem import ARITHMETIC, CLOSING, GAIN, ImpactProblem, Phase, Stage, Struck
 from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, scaled_rows
@@ -209,5 +209,5 @@ def begun(problem: ImpactProblem) -> Account:
     usual = CLOSING * np.where(defines, pressing, largest * lengths)
     allowed = usual if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
     zeros, e = np.zeros(count), np.array(problem.restitution, dtype=float)
-    rounding = ROUNDED * largest * lengths
+    rounding = np.maximum(ROUNDED * largest * lengths, ARITHMETIC * allowed)
     return Account(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, rounding, unilateral)
