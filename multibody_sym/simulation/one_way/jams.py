@@ -27,6 +27,8 @@ _FARTHEST: Final = 1e-2
 """... and of a last one, each of which is twice as long as the one before."""
 _BEYOND: Final = 1e-6
 """By how much they are changed from where m is zero to the state beyond."""
+_SLOWEST: Final = 1e-8
+"""The part of the largest speeds below which slip counts as being at rest."""
 _SOON: Final = 1e-3
 """The part of the time in which the fastest passes the model's size within which a jam is near."""
 _JAMS: Final = 1e-3
@@ -45,18 +47,26 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     """Return where what slides jams soon after an instant of a mode; None if nothing does."""
     y, rows = np.concatenate([[facts.t], facts.q, facts.u]), now.program.mechanism.rows
     _, pushes, _ = now.problem.pushed(facts.t, y[1:])
-    names = {row.name for row in now.program.entered.rows if isinstance(row, SlidingRow)}
-    sliding = [k for k, row in enumerate(rows) if row.name in names]
+    slides = {row.name: row for row in now.program.entered.rows if isinstance(row, SlidingRow)}
+    sliding = [k for k, row in enumerate(rows) if row.name in slides]
     if not sliding or not np.isfinite(pushes).all():
         return None
     row = max(sliding, key=lambda k: abs(float(pushes[k])))
     with np.errstate(all="ignore"):
-        there = _Way(now, row, float(pushes[row]), facts.sizes[-len(facts.u) :]).beyond(y)
+        sizes = _slip(facts, slides[rows[row].name]) * facts.sizes[-len(facts.u) :]
+        there = _Way(now, row, float(pushes[row]), sizes).beyond(y)
     if there is None or not there[0] - facts.t <= _SOON * facts.scale.time:
         return None
     q, u = np.split(there[1:], [len(facts.q)])
     time = max(facts.t, float(there[0]))  # from where m is zero on the way leads back in time
     return Jam(rows[row].name, facts.laws.at(time, q, u, facts.scale))
+
+
+def _slip(facts: Facts, row: SlidingRow) -> float:
+    """Return the speed of slip where a row slides, as a part of the largest speeds: no step may lead far beyond it."""
+    along = [each for friction in row.frictions for each in friction.rows if each.name in facts.laws.places]
+    parts = [abs(facts.phidot(each)) / size for each in along if (size := facts.allowed_speed(each, 1.0)) > 0.0]
+    return min(1.0, max(_SLOWEST, *parts)) if parts else 1.0
 
 
 def jams(now: Stretch, t: float, x: Floats) -> bool:
@@ -77,7 +87,7 @@ def jams(now: Stretch, t: float, x: Floats) -> bool:
 class _Way:
     """The way in s of time and state y (1 + nq + nu,) in a mode; m is 1 where the `row` has this `push`.
 
-    `sizes` (nu,) are the largest speeds.
+    `sizes` (nu,) are the largest speeds, or as small as the slip is beside them.
     """
 
     now: Stretch
