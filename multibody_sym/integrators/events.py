@@ -84,7 +84,7 @@ class Watch:
         """Return the longest step that may be tried from (t, x), a run in modes being looked at now and then."""
         if not self.switches:
             return self.events.to_moment(t)
-        most = min(longest_in_modes(self.flow.t_end - self.flow.t0, slope), self.events.to_moment(t))
+        most = min(longest_in_modes(self.flow.lasts, slope), self.events.to_moment(t))
         if self.origin is not None:
             self.reach.forget()
         if not self.reach.limiting:

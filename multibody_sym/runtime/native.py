@@ -88,7 +88,7 @@ class ProblemStruct(ctypes.Structure):
         ("method", ctypes.POINTER(MethodStruct)),
         ("system", ctypes.POINTER(SystemStruct)),
         *((name, ctypes.c_double) for name in ("t0", "t_end", "step", "rtol", "atol", "contradiction")),
-        *((name, ctypes.c_double) for name in ("closure", "independent")),
+        *((name, ctypes.c_double) for name in ("closure", "independent", "whole")),
         ("max_steps", ctypes.c_longlong),
         ("samples", ctypes.c_longlong),
         ("project", ctypes.c_int),

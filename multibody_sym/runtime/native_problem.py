@@ -133,7 +133,7 @@ def _problem(problem: Problem, method: MethodStruct, system: SystemStruct) -> Pr
             name: getattr(problem, name)
             for name in (
                 *("t0", "t_end", "rtol", "atol"),
-                *("contradiction", "closure", "independent", "max_steps", "samples"),
+                *("contradiction", "closure", "independent", "whole", "max_steps", "samples"),
             )
         },
     )

@@ -50,13 +50,13 @@ class Problem:
     `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
     put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
     ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
-    that a projection may leave; `independent`: how many rows are so but in singular positions; `crosses`: whether steps
-    lead across these. `terminal`: for each
-    switching function of the program `events` whether the run stops where it becomes positive; where another one
-    changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
-    where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
-    by which they may exceed zero, of which those at the places `limiting` keep adaptive steps short, and no adaptive
-    step leads over one of the `moments` (`integrators.flow.Events`).
+    that a projection may leave; `independent`: how many rows are so but in singular positions; `crosses`:
+    whether steps lead across these; `whole`: how long (s) the run is of which this one repeats a part, in steps as
+    long; 0 if it is none. `terminal`: for each switching function of the program `events` whether the run stops where
+    it becomes positive; where another one changes sign, a step ends and the next starts afresh. `pairs`: which speeds
+    are rates of which coordinates; None where each is that of the coordinate in its place. The last switching functions
+    are those of a mode, with `margins` by which they may exceed zero, of which those at the places `limiting` keep
+    adaptive steps short, and no adaptive step leads over one of the `moments` (`integrators.flow.Events`).
     `like` is one that differs in numbers alone, from which it was made.
     `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and
     the loop in C may follow a `course` from mode to mode.
@@ -80,6 +80,7 @@ class Problem:
     contradiction: float = 1e-3
     closure: float = 1e-8
     independent: float = 0.0
+    whole: float = 0.0
     crosses: bool = True
     terminal: tuple[bool, ...] = ()
     pairs: Pairing | None = None
@@ -114,6 +115,11 @@ class Problem:
         for name, shape in self.compiled["state_derivative"].signature.inputs:
             if name in arrays and arrays[name].shape != shape:
                 raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
+
+    @property
+    def lasts(self) -> float:
+        """How long (s) the whole run is."""
+        return self.whole or self.t_end - self.t0
 
     def with_numbers(self, parameters: Floats, q0: Floats, u0: Floats) -> Problem:
         """Return the problem with other numbers, of the same shapes: what was verified of this one holds of it."""

@@ -127,6 +127,7 @@ class _Run:
             rows=self.rows if p.rows else None,
             pairs=p.pairing,
             begun=None if p.begun is None else p.begun.time,
+            whole=p.whole,
         )
         number, going = 0, steps(flow)
         while (done := next(going, None)) is not None:

@@ -104,7 +104,8 @@ double mbs_longest(mbs_run *r)
     if (s->switches == 0)
         return to_moment(s, r->state->t);
     double count = mbs_largest(r->n, r->slope) > 0.0 ? LEAST_STEPS : STANDING;
-    double longest = (r->problem->t_end - r->problem->t0) / count, t = r->state->t, seen = r->past[0];
+    double whole = r->problem->whole > 0.0 ? r->problem->whole : r->problem->t_end - r->problem->t0;
+    double longest = whole / count, t = r->state->t, seen = r->past[0];
     double way = to_moment(s, t);
     longest = way < longest ? way : longest;
     if (s->limits == 0)

@@ -166,6 +166,7 @@ typedef struct {
                              least one must hold for rows to count as consistent */
     double closure;       /* largest |phi| / (1 + |q|) that a projection may leave */
     double independent;   /* rows that are so but for singular positions */
+    double whole;         /* how long the run is of which this one repeats a part, in steps as long; 0: it is none */
     long long max_steps;
     long long samples;    /* evenly spaced from t0 to t_end, both among them */
     int project;          /* not 0: each accepted step and each sample is put back onto the constraints */

@@ -223,7 +223,7 @@ def _open(flow: Flow, t: float, x: Floats) -> _Solver:
     package: str = getattr(flow.method, "package", SCIPY)
     most = math.inf
     if flow.events is not None and flow.events.margins:
-        most = longest_in_modes(flow.t_end - flow.t0, flow.slope(t, x))
+        most = longest_in_modes(flow.lasts, flow.slope(t, x))
     if package == SCIPY:
         return _Scipy(flow, t, x, most)
     return _Ida(flow, t, x, most) if flow.method.name == IDA else _Cvode(flow, t, x, most)

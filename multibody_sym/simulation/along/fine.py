@@ -64,7 +64,8 @@ class Stretch:
 
     def _run(self, until: float, samples: int) -> Integration:
         """Run from the beginning until a time once more, whatever the mode's switching functions say."""
-        problem = replace(self.problem, t0=self.problem.start, t_end=until, samples=samples, begun=None)
+        problem, whole = self.problem, self.problem.lasts
+        problem = replace(problem, t0=problem.start, t_end=until, samples=samples, begun=None, whole=whole)
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 
     def halves(self) -> tuple[Stretch, Stretch]:
