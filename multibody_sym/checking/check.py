@@ -356,7 +356,10 @@ def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
 def _start_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
     hints = _limit_hints(resolved, begin, states[0])
     if len(resolved.speeds) <= MANY_SPEEDS and len(states) <= _STATES:
-        hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
+        hints.append(
+            "at most states near the start something declared has no value, the mass matrix is singular, "
+            "or constraints contradict each other"
+        )
     return hints
 
 

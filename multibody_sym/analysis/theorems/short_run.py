@@ -17,13 +17,15 @@ from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.exertions import exertions, resultant
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta
-from multibody_sym.errors import MultibodyError
+from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.integrators.methods.dormand_prince_8 import dormand_prince_8
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.rows import constraint_jacobian
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
+from multibody_sym.numerics.rank import SWITCHED, rank
 from multibody_sym.scalars.node import slot
 
 MOST: Final = 60
@@ -39,7 +41,8 @@ def short_run_misses(mechanism: Mechanism, formalism: Formalism, state: State) -
     Relative to the integrals of absolute values of all causes and of what they change, which counts by the second.
     A force that is left out misses by the same part in shorter runs, the method by less: the least miss is returned.
     Empty where something declared has no value soon after that state, where a force has a kink or jumps so soon that
-    no shorter run ends before, and for more than `MOST` speeds.
+    no shorter run ends before, where constraints depend on each other at that state but no more soon after, so that its
+    accelerations do not last, and for more than `MOST` speeds.
     """
     least: dict[str, float] = {}
     if len(mechanism.speeds) > MOST:
@@ -57,7 +60,10 @@ def short_run_misses(mechanism: Mechanism, formalism: Formalism, state: State) -
 
 
 def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: float) -> dict[str, float] | None:
-    """Return them for a run whose steps are a part of the shortest time; None where it comes over a kink."""
+    """Return them for a run whose steps are a part of the shortest time; None where it comes over a kink.
+
+    Raises NoSolutionError where other constraints are independent at its end than at its start.
+    """
     run = _Run(mechanism, formalism, state)
     q, u, t = (np.array(x, dtype=float) for x in (state.q, state.u, state.slots[TIME]))
     rates = run.rates(float(t), q, u)
@@ -70,6 +76,8 @@ def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: floa
         t = t + h
         if (run.sides(float(t), q, u) != sides).any():
             return None
+    if run.rank(float(t), q, u) != run.rank(float(state.slots[TIME]), *map(np.array, (state.q, state.u))):
+        raise NoSolutionError("the motion begins in a singular position")
     end = run.motion(float(t), q, u)
     missed = np.abs(_values(end) - begin - adding)
     sizes[6] = max(sizes[6], _rounding(end, sizes))
@@ -125,6 +133,11 @@ class _Run:
     def motion(self, t: float, q: Floats, u: Floats) -> Motion:
         """Return the motion of all bodies."""
         return motion_of(self._mechanism, self._state(t, q, u))
+
+    def rank(self, t: float, q: Floats, u: Floats) -> int:
+        """Return how many constraints are independent."""
+        rows = self._formalism(self._mechanism, self._state(t, q, u)).rows
+        return rank(constraint_jacobian(rows), SWITCHED) if rows else 0
 
     def rates(self, t: float, q: Floats, u: Floats) -> _Integrated:
         """Return qdot, udot, the causes of the changes of P, L and T, and the sizes (7) of all terms."""
