@@ -97,6 +97,16 @@ def test_a_compiler_that_writes_nothing_is_an_error(fresh, monkeypatch):
         build_library(find_compiler(), OSCILLATOR.sources())
 
 
+def test_the_end_of_a_compiler_is_not_looked_for_in_ticks(fresh, monkeypatch):
+    slow = script(fresh / "slow", '[ "$1" = --version ] && echo slow && exit 0\nexec sleep 0.02')
+    monkeypatch.setenv("CC", str(slow))
+    ticks = list[float]()
+    monkeypatch.setattr(time, "sleep", ticks.append)
+    with pytest.raises(CompilerError, match="wrote no"):
+        build_library(find_compiler(), OSCILLATOR.sources())
+    assert not ticks
+
+
 def test_a_hanging_compiler_is_ended_with_all_it_started(fresh, monkeypatch):
     monkeypatch.setattr(module, "_SECONDS", 0.2)
     monkeypatch.setattr(module, "_BYTES_PER_SECOND", 1e9)
