@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import combinations, pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,6 +46,36 @@ def test_a_wheel_on_a_mass_is_about_its_place_and_the_rope_touches_all_wheels(ap
         assert _distance(rope, wheels[name]) == pytest.approx(WHEEL, abs=0.1 * WHEEL), name
     ways = [(b - a) / np.linalg.norm(b - a) for a, b in pairwise(rope) if np.linalg.norm(b - a) > 1e-6]
     assert min(float(one @ two) for one, two in pairwise(ways)) > 0.8  # it turns back nowhere but around wheels
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PULLEYS = sorted(path for path in EXAMPLES.rglob("*.yaml") if "\npulleys:" in path.read_text())
+
+
+@pytest.mark.parametrize("path", [None, *PULLEYS], ids=lambda path: path.stem if path else "three_pulleys")
+def test_no_load_covers_a_wheel_and_no_rope_crosses_itself_or_another(path: Path | None) -> None:
+    system = mbs.loads(THREE) if path is None else mbs.load(path)
+    marks = mbs.draw(system).picture.marks
+    names = {*system.pulleys, *(pulley.body for pulley in system.pulleys.values())}  # a heavy wheel is its body's disc
+    wheels = [m for m in marks if isinstance(m, Arc) and m.name in names and m.radius > 4.0]
+    assert wheels
+    for mass in (m for m in marks if isinstance(m, Stroke) and m.role == "body" and m.closed and len(m.points) == 4):
+        for wheel in wheels:
+            outline = np.vstack([mass.points, mass.points[:1]])
+            assert _distance(outline, wheel.centre) > wheel.radius - 0.1, (mass.name, wheel.name)
+    ropes = [np.asarray(m.points) for m in marks if isinstance(m, Stroke) and m.role == "rope"]
+    pieces = [pair for rope in ropes for pair in pairwise(rope)]
+    assert not [(one, two) for one, two in combinations(pieces, 2) if _crosses(*one, *two)]
+
+
+def _crosses(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
+    """Return whether two straight pieces cross inside both."""
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:
+        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+
+    least = -1e-6
+    return side(a, b, c) * side(a, b, d) < least and side(c, d, a) * side(c, d, b) < least
 
 
 def _distance(line: np.ndarray, point: np.ndarray) -> float:

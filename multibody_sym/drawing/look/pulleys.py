@@ -97,7 +97,7 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     """Return the straight pieces of a strand on the page (n, 2, 2), ended where things without a size stand."""
     pieces, moved = sheet.projection.page(placed.pieces).copy(), sheet.settled
     if placed.strand.name in moved.folds:
-        found: Floats = pieces + moved.folds[placed.strand.name][:, None, :]
+        found: Floats = pieces + moved.folds[placed.strand.name]
         return _round_wheels(sheet, pieces, found)
     shifts = [moved.bodies.get(anchor.body, np.zeros(2)) for anchor in placed.strand.anchors]
     if not any(np.any(shift) for shift in shifts) or not len(pieces):

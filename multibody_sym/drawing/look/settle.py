@@ -46,7 +46,7 @@ _SHARPEST: Final = float(np.arccos(_BACK)) / 2
 class Settled:
     """Displacements (pt) of `bodies` by number and of `pulleys` on ground by name; `leans` are directions of blocks.
 
-    `folds` are, by rope, the displacements of its pieces where it runs straight back over wheels.
+    `folds` are, by rope, the displacements of the ends of its pieces where it runs straight back over wheels.
     """
 
     bodies: Mapping[int, Floats] = field(default_factory=dict)
@@ -199,18 +199,45 @@ def _fold(made: _Settling, rope: PlacedStrand) -> None:
         return
     along = pieces[0][1] - pieces[0][0]
     across = np.array([1.0, 0.0]) if abs(along[1]) > abs(along[0]) else np.array([0.0, 1.0])
-    steps = np.cumsum([0.0, *(2.0 * WHEEL / _sine(x, across) * fold for x, fold in zip(pieces, folds, strict=False))])
-    ways = (steps - (steps[0] + steps[-1]) / 2)[:, None] * across
+    ways = _ways(pieces, folds, across)
     made.folds[rope.strand.name] = ways
     first, last = rope.strand.anchors[0], rope.strand.anchors[-1]
-    for anchor, way in ((first, ways[0]), (last, ways[-1])):
+    for anchor, way in ((first, ways[0][0]), (last, ways[-1][1])):
         if anchor.body >= 0:
             made.bodies[anchor.body] = way
     for k, fold in enumerate(folds):
         if fold:
-            _fold_pulley(made, pieces[k][1], (ways[k] + ways[k + 1]) / 2)
+            _fold_pulley(made, pieces[k][1], (ways[k][1] + ways[k + 1][0]) / 2)
         else:
-            _bend_pulley(made, pieces[k], pieces[k + 1], ways[k], across)
+            _bend_pulley(made, pieces[k], pieces[k + 1], ways[k][1], across)
+
+
+def _ways(pieces: Floats, folds: list[bool], across: Floats) -> Floats:
+    """Return the displacements of both ends of each piece (n, 2, 2).
+
+    Pieces are a wheel apart where the rope runs back; the far end gives way by what the pieces come nearer there and
+    by the wheel in a bend before them.
+    """
+    ways = np.zeros((len(pieces), 2))
+    for k, fold in enumerate(folds):
+        wheel = 2.0 * WHEEL / _sine(pieces[k], across) * fold
+        ways[k + 1] = ways[k][1] + wheel
+        if fold:
+            ways[k + 1][1] += max(_nearer(pieces[k], pieces[k + 1], across), 0.0)
+            ways[k + 1][1] += wheel if k and not folds[k - 1] else 0.0
+    found: Floats = (ways - ways[-1][1] / 2)[:, :, None] * across
+    return found
+
+
+def _nearer(before: Floats, after: Floats, across: Floats) -> float:
+    """Return how much nearer a piece that runs back comes to the one before it, at the end of the shorter one."""
+    first, second = before[1] - before[0], after[1] - after[0]
+    longer, shorter = sorted((first, second), key=lambda piece: -float(np.linalg.norm(piece)))
+    return -_cross(longer, shorter) / (_cross(longer, across) or np.inf)
+
+
+def _cross(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
 
 
 def _fold_pulley(made: _Settling, at: Floats, way: Floats) -> None:
@@ -253,8 +280,7 @@ def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None
 def _sine(piece: Floats, across: Floats) -> float:
     """Return the sine of the angle between a piece and a direction in which it is displaced, never a small one."""
     along = piece[1] - piece[0]
-    turned = float(along[0] * across[1] - along[1] * across[0])
-    return max(abs(turned) / max(float(np.linalg.norm(along)), _SAME), STEEPEST)
+    return max(abs(_cross(along, across)) / max(float(np.linalg.norm(along)), _SAME), STEEPEST)
 
 
 def _is_fold(before: Floats, after: Floats) -> bool:
