@@ -18,9 +18,10 @@ from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
+from multibody_sym.model.mechanism.rows import VelocityRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import length
-from multibody_sym.scalars.node import ONE, Node, symbol
+from multibody_sym.scalars.node import ONE, Node, slot, symbol
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import S
 
@@ -108,9 +109,9 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
         moving = part.name in solved.decided.moving
         if isinstance(part.rows[0], RopeSlipRow):
             return f": its rope {'moves' if moving else 'starts to move'} {'forward' if slip > 0 else 'back'} over it"
-        line = "axis" if element.kind == "friction" else "tangent"
-        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} its {line}"
-        return f": it {'moves' if moving else 'starts to move'}{where}"
+        who, line = _who(acting, part) if element.kind == "friction" else ("it", "its tangent")
+        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} {line}"
+        return f": {who} {'moves' if moving else 'starts to move'}{where}"
     if part.enough:
         least = needed.get(part.name)
         if least is None or not least.value:
@@ -129,6 +130,15 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
         return f": friction {size:.6g}{unit} of {most}"
     limited = all(_unique(solved, element.normals[k].name) for k in part.normals)
     return ": friction that is not unique" + (f", {most}" if limited else "")
+
+
+def _who(acting: Acting, part: FrictionPart) -> tuple[str, str]:
+    """Return the body that moves where friction in a joint slides, and that joint's axis."""
+    mechanism = acting.mechanism
+    found = leaves([row.zero for row in part.rows if isinstance(row, VelocityRow)], "slot")
+    joints = {speed.joint for k, speed in enumerate(mechanism.speeds) if slot("u", k) in found}
+    bodies = [body.name for body in mechanism.bodies if {mechanism.speeds[k].joint for k in body.u} & joints]
+    return (bodies[0], f"the axis of {joints.pop()}") if len(joints) == len(bodies) == 1 else ("it", "its axis")
 
 
 def _two_tensions(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> str:

@@ -95,3 +95,17 @@ def test_friction_under_a_normal_force_that_is_not_unique_has_no_limit_that_is_t
     told = lines(both)
     assert "\n  floor sticks: friction that is not unique\n" in told
     assert "\n  lid sticks: friction that is not unique\n" in told
+
+
+def test_what_slides_in_a_joint_is_told_by_its_body_and_the_joint() -> None:
+    model = """
+multibody_sym: 1
+name: slope
+gravity: [2, -9.81, 0]
+bodies: {block: {mass: 2}}
+joints: {slide: {type: prismatic, parent: ground, child: block, axis: x, q: s}}
+forces: {rub: {type: friction, joint: slide, static: 0.1, kinetic: 0.1}}
+"""
+    assert mbs.solve(mbs.loads(model)).state.lines == (
+        "rub slides forward: block starts to move along the axis of slide",
+    )
