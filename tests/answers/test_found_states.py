@@ -106,6 +106,6 @@ bodies: {block: {mass: 2}}
 joints: {slide: {type: prismatic, parent: ground, child: block, axis: x, q: s}}
 forces: {rub: {type: friction, joint: slide, static: 0.1, kinetic: 0.1}}
 """
-    assert mbs.solve(mbs.loads(model)).state.lines == (
+    assert mbs.solve(mbs.loads(model)).found == (
         "rub slides forward: block starts to move along the axis of slide",
     )
