@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -87,6 +88,7 @@ class Case:
         return state_of(self.mechanism, float, t, q, u, self.parameters)
 
 
+@lru_cache(maxsize=512)
 def random_case(
     seed: int, *, bodies: tuple[int, int] = (1, 12), rows: bool = False, extreme: bool = False
 ) -> Case:

@@ -85,3 +85,24 @@ def test_fixed_steps_keep_the_side_too(route) -> None:
     line = run.q[-1, 0] / run.q[-1, 1], RADIUS / -float(run.q[-1, 2])
     assert line[0] > line[1], "beyond the line of the heavy weight and the centre"
     assert run.q[-1, :2] == pytest.approx(route.sol(0.95 * end)[:2], abs=1e-6)
+
+
+def test_a_wheel_that_reaches_the_point_from_which_its_rope_leads_is_named() -> None:
+    """A point is no obstacle: the piece between them has no direction there."""
+    model = """
+multibody_sym: 1
+name: drawn up
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {up: [0, 3, 0], side: [1, 3, 0]}}
+  lifted: {mass: 1}
+  load: {mass: 4}
+joints:
+  guide: {type: prismatic, parent: ground, child: lifted, axis: y, q: y, initial: {q: 2}}
+  fall: {type: prismatic, parent: ground, child: load, axis: y, q: z, initial: {q: -1}}
+pulleys: {wheel: {at: lifted}, corner: {at: ground.side}}
+constraints: {rope: {type: rope, path: [ground.up, wheel, corner, load]}}
+simulation: {t_end: 2, samples: 5}
+"""
+    with pytest.raises(mbs.MultibodyError, match=r"ground\.up and lifted meet there, and rope between them"):
+        mbs.simulate(mbs.loads(model))

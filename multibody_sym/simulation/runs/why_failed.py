@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -22,7 +23,7 @@ from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import VelocityRow
+from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
@@ -87,18 +88,21 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 def _met(run: Trajectory, time: float) -> str:
     """Return why steps become too small: points meet, angles lock, a speed has no bound; or that no cause was found."""
     mechanism, integration = run.ready.mechanism, run.integration
-    unknown = "its cause was not found: no points of a force meet, no angles lock, no speed grows without bound there"
+    unknown = (
+        "its cause was not found: "
+        "no points of a force or a rope meet, no angles lock, no speed grows without bound there"
+    )
     if integration.q_final is None or integration.u_final is None:
         return unknown
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
-    for load in mechanism.loads:
-        if load.line is None:
-            continue
-        begun, now = (math.hypot(*apart(motion, load.line)) for motion in (first, last))
+    lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
+    ropes = [row for row in mechanism.rows if isinstance(row, RopeRow)]
+    lines += [(rope.name, ends) for rope in ropes for ends in pairwise(rope.points)]
+    for name, (a, b) in lines:
+        begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
         if now <= _MEETS * begun:
-            a, b = load.line
-            return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
+            return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
     return _locked(last) or _grown(run, time, last) or unknown
 
 
