@@ -221,6 +221,10 @@ ROWS = [
         "passes the axis of pulley at 0 m", "shift the body's joint",
     ),
     (GEARS, "joint: A", "joint: «B", "the slow side of gear mesh", "if a motor drives that one: joint: A"),
+    (
+        PENDULUM, "", "constraints: {r: {type: «rod, between: [bob, ground], value: l}}",
+        "'rod' is no known type", "did you mean distance?",
+    ),
     (PENDULUM, "type: revolute", "type: «rotation", "'rotation' is no known type", "did you mean revolute?"),
     (LOADS, "line1: {type: prismatic", "line1: {type: «translational", "is no known type", "did you mean prismatic?"),
     (PENDULUM, "", "forces: {f: {type: «gravity, on: bob}}", "'gravity' is no known type", "gravity: [0, -g, 0]"),

@@ -295,7 +295,15 @@ CONSTRAINTS: Final = OneOf(
         "velocity": VelocityConstraint,
     },
     {},
-    {},
+    {
+        **dict.fromkeys(("rod", "bar", "link", "rigid"), "distance"),
+        **dict.fromkeys(("string", "cable", "cord", "belt"), "rope"),
+        **dict.fromkeys(("roll", "wheel", "rolls"), "rolling"),
+        **dict.fromkeys(("gears", "transmission", "ratio"), "gear"),
+        "nonholonomic": "velocity",
+        "holonomic": "expression",
+        **dict.fromkeys(("fixed", "weld", "revolute", "hinge", "prismatic"), "a joint, under joints:"),
+    },
 )
 
 
