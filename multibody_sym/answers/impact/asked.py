@@ -7,7 +7,7 @@ from functools import reduce
 from operator import add
 from typing import Any, Final
 
-from multibody_sym.answers.impact.resting import ImpactInstant, row_impulses
+from multibody_sym.answers.impact.resting import ImpactInstant, length, row_impulses
 from multibody_sym.answers.instant import Solved, with_outputs_put_in
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
 from multibody_sym.errors import ModelError, at
@@ -18,6 +18,7 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.vectors import S
 
 _IMPULSES: Final = ("reaction", "tension", "multiplier")
 _RATES: Final = ("acceleration", "angular_acceleration", "power")
@@ -38,13 +39,20 @@ def answered_after(solved: Solved) -> dict[str, Value]:
     return found
 
 
-def _along_rows(instant: Instant, leaf: Node) -> list[str]:
-    """Return the rows of what strikes, along which an impulse is asked; nothing for those of joints and constraints."""
+def _along_rows(instant: Instant, leaf: Node) -> list[list[str]]:
+    """Return the rows of what strikes, by component of an impulse that is asked; nothing for joints and constraints."""
     if leaf.data[0] != "reaction":
         return []
     name, component = leaf.data[1]
     found = (exerted_by(element).get(name, {}) for element in instant.motion.mechanism.one_way)
-    return [rows[component].name for rows in found if component in rows]
+    along = [rows[component] for rows in found if component in rows]
+    return [[row.name for row in rows] for rows in zip(*along, strict=True)]
+
+
+def _impulse(instant: ImpactInstant, along: list[list[str]]) -> S:
+    """Return the sum of impulses of rows, or the length of the sums where there are several components."""
+    sums = [reduce(add, row_impulses(instant, rows)) for rows in along]
+    return length(sums) if len(sums) > 1 else sums[0]
 
 
 def _answer(solved: Solved, node: Node) -> Value:
@@ -65,7 +73,7 @@ def _answer(solved: Solved, node: Node) -> Value:
         nothing = [0] * len(later.state.u), [0] * len(later.mechanism.rows)
         known = quantities(later, *nothing, others)
         of_rows = {leaf: _along_rows(instant, leaf) for leaf in impulses}
-        known |= {leaf: reduce(add, row_impulses(instant, rows)) for leaf, rows in of_rows.items() if rows}
+        known |= {leaf: _impulse(instant, rows) for leaf, rows in of_rows.items() if rows}
         named = [leaf for leaf, rows in of_rows.items() if not rows]
         known |= quantities(instant.motion, instant.udot, instant.multipliers, named)
         return {"": evaluate(in_slots, {**later.state.slots, **known}, later.state.scalar)[0]}

@@ -201,6 +201,9 @@ class OneWayForces:
         """Return a component by the names of `exerted_by`, of a contact's corners together; 0 where there is none."""
         if component in AT:
             return self.middle([x for x in self.mechanism.one_way if name in exerted_by(x)])[component]
+        rows = max((len(exerted_by(x).get(name, {}).get(component, ())) for x in self.mechanism.one_way), default=0)
+        if rows > 1:
+            return limits.length([self.asked(name, f"{component}_{k}") for k in range(1, rows + 1)])
         return reduce(add, (self._asked(element, name, component) for element in self.mechanism.one_way), 0)
 
     def _asked(self, element: OneWay, name: str, component: str) -> S:

@@ -101,25 +101,37 @@ def components_of(part: FrictionPart, word: str) -> list[str]:
     return [f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1)]
 
 
+def component_word(element: OneWay, part: FrictionPart) -> str:
+    """Return the name of a part's force among those of its element: `friction`, or the last word of its name."""
+    return FRICTION if part.name == element.name else part.name.rpartition(".")[2]
+
+
 def component_names(element: OneWay, part: FrictionPart) -> list[str]:
-    """Return the names of a part's components among those of its element: `friction`, or the last word of its name."""
-    return components_of(part, FRICTION if part.name == element.name else part.name.rpartition(".")[2])
+    """Return the names of a part's components among those of its element."""
+    return components_of(part, component_word(element, part))
 
 
-def exerted_by(element: OneWay) -> dict[str, dict[str, Row]]:
-    """Return what an element exerts by name and component, as expressions ask it, each with a row along which it acts.
+def _by_component(part: FrictionPart, word: str) -> dict[str, tuple[Row, ...]]:
+    """Return the rows of a part's force, then of its components, by their names."""
+    each = zip(components_of(part, word), part.rows, strict=True)
+    return {word: tuple(part.rows), **{name: (row,) for name, row in each}}
 
+
+def exerted_by(element: OneWay) -> dict[str, dict[str, tuple[Row, ...]]]:
+    """Return what an element exerts by name and component, as expressions ask it, each with the rows along which it is.
+
+    What acts along several rows is the length of its components, `friction` that of `friction_1` and `friction_2`.
     Corners are asked alone and by their contact's name, friction in joints by its parts, as two pads. Ropes have
     tensions.
     """
     if element.kind == "rope":
         return {}
-    found: dict[str, Row] = {PRESSING[element.kind]: element.normals[0]}
+    found: dict[str, tuple[Row, ...]] = {PRESSING[element.kind]: element.normals[:1]}
     parts = element.frictions
     if not element.unilateral:
-        return {x.name: found | dict(zip(components_of(x, FRICTION), x.rows, strict=True)) for x in parts}
+        return {x.name: found | _by_component(x, FRICTION) for x in parts}
     for part in parts:
-        found |= zip(component_names(element, part), part.rows, strict=True)
+        found |= _by_component(part, component_word(element, part))
     return dict.fromkeys((element.name, element.group) if element.kind == "contact" else (element.name,), found)
 
 

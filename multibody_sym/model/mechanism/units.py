@@ -145,7 +145,7 @@ class MechanismUnits:
     def _exerted(self) -> dict[tuple[str, ...], Row]:
         """The rows of what one-way elements exert, by name and component."""
         pairs = (pair for element in self.mechanism.one_way for pair in exerted_by(element).items())
-        return {(name, component): row for name, rows in pairs for component, row in rows.items()}
+        return {(name, component): rows[0] for name, parts in pairs for component, rows in parts.items()}
 
     def _of_alone(self, row: Row) -> Known | None:
         """Return what is known of the force of a row that acts in some modes."""
