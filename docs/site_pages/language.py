@@ -44,7 +44,7 @@ QUANTITIES_SAY: Final = {
     "''": "the second derivative of a coordinate",
     "reaction": "one of the forces below, such as `fx(hinge)`",
     "tension": "the tension of a rope or rod; of a rope with several tensions by number along its path",
-    "multiplier": "the multiplier of a constraint",
+    "multiplier": "the multiplier of a constraint, or of a row of a cut joint",
     "total_energy": "kinetic and potential energy",
     "kinetic_energy": "kinetic energy, of all or of a body",
     "potential_energy": "potential energy, of all, of a body's weight or of a force",

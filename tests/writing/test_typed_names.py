@@ -160,6 +160,35 @@ def test_redundant_rows_of_contacts_and_friction_have_the_names_of_their_forces(
     assert len(mbs.solve(asking(system, "ask", list(names))).answers) == len(names) == 3
 
 
+def test_rows_of_oblique_cut_joints_can_be_asked() -> None:
+    """The slide C along (1, 2, 0) bears along z, where nothing moves, and along n2 = (2, -1, 0)/sqrt(5).
+
+    `check` lists the rows by their names; that of n2 is the component of the reaction along it.
+    """
+    system = mbs.loads("""
+multibody_sym: 1
+name: oblique
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {o: [1, 0, 0]}}
+  a: {mass: 1, com: [0.5, 0, 0], inertia: {Izz: 0.1}, points: {p: [1, 0, 0]}}
+  b: {mass: 2, com: [0.5, 0, 0], inertia: {Izz: 0.1}, points: {p: [1, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: a, axis: z, q: th, initial: {q: 2.03}}
+  B: {type: revolute, parent: ground.o, child: b, axis: z, q: ph, initial: {q: 2.03}}
+  C: {type: prismatic, parent: a.p, child: b.p, axis: [1, 2, 0], cut: true}
+""")
+    assert "redundant constraints: C.n1, mx(C), my(C)" in check_text(mbs.check(system))
+    names = ["multiplier(C.n1)", "multiplier(C.n2)", "fx(C)", "fy(C)"]
+    told = mbs.solve(asking(system, "ask", names)).answers
+    fx, fy = told["said2"].value, told["said3"].value
+    assert told["said1"].value == pytest.approx((2 * fx - fy) / math.sqrt(5), rel=1e-9)
+    assert abs(told["said1"].value) == pytest.approx(math.hypot(fx, fy), rel=1e-9)
+    assert told["said1"].unit == "N"
+    with pytest.raises(mbs.InputError, match=r"'A\.n1' is"):
+        mbs.solve(asking(system, "ask", ["multiplier(A.n1)"]))
+
+
 def test_the_place_of_pressure_is_that_of_moments() -> None:
     """About the middle of a box m g a = F h/2; in flight, where nothing presses, it is the middle of the corners."""
     answers = mbs.solve(asking(read(BOX), "ask", ["at_x(c)", "at_x(c.corner1)", "at_y(c)"])).answers

@@ -117,7 +117,12 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         minimum_norm=system.simulation.multipliers == "minimum_norm",
         one_way=one_way,
         state_stops=_state_stops(resolved, one_way),
-        impact=_verified(system, one_way, _in_slots(told, struck_impacts(references, one_way, rows, cuts))),
+        impact=_verified(
+            system,
+            one_way,
+            _in_slots(told, struck_impacts(references, one_way, rows, cuts)),
+            [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut],
+        ),
     )
 
 
@@ -190,9 +195,11 @@ def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateC
     return found
 
 
-def _verified(system: System, elements: Sequence[OneWay], struck: StruckImpacts | None) -> StruckImpacts | None:
+def _verified(
+    system: System, elements: Sequence[OneWay], struck: StruckImpacts | None, cut: Sequence[str]
+) -> StruckImpacts | None:
     """Return impacts. Raises ModelError where expressions ask forces of what has none, nor impulses."""
-    verify_forces(system, [*elements, *(() if struck is None else struck.meetings)])
+    verify_forces(system, [*elements, *(() if struck is None else struck.meetings)], cut)
     return struck
 
 

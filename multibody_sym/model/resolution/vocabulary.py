@@ -234,20 +234,15 @@ def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
 def _vocabulary(system: System) -> dict[str, list[str]]:
     """Return the names that each kind of argument of a quantity may be."""
     bodies = {GROUND: BARE, **system.bodies}
-    rows = {
-        name: run_names(system, name) if isinstance(element, Rope) else row_names(name, element)
-        for name, element in system.constraints.items()
-    }
     pulling = {name for name, element in system.constraints.items() if isinstance(element, (Rope, Distance))}
     tensions = {
-        name: tension_names(system, name) if isinstance(element, Rope) else rows[name]
+        name: tension_names(system, name) if isinstance(element, Rope) else row_names(name, element)
         for name, element in system.constraints.items()
     }
     return {
         "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
         "body": list(bodies),
         "rope": [x for name, names in tensions.items() if name in pulling for x in names],
-        "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
         "coordinate": [q for q, _ in rate_names(system)],
         "moving": [
@@ -282,15 +277,27 @@ def _asked(node: Node) -> list[Node]:
     return [leaf for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES]
 
 
+def _rows_of(system: System) -> Iterator[str]:
+    """Yield the names of the rows of all declared constraints."""
+    for name, element in system.constraints.items():
+        yield from run_names(system, name) if isinstance(element, Rope) else row_names(name, element)
+
+
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
-    function, arguments = leaf.data
+    function = leaf.data[0]
     if section not in _MAY_ASK:
         raise ModelError(f"{text(leaf)} can be asked in outputs, stop and ask only{_speed_of(leaf)}", number="M112")
-    if function == "reaction":  # see verify_forces
+    if function in ("reaction", "multiplier"):  # see verify_forces
         return
     if QUANTITIES[function].of_mode:
         _verify_mode(leaf, section)
         return
+    _verify_arguments(leaf, vocabulary)
+
+
+def _verify_arguments(leaf: Node, vocabulary: Mapping[str, Collection[str]]) -> None:
+    """Raise ModelError where an argument of a quantity is no name of its kind."""
+    function, arguments = leaf.data
     for kind, name in zip(QUANTITIES[function].taking(len(arguments)) or (), arguments, strict=True):
         if name not in vocabulary[kind]:
             runs = sum(kind == "rope" and known.startswith(f"{name}.") for known in vocabulary[kind])
@@ -345,14 +352,20 @@ def _verify_mode(leaf: Node, section: str) -> None:
         raise ModelError(message, number="M112")
 
 
-def verify_forces(system: System, elements: Iterable[OneWay]) -> None:
-    """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks."""
+def verify_forces(system: System, elements: Iterable[OneWay], cut: Iterable[str]) -> None:
+    """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks.
+
+    `cut`: the names of the rows that stand for cut joints, which have multipliers as those of constraints have.
+    """
     known = _components(system, elements)
+    rows = {"constraint": [*_rows_of(system), *cut]}
     for written in expressions_in(system, _MAY_ASK):
         for leaf in _asked(written.node) if written.node.shadow is None else ():
-            if leaf.data[0] == "reaction":
-                with at(*written.path):
+            with at(*written.path):
+                if leaf.data[0] == "reaction":
                     _verify_component(leaf, known)
+                elif leaf.data[0] == "multiplier":
+                    _verify_arguments(leaf, rows)
 
 
 _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "friction"}
