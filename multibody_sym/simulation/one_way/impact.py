@@ -241,13 +241,15 @@ class Rhythm:
         fewer and fewer impacts that are resolved.
         """
         hits, own = list(self._hits), self._mode_before(now.time)
-        ends = [k for k, x in enumerate(hits) if now.names <= x.names and self._mode_before(x.time) == own]
+        names, modes = [x.names for x in hits], [self._mode_before(x.time) for x in hits]
+        ends = [k for k, mode in enumerate(modes) if now.names <= names[k] and mode == own]
         ends = [*ends, len(hits)][::-1]
-        within = [{(x.names, self._mode_before(x.time)) for x in hits[first:end]} for end, first in pairwise(ends)]
+        spans = [slice(first, end) for end, first in pairwise(ends)]
+        within = [_Struck({*zip(names[span], modes[span], strict=True)}, {*names[span]}) for span in spans]
         for size in range(1, min(_LONGEST, len(within) // 2) + 1):
-            taking = frozenset[str]().union(*(names for part in within[:size] for names, _ in part))
-            pairs = zip(within, within[size:], strict=False)
-            alike = size + next((k for k, each in enumerate(pairs) if not _fewer(*each)), len(within) - size)
+            taking = frozenset[str]().union(*(each for part in within[:size] for each in part.names))
+            fewer = [one.is_fewer(before) for one, before in zip(within, within[size:], strict=False)]
+            alike = size + next((k for k, each in enumerate(fewer) if not each), len(fewer))
             if alike >= 2 * size and ending <= taking <= ending | resting:
                 return [now, *(hits[k] for k in ends[size : alike + 1 : size])]
         return [now]
@@ -258,9 +260,16 @@ class Rhythm:
         return self._modes[place - 1][1] if place else None
 
 
-def _fewer(now: set[tuple[frozenset[str], object]], before: set[tuple[frozenset[str], object]]) -> bool:
-    """Return whether the same has struck as before, in the same modes or fewer of them."""
-    return now <= before and {names for names, _ in now} == {names for names, _ in before}
+@dataclass(frozen=True)
+class _Struck:
+    """What has struck in a cycle: `names`, and these by the modes in which they did."""
+
+    by_modes: set[tuple[frozenset[str], object]]
+    names: set[frozenset[str]]
+
+    def is_fewer(self, before: _Struck) -> bool:
+        """Return whether the same has struck as in a cycle before, in the same modes or fewer of them."""
+        return self.names == before.names and self.by_modes <= before.by_modes
 
 
 @dataclass
