@@ -107,8 +107,8 @@ def _with_joints(acting: _Acting) -> Mode:
     kept, idle = _pressed(acting)
     unpressed = [acting.place(x) for x in acting.elements() if x.name in idle]
     unpressed += [row for one in acting.parts(resting=True) if one.element.name in idle for row in one.rows]
-    for first in range(len(law.parts)):
-        loose = _loose(acting, kept, idle, first)
+    for always, first in product((True, False), range(len(law.parts))):
+        loose = _loose(acting, kept, idle, first, always)
         if not loose and not idle:
             break
         lines = [number for number in loose if len(law.parts[number].rows) == 1]
@@ -128,13 +128,17 @@ def _exerting(acting: _Acting, number: int, tried: bool) -> tuple[int, ...]:
     posed = acting.problem
     sense = -1 if float(acting.state.z[posed.problem.parts[number].rows[0]]) > 0.0 else 1
     unilateral = any(x.unilateral for x in posed.elements if posed.parts[number] in x.frictions)
-    return (0,) if not tried else (sense, 0, -sense) if unilateral else (0, sense, -sense)
+    if not tried or posed.problem.parts[number].enough:
+        return (0,)
+    return (sense, 0, -sense) if unilateral else (0, sense, -sense)
 
 
-def _loose(acting: _Acting, carrying: Sequence[int], idle: Sequence[str], first: int) -> dict[int, list[int]]:
+def _loose(
+    acting: _Acting, carrying: Sequence[int], idle: Sequence[str], first: int, enough: bool
+) -> dict[int, list[int]]:
     """Return the rows of parts at rest that depend on others, by the numbers of these parts, but no `idle` elements.
 
-    Friction that is always enough holds first, then the part of number `first` before the others.
+    Friction that is always `enough` holds first, if that is said, then the part of number `first` before the others.
     """
     posed, parts = acting.problem, acting.problem.problem.parts
     resting = {one.part.name for one in acting.parts(resting=True) if one.element.name not in idle}
@@ -142,7 +146,7 @@ def _loose(acting: _Acting, carrying: Sequence[int], idle: Sequence[str], first:
     kept = list(carrying)
     loose: dict[int, list[int]] = {}
     order = (*range(first, len(parts)), *range(first))
-    for number in sorted(order, key=lambda k: not parts[k].enough):
+    for number in sorted(order, key=lambda k: enough and not parts[k].enough):
         part, law = posed.parts[number], parts[number]
         sticks = law.rests and acting.state.mode.slips[number] == STICKS
         if not sticks or part.name not in resting | always:
