@@ -24,6 +24,10 @@ _DENSE: Final = 2000.0
 _ROUGHEST: Final = 3.0
 """Coefficients of friction above this are rarely meant."""
 _COEFFICIENTS: Final = ("static", "kinetic")
+_OPPOSED: Final = {
+    "stiffness": "such a spring pushes away",
+    **dict.fromkeys(("damping", "linear", "quadratic"), "such a damper drives"),
+}
 _DIAMETERS: Final = ("d", "D", "dia", "diameter")
 _ROUND: Final = ("radius", "disc", "ring", "sphere", "shell", "cylinder")
 """Keys, or the keys above the first of several sizes, under which a radius stands."""
@@ -40,6 +44,7 @@ def number_hints(system: System, known: Values) -> Iterator[Hint]:
     yield from _angles(system, known)
     yield from _degrees(system)
     yield from _coefficients(system, known)
+    yield from _driving(system, known)
     yield from _diameters(system)
     yield from _masses(system, known)
     for name, body in system.bodies.items():
@@ -158,6 +163,15 @@ def _coefficients(system: System, known: Values) -> Iterator[Hint]:
         elif value > _ROUGHEST:
             told = f"{value:g} is above coefficients of friction of dry bodies; {value:g} % is {value / 100:g}"
             yield Hint(told, *(path if parameter is None else ("parameters", written)))
+
+
+def _driving(system: System, known: Values) -> Iterator[Hint]:
+    """Yield stiffness and damping below zero: such a spring pushes away, such a damper drives."""
+    for path, node, _ in expressions(system):
+        does = _OPPOSED.get(path[-1]) if path[0] == "forces" else None
+        value = value_or_none(node, known) if does else None
+        if value is not None and value < 0.0:
+            yield Hint(f"{path[-1]} {value:g} is negative: {does}; if that is not meant, leave the minus out", *path)
 
 
 def _diameters(system: System) -> Iterator[Hint]:

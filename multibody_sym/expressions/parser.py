@@ -357,6 +357,8 @@ class _Parser:
         near = nearest(name, [*FUNCTIONS, *_CALLED], cutoff=0.7)
         guess = _MEANT.get(name.lower()) or near
         advice = f"did you mean {guess}?" if guess else f"a product is written with *: {name[:20]}*(...)"
+        if not guess and f"{name}(t)" in self.text:
+            advice = f"what changes with time is written without it: {name[:20]}"
         meant = near if guess == near else None
         return failure(self.text, token.column, f"there is no function '{name}'; {advice}", "E102", name, meant)
 
