@@ -71,16 +71,26 @@ class Linearization:
         told = f"in {', '.join(brief(self.states))}" if self.states else "without states"
         return f"<Linearization {told}{', by ' + ', '.join(brief(self.inputs)) if self.inputs else ''}>"
 
-    @cached_property
+    @property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
         """The eigenvalues of A, the least damped first, without what is rounding.
 
         Raises NoSolutionError where A is not constant: its eigenvalues say nothing about the motion then.
         """
+        return self._spectrum[0]
+
+    @property
+    def eigenvalue_errors(self) -> Floats:
+        """By how much rounding may have changed each of the eigenvalues."""
+        return self._spectrum[1]
+
+    @cached_property
+    def _spectrum(self) -> tuple[npt.NDArray[np.complex128], Floats]:
         if not self.steady:
             raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the state in which it begins", number="N111")
-        values = eigenvalues(self.A, np.zeros_like(self.A) if self.rounding is None else self.rounding)
-        return values[np.lexsort((values.imag, -values.real))]
+        values, errors = eigenvalues(self.A, np.zeros_like(self.A) if self.rounding is None else self.rounding)
+        order = np.lexsort((values.imag, -values.real))
+        return values[order], errors[order]
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `linearize --json` prints; eigenvalues are empty where A is not constant."""

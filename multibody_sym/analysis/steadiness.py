@@ -66,7 +66,7 @@ def constancy_of(flow: Flow, q: Floats, u: Floats) -> Constancy:
     path = _Path(flow, q, u, flow.tangents(q, u))
     rounding = path.rounding(q, u)
     here = without_rounding(path.A(q, u), rounding)
-    times = _Times.of(eigenvalues(here, rounding), u, path.udot)
+    times = _Times.of(eigenvalues(here, rounding)[0], u, path.udot)
     left_out = path.varying(here, rounding, times.uniform)
     if left_out is None:
         return Constancy(False, frozenset(), rounding, path.reason(here, rounding, times.uniform))

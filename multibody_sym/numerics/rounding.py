@@ -2,7 +2,8 @@
 
 A part of an eigenvalue is rounding where it is smaller than the change that the matrix's own rounding E can bring: to
 first order |y|^T |E| |x| / |y^H x| with the left and right eigenvectors y, x, which no choice of units changes, and no
-more than the square root of the rounding where two eigenvalues meet.
+more than the square root of the rounding where two eigenvalues meet. The error that is told is to first order: more
+than that square root where several meet.
 Source: G. H. Golub, C. F. Van Loan, Matrix Computations (4th ed. 2013), section 7.2.
 """
 
@@ -37,23 +38,24 @@ def least_rounding(matrix: Floats, rounding: Floats) -> Floats:
     return found
 
 
-def eigenvalues(matrix: Floats, rounding: Floats) -> npt.NDArray[np.complex128]:
-    """Return the eigenvalues of a matrix (m x m) that is known up to `rounding` (m x m, not negative).
+def eigenvalues(matrix: Floats, rounding: Floats) -> tuple[npt.NDArray[np.complex128], Floats]:
+    """Return the eigenvalues of a matrix (m x m) known up to `rounding` (m x m, not negative), and their errors.
 
     Real and imaginary parts that are rounding are zero. Raises FloatingPointError for a matrix past all bounds.
     """
     if not matrix.size:
-        return np.zeros(0, dtype=complex)
+        return np.zeros(0, dtype=complex), np.zeros(0)
     from scipy.linalg import eig  # scipy takes longer to import than most answers take
 
     balanced, scale = _balanced(without_rounding(matrix, rounding))
     noise = rounding * scale[None, :] / scale[:, None]
     size = float(np.linalg.norm(balanced, 2))
     values, left, right = eig(balanced, left=True, right=True)
-    uncertain = _uncertainties(left, right, noise + _SAFETY * EPSILON * size, size)
+    moved = _first_order(left, right, noise + _SAFETY * EPSILON * size)
+    uncertain = np.minimum(moved, np.sqrt(np.linalg.norm(noise + _SAFETY * EPSILON * size, 2) * size))
     real = np.where(np.abs(values.real) <= uncertain, 0.0, values.real)
     imaginary = np.where(np.abs(values.imag) <= uncertain, 0.0, values.imag)
-    return real + 1j * imaginary + 0.0
+    return real + 1j * imaginary + 0.0, np.minimum(moved, size)
 
 
 def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
@@ -66,10 +68,9 @@ def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
     return balanced, scale
 
 
-def _uncertainties(left: Floats, right: Floats, noise: Floats, size: float) -> Floats:
-    """Return by how much each eigenvalue may be off."""
+def _first_order(left: Floats, right: Floats, noise: Floats) -> Floats:
+    """Return by how much noise moves each eigenvalue to first order, infinity where it has no bound."""
     overlap = np.abs(np.sum(left.conj() * right, axis=0))
     moved = np.einsum("ik,ij,jk->k", np.abs(left), noise, np.abs(right))
-    most = np.sqrt(np.linalg.norm(noise, 2) * size)
-    found: Floats = np.where(moved < most * overlap, moved / np.where(overlap > 0.0, overlap, 1.0), most)
+    found: Floats = np.divide(moved, overlap, out=np.full_like(moved, np.inf), where=overlap > 0.0)
     return found

@@ -12,9 +12,11 @@ from multibody_sym.analysis.linearization import Linearization
 from multibody_sym.analysis.periodic import Multipliers
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.held_digits import held
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.writing.shifts import shifts_text
 
+_DIGITS: Final = 9
 _ROUNDING: Final = 1e-9
 _ZERO: Final = 1e-12
 """What a position that was looked for is near to zero at best."""
@@ -91,13 +93,14 @@ def _notes(found: Linearization, units: Units) -> list[str]:
 def _eigenvalues(found: Linearization, units: Units) -> list[str]:
     """Return one line for each real eigenvalue and for each pair, with frequency and damping ratio."""
     lines, size = [], units.size("1/s")
-    for x, told in zip(found.eigenvalues, found.eigenvalues / size, strict=True):
-        if x.imag == 0.0:
-            lines.append(f"{told.real:.9g}")
+    for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
+        real, imaginary = (held(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
+        if imaginary == "0":
+            lines.append(real)
         elif x.imag > 0.0:
             frequency, damping = abs(x) / (2 * math.pi), 0.0 - x.real / abs(x)
-            real = f"{told.real:.9g} " if x.real else ""
-            lines.append(f"{real}+- {told.imag:.9g} i   ({frequency:.4g} Hz, damping ratio {damping:.4g})")
+            decays = f"{real} " if x.real else ""
+            lines.append(f"{decays}+- {imaginary} i   ({frequency:.4g} Hz, damping ratio {damping:.4g})")
     return lines
 
 

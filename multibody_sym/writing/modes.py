@@ -8,9 +8,12 @@ from typing import Final
 from multibody_sym.answers.small_motions.record import Mode, Modes
 from multibody_sym.dynamics.derivation.notation import escaped
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.held_digits import held
 from multibody_sym.expressions.values import Value
 from multibody_sym.writing.documents import latex_document
 
+_DIGITS: Final = 9
+"""Digits of an eigenvalue without error."""
 _MOVES_OFF: Final = "moves off uniformly (omega = 0)"
 _ORDER: Final = "frequencies are numbered by their size at the declared parameters"
 
@@ -58,7 +61,7 @@ def _matrix(rows: Sequence[Sequence[Value]]) -> list[str]:
 
 def _short(value: Value) -> str:
     told = value.as_json()
-    return str(told["expression"]) if told["expression"] is not None else f"{value.value:.10g}"
+    return str(told["expression"]) if told["expression"] is not None else value.digits
 
 
 def _modes(found: Modes, units: Units) -> Iterator[str]:
@@ -118,8 +121,14 @@ def _stability(found: Modes) -> list[str]:
 
 
 def _eigenvalues(found: Modes) -> list[str]:
-    pairs = [x for x in found.eigenvalues if x.imag >= 0.0]
-    return [f"{x.real:.9g} +- {x.imag:.9g} i 1/s" if x.imag else f"{x.real:.9g} 1/s" for x in pairs]
+    lines = []
+    for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
+        real, imaginary = (held(part, error, _DIGITS) for part in (x.real, x.imag))
+        if imaginary == "0":
+            lines.append(f"{real} 1/s")
+        elif x.imag > 0.0:
+            lines.append(f"{real} +- {imaginary} i 1/s")
+    return lines
 
 
 def modes_document(found: Modes) -> str:

@@ -20,6 +20,8 @@ from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.writing.linearization import linearization_text
+from multibody_sym.writing.modes import modes_text
 
 NAMES = [problem.name for problem in PROBLEMS]
 SOME = [pytest.param(n, marks=[] if k % 3 == 0 else pytest.mark.long) for k, n in enumerate(NAMES)]
@@ -300,3 +302,36 @@ def test_a_mass_in_a_round_hollow_of_a_turntable_is_stable_at_any_speed(W: float
     found = mbs.modes(mbs.loads(model), parameters={"W": W})
     assert (found.stable, found.conditions) == (True, ())
     assert [x.frequency.value for x in found.modes] == pytest.approx([abs(5 - W), 5 + W], rel=1e-12)
+
+
+@pytest.mark.parametrize("k", [7.3, 2.1, 0.37])
+def test_eigenvalues_that_meet_have_the_digits_that_hold(k: float) -> None:
+    """Two critically damped oscillators, one driven by the other: -sqrt(k) is an eigenvalue four times.
+
+    A matrix in doubles has eigenvalues some 1e-4 apart there. Printed numbers are right to half their last place, and
+    those of two oscillators apart from each other, whose eigenvalues do not meet, have nine digits.
+    """
+    model = f"""
+multibody_sym: 1
+name: pair
+parameters: {{k: {k}, c: {2 * math.sqrt(k)!r}}}
+bodies: {{a: {{mass: 1}}, b: {{mass: 1}}}}
+joints:
+  A: {{type: prismatic, parent: ground, child: a, axis: x, q: x}}
+  B: {{type: prismatic, parent: ground, child: b, axis: x, q: y}}
+forces:
+  s: {{type: spring_damper, joint: A, stiffness: k, damping: c}}
+  r: {{type: spring_damper, joint: B, stiffness: k, damping: c}}
+  e: {{type: force, on: b, value: [x, 0, 0]}}
+"""
+    texts = linearization_text(mbs.linearize(mbs.loads(model))), modes_text(mbs.modes(mbs.loads(model)))
+    titles = (("eigenvalues in 1/s", "A"), ("eigenvalues, dampers included", "notes"))
+    for page, (title, after) in zip(texts, titles, strict=True):
+        told = [x.split()[0] for x in page.partition(f"{title}\n")[2].partition(f"\n{after}\n")[0].splitlines()]
+        assert len(told) == 4
+        for number in told:
+            places = len(number.partition(".")[2])
+            assert abs(float(number) + math.sqrt(k)) <= 0.5 * 10.0**-places, number
+    light = model.replace("damping: c", "damping: 0.2").replace("[x, 0, 0]", "[0, 0, 0]")
+    swings = f"-0.1 +- {math.sqrt(k - 0.01):.9g} i"
+    assert linearization_text(mbs.linearize(mbs.loads(light))).count(swings) == 2

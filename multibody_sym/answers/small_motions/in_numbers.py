@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -73,28 +73,29 @@ def modes_in_numbers(linear: Linearization, names: Sequence[str]) -> tuple[Mode,
     if not linear.steady or not len(linear.A):
         return ()
     values, vectors = np.linalg.eig(linear.A)
-    clean = [_nearest(x, linear.eigenvalues) for x in values]
+    clean = [int(np.argmin(np.abs(linear.eigenvalues - x))) for x in values]
     places = {name: k for k, name in enumerate(linear.states) if name in names}
     found = []
-    for value, vector in zip(clean, vectors.T, strict=True):
+    for k, vector in zip(clean, vectors.T, strict=True):
+        value, error = complex(linear.eigenvalues[k]), float(linear.eigenvalue_errors[k])
         if value.imag < 0.0:
             continue
         amplitudes = scaled(vector[list(places.values())])
-        found.append((value, _mode(value, dict(zip(places, amplitudes, strict=True)))))
+        found.append((value, _mode(value, error, dict(zip(places, amplitudes, strict=True)))))
     found.sort(key=lambda pair: (pair[0].imag == 0.0, pair[0].imag, -pair[0].real))
     return tuple(mode for _, mode in found)
 
 
-def _nearest(x: complex, values: Any) -> complex:
-    return complex(min(values, key=lambda y: abs(y - x)))
-
-
-def _mode(value: complex, shape: dict[str, complex]) -> Mode:
+def _mode(value: complex, error: float, shape: dict[str, complex]) -> Mode:
     parts = {name: Value(float(x.real)) for name, x in shape.items()}
     quarter = {name: Value(float(x.imag)) for name, x in shape.items()} if any(x.imag for x in shape.values()) else {}
-    rate = Value(value.real, None, "1/s")
+    rate = Value(value.real, None, "1/s", error=error)
     if value.imag == 0.0:
         motion = "free" if value.real == 0.0 else "grows" if value.real > 0.0 else "decays"
         return Mode(motion, rate=None if motion == "free" else rate, shape=parts)  # type: ignore[arg-type]
-    told = Value(value.imag, None, "rad/s"), Value(2 * math.pi / value.imag, None, "s")
+    period = 2 * math.pi / value.imag
+    told = (
+        Value(value.imag, None, "rad/s", error=error),
+        Value(period, None, "s", error=period * error / value.imag),
+    )
     return Mode("oscillates", *told, rate if value.real else None, parts, quarter)

@@ -53,7 +53,8 @@ class Modes:
     oscillate first, from the lowest frequency at the declared parameters on, then others. `characteristic`: the
     polynomial whose roots are omega^2. `stable`: None where a mode is free and the others oscillate; `conditions` under
     which motions stay small, or for `stable` False under which they do not; `period`: that of the motion from the
-    start, of any size, where it was asked for. `eigenvalues`: those of `linearize`, dampers included.
+    start, of any size, where it was asked for. `eigenvalues`: those of `linearize`, dampers included, with
+    their `eigenvalue_errors`.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Modes:
     characteristic: str = ""
     notes: tuple[str, ...] = ()
     eigenvalues: tuple[complex, ...] = ()
+    eigenvalue_errors: tuple[float, ...] = ()
     period: Value | None = None
 
     def __repr__(self) -> str:

@@ -231,6 +231,7 @@ class SmallMotion:
             characteristic="" if self.spectrum is None else polynomial_text(self.spectrum),
             notes=tuple(self._notes()),
             eigenvalues=tuple(complex(x) for x in place.linear.eigenvalues),
+            eigenvalue_errors=tuple(float(x) for x in place.linear.eigenvalue_errors),
         )
 
     def _with_shared_roots(self) -> list[Mode]:

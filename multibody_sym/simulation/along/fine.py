@@ -27,8 +27,6 @@ NEVER: Final = 1e300
 """A margin that no switching function exceeds."""
 LEAST, IN_MODES, PIECES = 1024, 64, 4
 """The fewest pieces of a whole run, of a stretch in one of many modes, and of a step: those of order 8 are long."""
-_STEPS: Final = 16
-"""The fewest steps of a stretch: places within a step are less exact than its ends."""
 MOST_PIECES: Final = 100_000
 """Of a stretch: a stiff run takes millions of steps, and as many samples would fill the memory."""
 BESIDE: Final = 1e-12
@@ -68,7 +66,7 @@ class Stretch:
     def _run(self, until: float, samples: int) -> Integration:
         """Run from the beginning until a time once more, whatever the mode's switching functions say."""
         problem = self.problem
-        whole = min(problem.lasts, LEAST_STEPS / _STEPS * (until - problem.start))
+        whole = min(problem.lasts, LEAST_STEPS / IN_MODES * (until - problem.start))
         problem = replace(problem, t0=problem.start, t_end=until, samples=samples, begun=None, whole=whole)
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 
