@@ -83,7 +83,9 @@ class Fall:
         if room < 0.0 or not (self.falling > 0.0 or self.rate < 0.0):
             return math.inf
         root = math.sqrt(room)
-        return (self.rate + root) / self.falling if self.rate > 0.0 else 2.0 * self.start / (root - self.rate)
+        if self.rate > 0.0:
+            return (self.rate + root) / self.falling
+        return 2.0 * self.start / (root - self.rate) if root > self.rate else 0.0  # it touches already
 
     def gap(self, time: float) -> float:
         """Return the gap after a time (s)."""
