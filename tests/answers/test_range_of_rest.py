@@ -409,3 +409,23 @@ def test_the_turn_that_was_looked_through_has_all_ranges_within() -> None:
     assert told == f"note: looked for through a whole turn, from {past - 2 * math.pi:.6g} rad to {past:.6g} rad"
     told = rest_text(found, chosen_units("deg")).splitlines()[-1]
     assert told.endswith(f"from {math.degrees(past) - 360:.6g} deg to {math.degrees(past):.6g} deg")
+
+
+def test_a_ladder_on_a_smooth_wall_slips_at_its_foot_alone():
+    """mu = 1/(2 tan a); what is smooth slips anyway."""
+    model = """
+multibody_sym: 1
+name: ladder
+gravity: [0, -9.81, 0]
+parameters: {L: 3, a: 1.0, mu: 0.4}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  ladder: {shape: {rod: L, mass: 10}, points: {foot: [0, 0, 0], top: [L, 0, 0]}}
+joints: {j: {type: planar, parent: ground, child: ladder, q: [x, y, th], initial: {q: [L*cos(a), 0, pi - a]}}}
+contacts:
+  foot: {between: [ladder.foot, ground.floor], static: mu}
+  top: {between: [ladder.top, ground.wall], static: 0}
+"""
+    ((low, _),) = found(model, "mu").ends
+    assert low.value == pytest.approx(1.0 / (2.0 * math.tan(1.0)), rel=1e-9)
+    assert low.gives_way == ("slips at foot",)

@@ -25,9 +25,15 @@ NOTHING: Final = "nothing holds it at other values"
 
 
 def causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> tuple[str, ...]:
-    """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart."""
-    found = list(dict.fromkeys(_causes(statics, limits, motion)))
-    return tuple(found) if found else (NOTHING,)
+    """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart.
+
+    What is smooth slips anyway: that is told where nothing else gives way.
+    """
+    parts = (part for element in statics.mechanism.one_way for part in element.frictions)
+    smooth = {part.name for part in parts if not part.rubs}
+    rough = [limit for limit in limits if limit.way != "slips" or limit.part not in smooth]
+    found = dict.fromkeys(_causes(statics, rough, motion)) or dict.fromkeys(_causes(statics, limits, motion))
+    return tuple(found) or (NOTHING,)
 
 
 def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> Iterator[str]:
