@@ -14,7 +14,7 @@ from multibody_sym.runtime.problem import Begun, Problem
 
 _PLAIN: Final = (
     *("t0", "t_end", "step", "rtol", "atol", "samples", "project", "max_steps", "contradiction", "closure"),
-    *("independent", "crosses"),
+    *("independent", "whole", "crosses"),
 )
 _ARRAYS: Final = ("q0", "u0", "parameters", "modes")
 _TUPLES: Final = ("terminal", "margins", "limiting", "moments")
