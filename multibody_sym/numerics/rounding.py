@@ -2,8 +2,8 @@
 
 A part of an eigenvalue is rounding where it is smaller than the change that the matrix's own rounding E can bring: to
 first order |y|^T |E| |x| / |y^H x| with the left and right eigenvectors y, x, which no choice of units changes, and no
-more than the square root of the rounding where two eigenvalues meet. The error that is told is to first order: more
-than that square root where several meet.
+more than the square root of the rounding where two eigenvalues meet. Errors are first-order bounds: they exceed that
+square root where several eigenvalues meet.
 Source: G. H. Golub, C. F. Van Loan, Matrix Computations (4th ed. 2013), section 7.2.
 """
 

@@ -27,7 +27,7 @@ NOTHING: Final = "nothing holds it at other values"
 def causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> tuple[str, ...]:
     """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart.
 
-    What is smooth slips anyway: that is told where nothing else gives way.
+    Smooth contacts are named where nothing else gives way.
     """
     parts = (part for element in statics.mechanism.one_way for part in element.frictions)
     smooth = {part.name for part in parts if not part.rubs}

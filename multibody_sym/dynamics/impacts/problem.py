@@ -26,7 +26,7 @@ Sequence = Literal["simultaneous", "one_by_one"]
 CLOSING: Final = 1e-9
 """The part of the largest speed up to which rows that touch do not close: speeds for rows of unit length in A."""
 ARITHMETIC: Final = 1e-5
-"""The part of the speeds up to which rows do not close that arithmetic leaves: of bodies that move together fast."""
+"""Rounding of the speeds of bodies, as a part of the speeds up to which rows do not close."""
 
 
 @dataclass(frozen=True)

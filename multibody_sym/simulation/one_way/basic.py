@@ -124,7 +124,7 @@ def _with_joints(acting: _Acting) -> Mode:
 
 
 def _exerting(acting: _Acting, number: int, tried: bool) -> tuple[int, ...]:
-    """Return what a part along one row may exert that was let loose: nothing, or its limit, if these are `tried`."""
+    """Return what a loose part along one row may exert: nothing, or its limit if it has one and these are `tried`."""
     posed = acting.problem
     sense = -1 if float(acting.state.z[posed.problem.parts[number].rows[0]]) > 0.0 else 1
     unilateral = any(x.unilateral for x in posed.elements if posed.parts[number] in x.frictions)
