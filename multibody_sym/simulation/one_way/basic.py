@@ -1,224 +1,222 @@
 """Forces that are not unique, as of a box on two corners: a basic solution, which a run follows until it ends.
 
-Rows that depend on others are let go: what touches may carry nothing, what rests may exert nothing or be at its static
-limit. Others then have unique forces, and where these leave their bounds another basic solution is taken, or the state
-is another. In space, where limits are circles, all rows are kept instead, and share what they carry (`laws.shares`).
+What the laws allow them to be is a convex set, and a basic solution one of its corners: what touches may carry nothing
+there, what rests may exert nothing or be at its static limit, and all others have unique forces. Where these leave
+their bounds another corner is taken, or the state is another. Corners are found from the forces of the state, which
+lie in the set: along what the motion does not see, to one bound after another. In space, where limits are circles, all
+rows are kept instead, and share what they carry (`laws.shares`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.judgement import fulfils
+from multibody_sym.dynamics.laws.mode_solve import active_rows, solve_mode, sticking
 from multibody_sym.dynamics.laws.problem import LawState
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled, scaled
+from multibody_sym.dynamics.laws.search import modes_of
 from multibody_sym.dynamics.laws.shares import shared
-from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
-from multibody_sym.numerics.rank import SWITCHED, least_squares, rank
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import SWITCHED, rank
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.limits import most, sliding
 
-_ALLOWED: Final = 1e-9
-"""The part of the largest force by which bounds may be missed."""
-_MOST: Final = 4
-"""Parts at rest whose limits are tried in all combinations."""
-
-
-@dataclass(frozen=True)
-class _Part:
-    """A friction part that rests or slides, the places of its rows and normals, its coefficient then, its element."""
-
-    part: FrictionPart
-    element: OneWay
-    rows: tuple[int, ...]
-    normals: tuple[int, ...]
-    limit: float
+_FLAT: Final = 1e-9
+"""The part of a way along which a bound comes nearer that is rounding."""
+_ROOM: Final = 0.01
+"""The part of the largest force from all bounds at which a corner is taken without looking for a better one."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Acting:
-    """What acts in a mode: places of constraints, of normals by element, and what rests or slides."""
+class _Bound:
+    """What forces z (m) keep, `row` z >= 0; at zero an element is `idle`, or parts or rows of it exert as `carried`."""
 
-    problem: PosedLaws
+    row: Floats
+    element: str
+    idle: bool = False
+    carried: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class _Corner:
+    """A basic solution as a mode, and how far its other forces are from their bounds, as a part of the largest."""
+
     mode: Mode
-    state: LawState
-
-    def elements(self) -> list[OneWay]:
-        return [x for x in self.problem.elements if x.unilateral and self.mode.sides.get(x.name)]
-
-    def place(self, element: OneWay) -> int:
-        return self.problem.places[element.normals[0].name]
-
-    def bilateral(self) -> list[int]:
-        return [self.problem.places[row.name] for row in self.problem.mechanism.rows]
-
-    def parts(self, *, resting: bool) -> list[_Part]:
-        laws = {part.name: law for part, law in zip(self.problem.parts, self.problem.problem.parts, strict=True)}
-        return [
-            _Part(part, x, law.rows, law.normals, law.static if resting else law.kinetic)
-            for x in self.elements()
-            for part in x.frictions
-            if (law := laws.get(part.name)) and (self.mode.slips.get(part.name, STICKS) == STICKS) == resting
-        ]
+    room: float
 
 
-def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
+def basic_mode(problem: PosedLaws, state: LawState) -> Mode | None:
     """Return the mode of a state; where its forces are not unique, with a basic solution that keeps its bounds.
 
-    In space, and without one that is found, with shares of all rows. Where reactions in joints press, friction in
-    joints is let go alone.
+    In space, and without one that is found, with shares of all rows. None where reactions in joints press, which have
+    no shares, and none is found: the state does not last.
     """
-    mode = problem.mode(state)
-    acting = _Acting(problem, mode, state)
-    resting = acting.parts(resting=True)
-    rows = acting.bilateral() + [acting.place(x) for x in acting.elements()]
-    rows += [place for one in resting for place in one.rows]
-    if problem.problem.coupling.any():
-        return _with_joints(acting)
-    if _rank(problem, rows) == len(rows):
+    forces, mode = _Forces.of(problem, state), problem.mode(state)
+    coupled = bool(problem.problem.coupling.any())
+    if not forces.idle.shape[1]:
         return mode
-    if any(len(one.rows) > 1 for one in (*resting, *acting.parts(resting=False))):
+    if not coupled and any(part.in_space for part in forces.problem.parts if forces.touches[part.number]):
         return shared(problem, mode, state)
-    kept, idle, loose = _kept(acting, resting)
-    for how in _ways(acting, loose):
-        if _fits(acting, kept, idle, loose, how):
-            return replace(mode, idle=idle, carried={one.part.name: s for one, s in zip(loose, how, strict=True)})
-    return shared(problem, mode, state)
-
-
-def _with_joints(acting: _Acting) -> Mode:
-    """Return the mode in which what rests exerts nothing, or its limit, where other rows hold it at rest as well.
-
-    Which parts hold is tried in turn: at a corner of what the laws allow all others exert their limit.
-    """
-    from multibody_sym.dynamics.laws.judgement import fulfils
-    from multibody_sym.dynamics.laws.mode_solve import solve_mode
-    from multibody_sym.dynamics.laws.scaled import Modes, scaled
-    from multibody_sym.dynamics.laws.search import modes_of
-
-    posed, law = acting.problem, acting.problem.problem
-    mu = np.array([part.static if part.rests else part.kinetic for part in law.parts])
-    problem = scaled(law)
-    begun: Modes = modes_of(problem, acting.state.mode)
-    kept, idle = _pressed(acting)
-    unpressed = [acting.place(x) for x in acting.elements() if x.name in idle]
-    unpressed += [row for one in acting.parts(resting=True) if one.element.name in idle for row in one.rows]
-    for always, first in product((True, False), range(len(law.parts))):
-        loose = _loose(acting, kept, idle, first, always)
-        if not loose and not idle:
+    best: _Corner | None = None
+    for corner in forces.corners():
+        best = corner if best is None or corner.room > best.room else best
+        if best.room > _ROOM:
             break
-        lines = [number for number in loose if len(law.parts[number].rows) == 1]
-        beside = {posed.names[row]: 0 for number in loose if number not in lines for row in loose[number]}
-        for how in product(*(_exerting(acting, number, k < _MOST) for k, number in enumerate(lines))):
-            carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
-            carrying[unpressed + [row for rows in loose.values() for row in rows]] = False
-            modes.slips[lines] = how
-            if fulfils(problem, solve_mode(problem, modes, mu, carrying)):
-                names = (posed.parts[number].name for number in lines)
-                return replace(acting.mode, idle=idle, carried=dict(zip(names, how, strict=True)) | beside)
-    return acting.mode
+    if best is not None:
+        return best.mode
+    return None if coupled else shared(problem, mode, state)
 
 
-def _exerting(acting: _Acting, number: int, tried: bool) -> tuple[int, ...]:
-    """Return what a loose part along one row may exert: nothing, or its limit if it has one and these are `tried`."""
-    posed = acting.problem
-    sense = -1 if float(acting.state.z[posed.problem.parts[number].rows[0]]) > 0.0 else 1
-    unilateral = any(x.unilateral for x in posed.elements if posed.parts[number] in x.frictions)
-    if not tried or posed.problem.parts[number].enough:
-        return (0,)
-    return (sense, 0, -sense) if unilateral else (0, sense, -sense)
+@dataclass(frozen=True, eq=False)
+class _Forces:
+    """The forces z (m) of a state in a mode, as parts of the largest, and what else they may be.
 
-
-def _loose(
-    acting: _Acting, carrying: Sequence[int], idle: Sequence[str], first: int, enough: bool
-) -> dict[int, list[int]]:
-    """Return the rows of parts at rest that depend on others, by the numbers of these parts, but no `idle` elements.
-
-    Friction that is always `enough` holds first, if that is said, then the part of number `first` before the others.
+    `idle` (m, j) are combinations of them that no equation sees, `touches` (p) which parts anything presses. Where what
+    slides rubs by such a force it moves otherwise: these are other states.
     """
-    posed, parts = acting.problem, acting.problem.problem.parts
-    resting = {one.part.name for one in acting.parts(resting=True) if one.element.name not in idle}
-    always = {part.name for x in posed.elements if not x.unilateral for part in x.frictions}
-    kept = list(carrying)
-    loose: dict[int, list[int]] = {}
-    order = (*range(first, len(parts)), *range(first))
-    for number in sorted(order, key=lambda k: enough and not parts[k].enough):
-        part, law = posed.parts[number], parts[number]
-        sticks = law.rests and acting.state.mode.slips[number] == STICKS
-        if not sticks or part.name not in resting | always:
+
+    posed: PosedLaws
+    problem: Scaled
+    state: LawState
+    modes: Modes
+    mu: Floats
+    z: Floats
+    idle: Floats
+    touches: Flags
+
+    @classmethod
+    def of(cls, posed: PosedLaws, state: LawState) -> _Forces:
+        problem = scaled(posed.problem)
+        modes = modes_of(problem, state.mode)
+        kinetic = [not part.rests or part.number in state.kinetic for part in problem.parts]
+        mu = np.array([part.kinetic if k else part.static for part, k in zip(problem.parts, kinetic, strict=True)])
+        z = state.z * problem.sizes
+        z = z / (float(np.abs(z).max(initial=0.0)) or 1.0)
+        trial = solve_mode(problem, modes, mu)
+        idle = trial.forces @ trial.idle
+        return cls(posed, problem, state, modes, mu, z, idle, problem.touching(modes.sides))
+
+    def corners(self) -> Iterator[_Corner]:
+        """Yield basic solutions that keep all bounds, first the one to which the forces are nearest."""
+        bounds = list(self._bounds())
+        rows = np.array([bound.row for bound in bounds]).reshape(len(bounds), len(self.z))
+        wishes = [self.z, rows.sum(axis=0), *rows, *-rows]
+        seen = set[tuple[int, ...]]()
+        for wish in wishes:
+            z, reached = _walked(self.z, self.idle, rows, wish)
+            if tuple(sorted(reached)) in seen:
+                continue
+            seen.add(tuple(sorted(reached)))
+            mode = self._at(z, [bounds[k] for k in reached])
+            if mode is not None:
+                left = np.delete(rows @ z, [k for k, x in enumerate(bounds) if k in reached or x.element in mode.idle])
+                yield _Corner(mode, float(left.min(initial=1.0)))
+
+    def _bounds(self) -> Iterator[_Bound]:
+        """Yield what the laws ask of forces; of what has no limit, or a circle as limit, that it may exert nothing."""
+        posed, problem = self.posed, self.problem
+        numbers = {part.name: k for k, part in enumerate(posed.parts)}
+        rests = sticking(problem, self.modes, self.mu)
+        for element in posed.elements:
+            place = posed.places[element.normals[0].name]
+            if element.unilateral and self.modes.sides[place] > 0:
+                yield _Bound(self._unit(place), element.name, idle=True)
+            for part in (problem.parts[numbers[x.name]] for x in element.frictions if x.name in numbers):
+                if not part.norm:  # beyond zero what presses has another side
+                    pressing = (k for k in part.normals if k in problem.both)
+                    yield from (_Bound(_sign(self.modes.sides[k]) * self._unit(k), element.name) for k in pressing)
+                if not rests[part.rows[0]]:
+                    continue
+                name, rows = posed.parts[part.number].name, part.rows
+                if len(rows) > 1 or part.enough:
+                    names = [name] if len(rows) == 1 else [posed.names[row] for row in rows]
+                    for own, row in zip(names, rows, strict=True):
+                        yield _Bound(_sign(self.z[row]) * self._unit(row), element.name, carried={own: 0})
+                elif not part.held:
+                    for slip in (1, -1):
+                        row = slip * self._unit(rows[0])
+                        row[part.normals] += self.mu[part.number] * self._weights(part)
+                        yield _Bound(row, element.name, carried={name: slip})
+
+    def _unit(self, place: int) -> Floats:
+        row = np.zeros(len(self.z))
+        row[place] = 1.0
+        return row
+
+    def _weights(self, part: Part) -> Floats:
+        """Return the factors of its normals' forces in what presses it; no more than its length, where that does."""
+        if part.norm:
+            return part.base * _direction(part, self.z)
+        return part.base * np.where(self.modes.sides[part.normals] < 0, -1.0, 1.0)
+
+    def _at(self, z: Floats, reached: Sequence[_Bound]) -> Mode | None:
+        """Return the mode in which forces z are at bounds, None where they are not the only ones, or beyond others."""
+        posed, problem = self.posed, self.problem
+        if any(not x.idle and not x.carried for x in reached):
+            return None
+        idle = [x.element for x in reached if x.idle]
+        carried = {name: how for x in reached if x.element not in idle for name, how in x.carried.items()}
+        carrying, modes = np.ones(problem.count, dtype=bool), self.modes.copy()
+        modes.sides[problem.both] = np.where(np.abs(z) > _FLAT, np.sign(z), 0)[problem.both]
+        for element in posed.elements:
+            if element.name in idle:
+                carrying[[posed.places[row.name] for row in element.rows if row.name in posed.places]] = False
+        for number, part in enumerate(posed.parts):
+            if part.name in carried:
+                carrying[problem.parts[number].rows] = False
+                modes.slips[number] = carried[part.name]
+        carrying[[posed.places[name] for name in carried if name in posed.places]] = False
+        restricting = active_rows(problem, self.modes, self.mu)
+        restricting[problem.defining] = False
+        if rank(problem.A[restricting & carrying], SWITCHED) < rank(problem.A[restricting], SWITCHED):
+            return None
+        if not fulfils(problem, solve_mode(problem, modes, self.mu, carrying)):
+            return None
+        law_mode = replace(self.state.mode, sides=tuple(modes.sides.tolist()))
+        return replace(posed.mode(replace(self.state, mode=law_mode)), idle=tuple(idle), carried=carried)
+
+
+def _sign(value: float) -> float:
+    return -1.0 if value < 0.0 else 1.0
+
+
+def _direction(part: Part, z: Floats) -> Floats:
+    """Return the unit vector of the force that presses a part; zeros where nothing does."""
+    loads: Floats = part.base * z[part.normals]
+    return loads / (float(np.linalg.norm(loads)) or 1.0)
+
+
+def _walked(z: Floats, idle: Floats, rows: Floats, wish: Floats) -> tuple[Floats, list[int]]:
+    """Return a corner of what rows (b, m) z >= 0 leave of z along `idle` (m, j), and the bounds that it lies at.
+
+    The way to it goes towards a wish (m) as far as it can, on along the bound that it comes to first, and so on.
+    """
+    reached: list[int] = []
+    ways = np.linalg.qr(idle)[0]
+    while ways.shape[1]:
+        wanted = ways.T @ wish
+        size = float(np.linalg.norm(wanted))
+        wanted = wanted / size if size > _FLAT * float(np.linalg.norm(wish)) else np.eye(ways.shape[1])[0]
+        along = next((each for each in (wanted, -wanted) if ((rows @ (ways @ each)) < -_FLAT).any()), None)
+        if along is None:  # nothing bounds what it changes
+            ways = ways @ _across(wanted)
             continue
-        for row in law.rows:
-            if _rank(posed, [*kept, row]) > _rank(posed, kept):
-                kept.append(row)
-            else:
-                loose.setdefault(number, []).append(row)
-    return loose
+        rates = rows @ (ways @ along)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steps = np.where(rates < -_FLAT, np.maximum(rows @ z, 0.0) / -rates, np.inf)
+        first = int(steps.argmin())
+        z = z + steps[first] * (ways @ along)
+        reached.append(first)
+        ways = ways @ _across(rows[first] @ ways)
+    return z, reached
 
 
-def _rank(problem: PosedLaws, places: Sequence[int]) -> int:
-    return rank(problem.problem.matrix[list(places)], SWITCHED) if len(places) else 0
-
-
-def _kept(acting: _Acting, resting: Sequence[_Part]) -> tuple[list[int], tuple[str, ...], list[_Part]]:
-    """Return independent rows, those of the largest forces first; elements that carry nothing; parts let loose."""
-    (kept, idle), z, loose = _pressed(acting), acting.state.z, []
-    for one in sorted(resting, key=lambda x: -most(x.limit, float(np.abs(z[list(x.normals)]).sum()))):
-        independent = _rank(acting.problem, [*kept, *one.rows]) == _rank(acting.problem, kept) + len(one.rows)
-        if independent and one.element.name not in idle:
-            kept += one.rows
-        else:
-            loose.append(one)
-    return kept, idle, loose
-
-
-def _pressed(acting: _Acting) -> tuple[list[int], tuple[str, ...]]:
-    """Return rows of joints and independent normals, those of the largest forces first; elements that carry nothing."""
-    z, kept, idle = acting.state.z, acting.bilateral(), []
-    for element in sorted(acting.elements(), key=lambda x: -z[acting.place(x)]):
-        place = acting.place(element)
-        if _rank(acting.problem, [*kept, place]) > _rank(acting.problem, kept):
-            kept.append(place)
-        else:
-            idle.append(element.name)
-    return kept, tuple(idle)
-
-
-def _ways(acting: _Acting, loose: Sequence[_Part]) -> Iterator[tuple[int, ...]]:
-    """Yield what each part that was let loose may exert: nothing, or its limit, the way in which it pulls first."""
-    choices = []
-    for k, one in enumerate(loose):
-        own = -1 if float(acting.state.z[one.rows[0]]) > 0.0 else 1
-        plain = len(one.rows) > 1 or k >= _MOST
-        choices.append((0,) if plain else (own, 0, -own))
-    yield from product(*choices)
-
-
-def _fits(
-    acting: _Acting, kept: Sequence[int], idle: Sequence[str], loose: Sequence[_Part], how: Sequence[int]
-) -> bool:
-    """Tell whether forces of the kept rows, with these of the loose ones, make the motion and keep their bounds."""
-    problem, exerted = acting.problem.problem, acting.problem.problem.exerted.copy()
-    slips = [(one, slip) for one, slip in zip(loose, how, strict=True) if one.element.name not in idle]
-    slips += [(one, acting.mode.slips[one.part.name]) for one in acting.parts(resting=False)]
-    for one, slip in slips:
-        if slip in (1, -1):
-            exerted[one.normals[0]] += sliding(one.limit, [slip])[0] * problem.exerted[one.rows[0]]
-    places = list(kept)
-    forces = least_squares(exerted[places].T, acting.state.x)
-    z = np.zeros(len(problem.laws))
-    z[places] = forces
-    allowed = _ALLOWED * float(np.abs(acting.state.z).max(initial=0.0))
-    missed = exerted[places].T @ forces - acting.state.x
-    if float(np.abs(missed).max(initial=0.0)) > _ALLOWED * max(float(np.abs(acting.state.x).max(initial=0.0)), 1e-300):
-        return False
-    if any(z[acting.place(x)] < -allowed for x in acting.elements()):
-        return False
-    bound = [one for one in acting.parts(resting=True) if one not in loose and not one.part.enough]
-    return all(
-        float(np.linalg.norm(z[list(one.rows)])) <= most(one.limit, float(z[list(one.normals)].sum())) + allowed
-        for one in bound
-    )
+def _across(vector: Floats) -> Floats:
+    """Return an orthonormal basis (j, j - 1) of what is across a vector (j)."""
+    return np.asarray(np.linalg.svd(vector[None])[2][1:].T, dtype=float)

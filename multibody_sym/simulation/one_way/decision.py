@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import partial
 from typing import Final
@@ -177,8 +177,7 @@ def decided(
     except NoSolutionError as error:
         return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
-    state = found.states[0] if found.states else None
-    mode = None if state is None else _with_hidden(basic_mode(problem, state), hidden)
+    state, mode = _lasting(problem, found, hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
     if before is not None and before.rates is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
@@ -330,7 +329,7 @@ def _instant(before: Before, facts: Facts, touching: list[str]) -> Instant:
     state = met.found.states[0] if met.found.states else None
     if state is None:
         return Instant(met.facts, [], met.problem, None)
-    sides = basic_mode(met.problem, state).sides
+    sides = (basic_mode(met.problem, state) or met.problem.mode(state)).sides
     active = [name for name in met.touching if sides.get(name, INACTIVE) != INACTIVE]
     return Instant(met.facts, active, met.problem, met.facts.udot(state.x))
 
@@ -385,6 +384,24 @@ def _found(problem: PosedLaws, previous: Mode | None) -> Found:
     return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
 
 
+def _lasting(problem: PosedLaws, found: Found, hidden: tuple[str, ...]) -> tuple[LawState | None, Mode | None]:
+    """Return the first of the states whose forces can stay as they are for some time, with its mode.
+
+    All are asked for where none of those that were found does; where none does at all, it is the first one.
+    """
+    if not found.states:
+        return None, None
+
+    def asked() -> Iterator[LawState]:
+        yield from found.states
+        yield from _found(problem, None).states
+
+    for state in asked():
+        if (mode := basic_mode(problem, state)) is not None:
+            return state, _with_hidden(mode, hidden)
+    return found.states[0], _with_hidden(problem.mode(found.states[0]), hidden)
+
+
 def _ahead(
     facts: Facts,
     touching: Collection[str],
@@ -405,9 +422,10 @@ def _ahead(
         for x in (stepped(rates_of, facts.t, now, soon), now + soon * rates):
             q, u = np.split(x, [len(facts.q)])
             there = facts.laws.at(facts.t + soon, q, u, facts.scale).posed(touching)
-            if found := _found(there, before).states:
+            found = _found(there, before)
+            if found.states:
                 break
-        following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
+        there_state, following = _lasting(there, found, hidden) if found.states else (state, mode)
         if following is None or mode is None or not following.alike(mode):
-            return (found[0] if found else state), following
+            return there_state, following
     return state, mode

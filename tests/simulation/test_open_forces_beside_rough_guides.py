@@ -1,0 +1,77 @@
+"""Forces that are not unique beside friction in guides: a run takes some that stay within their bounds as it goes on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+
+WEDGED = """
+multibody_sym: 1
+name: wedged
+gravity: [0, -9.81, 0]
+bodies:
+  ground:
+    surfaces:
+      floor: {plane: [0, 0, 0], normal: y}
+      wall: {plane: [0, 0, 0], normal: x}
+      roof: {plane: [0, 0, 0], normal: -y}
+  slider: {mass: 2.18}
+  block: {mass: 2}
+joints:
+  guide: {type: prismatic, parent: ground, child: slider, axis: x, q: s, initial: {u: 2.4}}
+  place: {type: point, parent: ground, child: block, q: [x, y]}
+forces:
+  rub: {type: friction, joint: guide, static: 0.3, kinetic: 0.18}
+  pull: {type: force, on: block, value: [10.595, -2.697, 0]}
+contacts:
+  floor: {between: [block, ground.floor], static: 0.1, kinetic: 0.06, restitution: 0}
+  wall: {between: [block, ground.wall], static: 0.3, restitution: 0.5}
+  roof: {between: [block, ground.roof], static: 0, restitution: 1}
+"""
+PUSHED = """
+multibody_sym: 1
+name: pushed
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {o: [1, 0, 0]}}
+  a: {shape: {box: [0.2, 0.2, 0.2], mass: 1.5}}
+  b: {shape: {box: [0.2, 0.2, 0.2], mass: 9}, points: {l: [-0.1, 0, 0]}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: x, q: qa, initial: {q: 0.78, u: 1}}
+  B: {type: prismatic, parent: ground.o, child: b, axis: x, q: qb}
+forces:
+  rub: {type: friction, joint: A, static: 0.3, kinetic: 0.18}
+  push: {type: force, on: a, value: [60, 0, 0]}
+contacts:
+  c: {between: [b.l, a.right], static: 0.3, restitution: 0}
+"""
+
+
+def test_a_block_that_might_be_wedged_slides_where_its_forces_would_not_last() -> None:
+    """Floor and roof could press on it as they like, and hold it by friction at its limit; it slides by mu (m g + F).
+
+    The slider beside it, whose friction made the laws ask for forces that are unique, stops after 2.4/(0.18 g) s.
+    """
+    run = mbs.simulate(mbs.loads(WEDGED), t_end=0.5, samples=51)
+    along = (10.595 - 0.06 * (2 * 9.81 + 2.697)) / 2
+    assert run["x"] == pytest.approx(0.5 * along * run.t**2, abs=1e-8)
+    assert run["s"] == pytest.approx(2.4 * run.t - 0.5 * 0.18 * 9.81 * run.t**2, abs=1e-8)
+    assert [x["element"] for x in run.events if x["kind"] == "several states"] == ["floor", "wall", "roof"]
+
+
+def test_a_contact_that_could_carry_a_guided_body_exerts_what_its_limit_allows() -> None:
+    """Its friction f, up to 0.3 of what pushes b, carries a part of the weight that presses a's guide: a is not unique.
+
+    Every answer lies between those of f = -0.3 N and of 0.3 N; the rate at which energy goes is that of its friction.
+    """
+    run = mbs.simulate(mbs.loads(PUSHED), t_end=0.5, samples=51)
+    pushed = run.t > 0.1
+    took = np.diff(run["u_qb"][pushed]) / np.diff(run.t[pushed])
+    least, most = sorted((60 - 0.18 * 1.5 * 9.81) / (10.5 + side * 0.18 * 0.3 * 9) for side in (1, -1))
+    assert (took > least - 1e-9).all()
+    assert (took < most + 1e-9).all()
+    assert took == pytest.approx(took[0], rel=1e-6)
+    assert run["u_qa"][pushed] == pytest.approx(run["u_qb"][pushed], abs=1e-9)
+    assert abs(run.energy_residual) < 1e-9
