@@ -132,7 +132,7 @@ def _bounds(position: Position, found: Least) -> tuple[RestBound, RestBound]:
 
 
 def _falling(found: Least, entry: ParameterEntry, other: ParameterEntry) -> str:
-    value, at = f"{found.end.value:.10g} {unit_of(entry)}".strip(), f"{found.at:.10g} {unit_of(other)}".strip()
+    value, at = f"{found.end.value:.6g} {unit_of(entry)}".strip(), f"{found.at:.6g} {unit_of(other)}".strip()
     return (
         f"the {found.least} {_ENDS[found.side]} has no least value over {found.vary}: it falls as far as was looked, "
         f"to {value} at {found.vary} = {at}; ask for its end at a {found.vary} of yours (vary {found.least} alone)"

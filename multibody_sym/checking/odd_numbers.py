@@ -21,6 +21,8 @@ _TURN: Final = 2.0 * math.pi
 _HEAVY: Final = 100.0
 _DENSE: Final = 2000.0
 """kg and kg/m^3: a mass without a unit that is more than both, of its model's size, may be in grams."""
+_LONG: Final = 100.0
+"""m: a length without a unit that is more, and more than the kg of the heaviest body, may be in millimetres."""
 _ROUGHEST: Final = 3.0
 """Coefficients of friction above this are rarely meant."""
 _COEFFICIENTS: Final = ("static", "kinetic")
@@ -47,6 +49,7 @@ def number_hints(system: System, known: Values) -> Iterator[Hint]:
     yield from _driving(system, known)
     yield from _diameters(system)
     yield from _masses(system, known)
+    yield from _millimetres(system, known)
     for name, body in system.bodies.items():
         yield from _inertia(name, body, known)
         yield from _beside_the_rod(name, body, known)
@@ -137,6 +140,22 @@ def _masses(system: System, known: Values) -> Iterator[Hint]:
         if size and value >= _DENSE * size * size * size:
             told = f"mass {name} = {value:g} has no unit and counts as {value:g} kg; if grams are meant: {value:g} g"
             yield Hint(told, "parameters", name)
+
+
+def _millimetres(system: System, known: Values) -> Iterator[Hint]:
+    """Yield lengths of bodies without a unit that are too long for the masses of the model."""
+    masses = [body.mass if body.shape is None else body.shape.mass for body in system.bodies.values()]
+    heaviest = max((value_or_none(x, known) or 0.0 for x in masses if isinstance(x, Node)), default=0.0)
+    lengths = dict.fromkeys(
+        x.data for path, node, unit in expressions(system) if unit == "m" and path[0] == "bodies"
+        for x in postorder([node]) if x.op == "symbol"
+    )  # fmt: skip
+    for name in lengths:
+        parameter, value = system.parameters.get(name), known.get(symbol(name), 0.0)
+        plain = parameter is not None and parameter.dimension is None and parameter.value.op == "number"
+        if plain and value >= _LONG and 0.0 < heaviest < value:
+            counts = f"length {name} = {value:g} has no unit and counts as {value:g} m"
+            yield Hint(f"{counts}; if millimetres are meant: {value:g} mm", "parameters", name)
 
 
 def _degrees(system: System) -> Iterator[Hint]:

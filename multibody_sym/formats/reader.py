@@ -149,9 +149,15 @@ def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
     path = _within(error.where.path, tree)
     place = _place(error, path, tree)
     error.where = Where(name, place.line, place.column, path)
-    if error.excerpt is None and error.where.path:
+    if error.where.path and (error.excerpt is None or _is_shown(error, path, tree)):
         error.excerpt = surroundings(tree.line(place.line), place.column)
     return error
+
+
+def _is_shown(error: MultibodyError, path: tuple[str, ...], tree: Tree) -> bool:
+    """Return whether a line of the file has the text of an expression as it is, so that a caret can be put below it."""
+    value = tree.values.get(path)
+    return isinstance(error, ExpressionError) and value is not None and value.inner is not None
 
 
 def _within(path: tuple[str, ...], tree: Tree) -> tuple[str, ...]:

@@ -46,7 +46,7 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
 
 
 def _struck(step: ImpactStep) -> str:
-    return ", ".join(f"{name} with {impulse:.10g} N*s" for name, impulse in step.impulses.items())
+    return ", ".join(f"{name} with {impulse:.6g} N*s" for name, impulse in step.impulses.items())
 
 
 def _how(found: ImpactFound) -> str:
@@ -79,7 +79,7 @@ def _centres(found: ImpactFound) -> Iterable[str]:
     for name, told in found.instantaneous_centres.items():
         if "centre" in told:
             x, y = told["centre"]
-            yield f"{name} turns about ({x:.10g}, {y:.10g}) m"
+            yield f"{name} turns about ({x:.6g}, {y:.6g}) m"
         else:
             x, y = told["direction"]
-            yield f"{name} does not turn and moves along ({x:.10g}, {y:.10g})"
+            yield f"{name} does not turn and moves along ({x:.6g}, {y:.6g})"

@@ -17,6 +17,8 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.writing.shifts import shifts_text
 
 _DIGITS: Final = 9
+_FEW: Final = 4
+"""Digits of an eigenvalue, and of its frequency and damping ratio, without error."""
 _ROUNDING: Final = 1e-9
 _ZERO: Final = 1e-12
 """What a position that was looked for is near to zero at best."""
@@ -56,9 +58,9 @@ def multipliers_text(found: Multipliers, units: Units = SI) -> str:
     lines = [f"in {', '.join(found.states)}, over one period of {period}", "multipliers"]
     for x in found.multipliers:
         if abs(x.imag) <= _ROUNDING * abs(x):
-            lines.append(f"  {x.real:.9g}")
+            lines.append(f"  {x.real:.6g}")
         elif x.imag > 0.0:
-            lines.append(f"  {x.real:.9g} +- {x.imag:.9g} i   (size {abs(x):.9g})")
+            lines.append(f"  {x.real:.6g} +- {x.imag:.6g} i   (size {abs(x):.6g})")
     return "\n".join(lines)
 
 
@@ -98,9 +100,10 @@ def _eigenvalues(found: Linearization, units: Units) -> list[str]:
         if imaginary == "0":
             lines.append(real)
         elif x.imag > 0.0:
-            frequency, damping = abs(x) / (2 * math.pi), 0.0 - x.real / abs(x)
+            frequency = held(abs(x) / (2 * math.pi), error / (2 * math.pi), _FEW)
+            damping = held(0.0 - x.real / abs(x), error / abs(x), _FEW)
             decays = f"{real} " if x.real else ""
-            lines.append(f"{decays}+- {imaginary} i   ({frequency:.4g} Hz, damping ratio {damping:.4g})")
+            lines.append(f"{decays}+- {imaginary} i   ({frequency} Hz, damping ratio {damping})")
     return lines
 
 

@@ -98,7 +98,7 @@ def _several(solution: Solution) -> list[str]:
 
 def _other(other: OtherState) -> str:
     states = ", ".join(f"{name} {word}" for name, word in other.states.items())
-    moved = ", ".join(f"{name} {value:.10g}" for name, value in other.accelerations.items())
+    moved = ", ".join(f"{name} {value:.6g}" for name, value in other.accelerations.items())
     return f"{states}: accelerations {moved}"
 
 

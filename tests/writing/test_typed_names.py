@@ -17,6 +17,7 @@ from multibody_sym.expressions.components import FORCE_NAMES
 from multibody_sym.expressions.parser import parse
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.writing.check import check_text
+from multibody_sym.writing.run_summary import run_summary
 from multibody_sym.writing.solution import solution_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -232,6 +233,47 @@ impact: {contacts: c}
     told = mbs.solve(asking(mbs.loads(model), "ask", ["friction(c)", "friction_1(c)", "friction_2(c)"])).answers
     whole, *parts = (told[f"said{k}"].value for k in range(3))
     assert whole == pytest.approx(math.hypot(*parts), rel=1e-12) == pytest.approx(0.2 * 2 * 3, rel=1e-9)
+
+
+SLIDE = """
+multibody_sym: 1
+name: slide
+gravity: [0, -9.81, 0]
+parameters: {v0: 2 m/s}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, block: {shape: {box: [0.2, 0.2, 0.2], mass: 2}}}
+joints:
+  j: {type: planar, parent: ground, child: block, q: [x, y, phi], initial: {q: [0, 0.1, 0], u: [v0, 0, 0]}}
+contacts: {c: {between: [block, ground.floor], static: 0.3, kinetic: 0.2}}
+"""
+STATE = re.compile(r"^  (\w+) +(-?[0-9.e-]+)( |$)", re.MULTILINE)
+
+
+@pytest.mark.parametrize("model", [SLIDE, CROSS])
+def test_the_state_that_a_run_ends_in_is_typed_as_the_start_of_another(model: str) -> None:
+    system = read(model)
+    run = mbs.simulate(system, t_end=0.2, samples=2, backend="python")
+    state = {name: float(x) for name, x, _ in STATE.findall(run_summary(run).partition("total energy")[0])}
+    assert len(state) == len(run.q[0]) + len(run.u[0])
+    again = mbs.simulate(system, initial=state, t_end=1e-9, samples=2, backend="python")
+    for name, x in state.items():
+        assert again[name][0] == pytest.approx(x, abs=1e-9), name
+
+
+def test_names_of_a_state_and_words_of_events_are_typed_where_a_run_stops_and_in_what_is_to_be_found() -> None:
+    """From 2 m/s the block stops after v0/(0.2 g) s and v0^2/(0.4 g) m: what a run prints of that is typed."""
+    system = read(SLIDE)
+    run = mbs.simulate(system, t_end=2.0, backend="python")
+    told = [line for line in run_summary(run).splitlines() if " s: c" in line]
+    time, event = re.fullmatch(r"  t = ([0-9.]+) s: (c.corner2 stick)", told[-1]).groups()  # type: ignore[union-attr]
+    assert float(time) == pytest.approx(2.0 / (0.2 * 9.81), rel=1e-5)
+    stopped = mbs.simulate(mbs.loads(f"{SLIDE}stop: {{rest: {event}}}\n"), t_end=2.0, backend="python")
+    assert stopped.t[-1] == pytest.approx(2.0 / (0.2 * 9.81), rel=1e-9)
+    halfway = mbs.simulate(mbs.loads(f"{SLIDE}stop: {{half: u_x < 1}}\n"), t_end=2.0, backend="python")
+    assert halfway.t[-1] == pytest.approx(1.0 / (0.2 * 9.81), rel=1e-9)
+    ask = f"way: {{value: x, when: {event}}}, v: {{find: u_x, so: way == 1, between: [1, 4]}}"
+    answers = mbs.solve(mbs.loads(SLIDE.replace("v0, 0, 0]", "2, 0, 0]") + f"ask: {{{ask}}}\n")).answers
+    assert answers["way"].value == pytest.approx(4.0 / (0.4 * 9.81), rel=1e-9)
+    assert answers["v"].value == pytest.approx(math.sqrt(0.4 * 9.81), rel=1e-9)
 
 
 def test_stops_have_a_force() -> None:

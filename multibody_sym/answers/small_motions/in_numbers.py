@@ -19,6 +19,8 @@ _AGREEMENT: Final = 1e-7
 """How near a root must come to the square of an eigenvalue, of which rounding takes more where two of them meet."""
 _REST: Final = 1e-11
 _STILL: Final = 1e-9
+_APART: Final = 100.0
+"""Times their errors, the distance from which eigenvalues are told apart."""
 
 Vector = npt.NDArray[np.complex128]
 
@@ -81,14 +83,26 @@ def modes_in_numbers(linear: Linearization, names: Sequence[str]) -> tuple[Mode,
         if value.imag < 0.0:
             continue
         amplitudes = scaled(vector[list(places.values())])
-        found.append((value, _mode(value, error, dict(zip(places, amplitudes, strict=True)))))
+        turned = _turned(linear, k) * float(np.abs(amplitudes).max(initial=0.0))
+        found.append((value, _mode(value, error, dict(zip(places, amplitudes, strict=True)), turned)))
     found.sort(key=lambda pair: (pair[0].imag == 0.0, pair[0].imag, -pair[0].real))
     return tuple(mode for _, mode in found)
 
 
-def _mode(value: complex, error: float, shape: dict[str, complex]) -> Mode:
-    parts = {name: Value(float(x.real)) for name, x in shape.items()}
-    quarter = {name: Value(float(x.imag)) for name, x in shape.items()} if any(x.imag for x in shape.values()) else {}
+def _turned(linear: Linearization, k: int) -> float:
+    """Return by how much (rad) rounding turns an eigenvector: more where others have almost its eigenvalue.
+
+    Of those that cannot be told apart every combination is a mode.
+    """
+    error, apart = float(linear.eigenvalue_errors[k]), np.abs(linear.eigenvalues - linear.eigenvalues[k])
+    others = apart[apart > _APART * error]
+    return error / float(others.min()) if others.size else 0.0
+
+
+def _mode(value: complex, error: float, shape: dict[str, complex], turned: float) -> Mode:
+    parts = {name: Value(float(x.real), error=turned) for name, x in shape.items()}
+    ahead = {name: Value(float(x.imag), error=turned) for name, x in shape.items()}
+    quarter = ahead if any(x.imag for x in shape.values()) else {}
     rate = Value(value.real, None, "1/s", error=error)
     if value.imag == 0.0:
         motion = "free" if value.real == 0.0 else "grows" if value.real > 0.0 else "decays"

@@ -346,7 +346,7 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     if missing:
         told = f"{' and '.join(f.name for f in missing)} {'are' if missing[1:] else 'is'} missing"
         means = "; ".join(f"{f.metadata['says']}{_example(f)}" for f in missing if f.metadata["says"])
-        raise ModelError(f"{told}{': ' if means else ''}{means}", number="M102")
+        raise ModelError(f"{told}{': ' if means else ''}{means}", number="M102", word=missing[0].name)
     for key, value in tree.items():
         if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
             with at(key):

@@ -19,6 +19,7 @@ _PARTS: Final = 30_000
 _MOST_READINGS: Final = 4 * MOST
 _NAME: Final = re.compile(r"[A-Za-z]\w*")
 _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
+_MISSING: Final = "M102"
 
 Path = tuple[str, ...]
 
@@ -29,7 +30,7 @@ def with_others(error: MultibodyError, content: Any, read: Callable[[Any], objec
     `error` is one of them, or carries some; `read` raises InputError for the first that it meets, with its path in the
     content.
     """
-    if not isinstance(error, InputError) or not error.where.path:
+    if not isinstance(error, InputError) or not (error.where.path or error.number == _MISSING):
         return error
     copy = _MendedCopy(content)
     readings = min(_MOST_READINGS, 1 + _PARTS // copy.size)
@@ -93,6 +94,10 @@ class _MendedCopy:
     def mend(self, error: MultibodyError) -> bool:
         """Mend the part that an error is about; return whether there was one."""
         path = self._path(error)
+        if not path and error.number == _MISSING and error.word and error.word not in self.content:
+            self.content[error.word] = _NUMBER
+            self._paths.add((error.word,))
+            return True
         if not path:
             return False
         above = _at(self.content, path[:-1])
