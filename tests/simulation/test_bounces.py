@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.dynamics.laws.assemble import Scale
+from multibody_sym.simulation.one_way.impact import Bounces
 
 G = 9.81
 
@@ -51,6 +53,18 @@ def test_a_ball_comes_to_rest_in_time(e):
 def test_a_ball_that_hardly_loses_speed_comes_to_rest_in_time(e):
     run = mbs.simulate(ball(0.5), parameters={"e": e}, t_end=1.01 * rest(e))
     assert run.events[-1]["t"] == pytest.approx(rest(e), rel=1e-8)
+
+
+def test_a_gap_that_opens_crosses_zero_by_rounding_once_a_time():
+    """It is no event that ends a mode, whether it has bounced before or not; twice at one time is for laws to tell."""
+    laws = mbs.simulate(ball(0.5), t_end=0.1, backend="python").modes.laws
+    facts = laws.at(0.3, np.array([0.0, -1e-17]), np.array([0.0, 1e-6]), Scale(1.0, 4.0))
+    (floor,) = facts.laws.unilateral
+    bounces = Bounces()
+    assert bounces.leaving(facts, floor) is facts.q
+    assert bounces.leaving(facts, floor) is None
+    below = laws.at(0.4, np.array([0.0, -1e-12]), np.array([0.0, 1e-6]), Scale(1.0, 4.0))
+    assert bounces.leaving(below, floor) == pytest.approx([0.0, 0.0], abs=1e-16)
 
 
 def test_an_elastic_ball_bounces_a_thousand_times():

@@ -285,7 +285,7 @@ class Bounces:
     def leaving(self, facts: Facts, element: OneWay) -> Floats | None:
         """Return the coordinates (nq,) from which what is only leaving goes on; None where it is not.
 
-        The gap of what has bounced may cross zero by rounding, once a time; what is beyond its face is put onto it.
+        A gap may cross zero by rounding, once a time; what is beyond its face is put onto it.
         """
         if not facts.rate(element) > 0.0:
             return None
@@ -293,8 +293,13 @@ class Bounces:
         if element.name in self.since and on:
             self._left[element.name] = facts.t
             return facts.q
-        slow = facts.rate(element) <= facts.allowed_speed(element.normals[0])
-        return None if slow or facts.standing(element) == "open" else onto_rows(facts, [element.name])
+        if facts.rate(element) <= facts.allowed_speed(element.normals[0]) or facts.standing(element) == "open":
+            return None
+        onto = onto_rows(facts, [element.name])
+        if onto is None and on:
+            self._left[element.name] = facts.t
+            return facts.q
+        return onto
 
     def flying(self, facts: Facts, closed: Collection[str]) -> set[str]:
         """Return what is not `closed` and off its face, however low it flies, but for what strikes at the same instant.
