@@ -53,3 +53,26 @@ def test_states_that_follow_each_other_without_time_are_told_as_not_found(monkey
     monkeypatch.setattr(chained.Returns, "to", lambda returns, time, mode: 21)
     with pytest.raises(mbs.RunError, match=r"no state of .* was found that lasts: 21 times the same one followed"):
         mbs.simulate(mbs.loads(STUCK), t_end=1, samples=3)
+
+
+def test_links_without_mass_that_come_into_line_are_named() -> None:
+    """Rods a and d are joined by two links of 0.5 m each: where these are stretched nothing resists their folding."""
+    model = """
+multibody_sym: 1
+name: toggle
+gravity: [0, -9.81, 0]
+bodies:
+  a: {shape: {rod: 1, mass: 1}, points: {e: [1, 0, 0]}}
+  b: {mass: 0, points: {e: [0.5, 0, 0]}}
+  c: {mass: 0, points: {e: [0.5, 0, 0]}}
+  d: {shape: {rod: 1, mass: 1}}
+joints:
+  A: {type: revolute, parent: ground, child: a, axis: z, q: qa, initial: {q: -1}}
+  B: {type: revolute, parent: a.e, child: b, axis: z, q: qb, initial: {q: -0.8}}
+  C: {type: revolute, parent: b.e, child: c, axis: z, q: qc, initial: {q: -0.1, u: 2}}
+  D: {type: revolute, parent: c.e, child: d, axis: z, q: qd, initial: {q: -0.1}}
+"""
+    words = "next to nothing resists u_qb there, which grows without bound: b and c, without mass, come into line"
+    with pytest.raises(mbs.RunError, match=words) as caught:
+        mbs.simulate(mbs.loads(model), t_end=1.0, samples=3, backend="python")
+    assert abs(caught.value.trajectory.integration.q_final[2]) < 1e-4

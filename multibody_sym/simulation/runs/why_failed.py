@@ -12,7 +12,8 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Missed, Rows
 from multibody_sym.dynamics.constraints.contradiction import Contradiction, contradiction_of
 from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
+from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.guides.touched import Fit, fits
@@ -61,6 +62,8 @@ _BESIDE: Final = (1e-5, 1e-7)
 """How far beside a speed, as a part of the largest one, accelerations are compared."""
 _KEPT: Final = 0.5
 """The part of their change that is left so near if they jump."""
+_VANISHED: Final = 1e-6
+"""The part of the inertia along a speed at the start of a run that is next to nothing."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -86,11 +89,11 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
 
 
 def _met(run: Trajectory, time: float) -> str:
-    """Return why steps become too small: points meet, angles lock, a speed has no bound; or that no cause was found."""
+    """Return why steps become too small, as where points meet or angles lock; or that no cause was found."""
     mechanism, integration = run.ready.mechanism, run.integration
     unknown = (
         "its cause was not found: "
-        "no points of a force or a rope meet, no angles lock, no speed grows without bound there"
+        "no points of a force or a rope meet, no angles lock, no inertia vanishes, no speed grows without bound there"
     )
     if integration.q_final is None or integration.u_final is None:
         return unknown
@@ -103,13 +106,39 @@ def _met(run: Trajectory, time: float) -> str:
         begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
         if now <= _MEETS * begun:
             return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
-    return _locked(last) or _grown(run, time, last) or unknown
+    return _locked(last) or _in_line(first, last) or _grown(run, time, last) or unknown
 
 
 def _locked(last: Motion) -> str | None:
     """Return that the first and the third angle of a body have one axis at the end of a run; None for nothing."""
     turned = (locked(last, place) for place in range(len(last.mechanism.bodies)))
     return next((told for told in turned if told), None)
+
+
+def _in_line(first: Motion, last: Motion) -> str | None:
+    """Return that massless bodies have come into line, so that next to nothing resists a speed; None for nothing."""
+    mechanism = last.mechanism
+    massless = [body.name for body in mechanism.bodies if body.mass.mass is ZERO and not (body.is_double or body.is_foot)]
+    if not massless:
+        return None
+    try:
+        begun, left = _resisting(first), _resisting(last)
+    except ZeroDivisionError:  # what rows alone hold
+        return None
+    place = int(np.argmin(left))
+    if left[place] > _VANISHED * begun[place]:
+        return None
+    speed, bodies = mechanism.speeds[place], " and ".join(massless)
+    return (
+        f"next to nothing resists {speed.name} there, which grows without bound: {bodies}, without mass, come into line "
+        "with what they join; give one of them a mass, or end the run before"
+    )
+
+
+def _resisting(motion: Motion) -> Floats:
+    """Return (nu) which part of the inertia along each speed is left while all speeds before it are free."""
+    pivots = [float(freedom.pivot) for of_body in tree_factors(motion).freedoms for freedom in of_body]
+    return np.array(pivots) / np.array([float(x) for x in mass_diagonal(motion)])
 
 
 def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
