@@ -1,4 +1,4 @@
-"""Forces that are not unique beside friction in guides: a run takes some that stay within their bounds as it goes on."""
+"""Forces that are not unique beside friction in guides: a run takes some that stay within their bounds."""
 
 from __future__ import annotations
 

@@ -118,7 +118,8 @@ def _locked(last: Motion) -> str | None:
 def _in_line(first: Motion, last: Motion) -> str | None:
     """Return that massless bodies have come into line, so that next to nothing resists a speed; None for nothing."""
     mechanism = last.mechanism
-    massless = [body.name for body in mechanism.bodies if body.mass.mass is ZERO and not (body.is_double or body.is_foot)]
+    declared = (body for body in mechanism.bodies if not (body.is_double or body.is_foot))
+    massless = [body.name for body in declared if body.mass.mass is ZERO]
     if not massless:
         return None
     try:
@@ -130,15 +131,15 @@ def _in_line(first: Motion, last: Motion) -> str | None:
         return None
     speed, bodies = mechanism.speeds[place], " and ".join(massless)
     return (
-        f"next to nothing resists {speed.name} there, which grows without bound: {bodies}, without mass, come into line "
-        "with what they join; give one of them a mass, or end the run before"
+        f"next to nothing resists {speed.name} there, which grows without bound: {bodies}, without mass, come into "
+        "line with what they join; give one of them a mass, or end the run before"
     )
 
 
 def _resisting(motion: Motion) -> Floats:
     """Return (nu) which part of the inertia along each speed is left while all speeds before it are free."""
     pivots = [float(freedom.pivot) for of_body in tree_factors(motion).freedoms for freedom in of_body]
-    return np.array(pivots) / np.array([float(x) for x in mass_diagonal(motion)])
+    return np.asarray(np.array(pivots) / np.array([float(x) for x in mass_diagonal(motion)]), dtype=float)
 
 
 def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
