@@ -356,7 +356,7 @@ class _Parser:
         name = token.text
         near = nearest(name, [*FUNCTIONS, *_CALLED], cutoff=0.7)
         guess = _MEANT.get(name.lower()) or near
-        advice = f"did you mean {guess}?" if guess else f"a product is written with *, as {name[:20]}*(...)"
+        advice = f"did you mean {guess}?" if guess else f"a product is written with *: {name[:20]}*(...)"
         if not guess and f"{name}(t)" in self.text:
             advice = f"what changes with time is written without it: {name[:20]}"
         meant = near if guess == near else None

@@ -106,7 +106,7 @@ ROWS = [
     ),
     (PENDULUM, "com: [0, -l, 0]", "com: [0, «-l*sin(30), 0]", "sin(30) takes 30 rad", "sin(30*pi/180)"),
     (PENDULUM, "m: 1 kg", "m: «500", "counts as 500 kg", "if grams are meant: 500 g"),
-    (PENDULUM, "l: 1 m", "l: «500", "counts as 500 m", "if millimetres are meant: 500 mm"),
+    (PENDULUM, "l: 0.5 m", "l: «500", "counts as 500 m", "if millimetres are meant: 500 mm"),
     (PENDULUM, "mass: m", "mass: «10 N", "'10 N' does not fit here", "a quantity in kg"),
     (PENDULUM, "9.81 m/s^2", "9.81 m/«s2", "'s2' is not a unit", "did you mean s^2?"),
     (PENDULUM, "m: 1 kg", "m: 1 «kgs", "'kgs' is not a unit", "did you mean kg?"),

@@ -24,7 +24,7 @@ from multibody_sym.dynamics.laws.search import modes_of
 from multibody_sym.dynamics.laws.shares import shared
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import SWITCHED, rank
+from multibody_sym.numerics.rank import SWITCHED, null_space, rank, row_space
 from multibody_sym.records import dataclass
 
 _FLAT: Final = 1e-9
@@ -103,13 +103,14 @@ class _Forces:
         return cls(posed, problem, state, modes, mu, z, idle, problem.touching(modes.sides))
 
     def corners(self) -> Iterator[_Corner]:
-        """Yield basic solutions that keep all bounds, first the one to which the forces are nearest."""
+        """Yield basic solutions that keep all bounds, first one that is near the least forces."""
         bounds = list(self._bounds())
         rows = np.array([bound.row for bound in bounds]).reshape(len(bounds), len(self.z))
-        wishes = [self.z, rows.sum(axis=0), *rows, *-rows]
+        ways = row_space(self.idle.T, SWITCHED).T
+        least = _least(self.z, ways, rows)
         seen = set[tuple[int, ...]]()
-        for wish in wishes:
-            z, reached = _walked(self.z, self.idle, rows, wish)
+        for wish in (None, rows.sum(axis=0), *rows, *-rows):
+            z, reached = _walked(least, ways, rows, wish)
             if tuple(sorted(reached)) in seen:
                 continue
             seen.add(tuple(sorted(reached)))
@@ -192,31 +193,52 @@ def _direction(part: Part, z: Floats) -> Floats:
     return loads / (float(np.linalg.norm(loads)) or 1.0)
 
 
-def _walked(z: Floats, idle: Floats, rows: Floats, wish: Floats) -> tuple[Floats, list[int]]:
-    """Return a corner of what rows (b, m) z >= 0 leave of z along `idle` (m, j), and the bounds that it lies at.
+def _walked(z: Floats, ways: Floats, rows: Floats, wish: Floats | None) -> tuple[Floats, list[int]]:
+    """Return a corner of what rows (b, m) z >= 0 leave of z along `ways` (m, j), and the bounds that it lies at.
 
-    The way to it goes towards a wish (m) as far as it can, on along the bound that it comes to first, and so on.
+    The way to it goes towards a wish (m) as far as it can, or else to the nearest bound, on along that, and so on.
     """
     reached: list[int] = []
-    ways = np.linalg.qr(idle)[0]
     while ways.shape[1]:
-        wanted = ways.T @ wish
-        size = float(np.linalg.norm(wanted))
-        wanted = wanted / size if size > _FLAT * float(np.linalg.norm(wish)) else np.eye(ways.shape[1])[0]
+        wanted = _towards(ways, wish) if wish is not None else _nearest(z, ways, rows)
         along = next((each for each in (wanted, -wanted) if ((rows @ (ways @ each)) < -_FLAT).any()), None)
         if along is None:  # nothing bounds what it changes
-            ways = ways @ _across(wanted)
+            ways = ways @ null_space(wanted[None], SWITCHED)
             continue
-        rates = rows @ (ways @ along)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            steps = np.where(rates < -_FLAT, np.maximum(rows @ z, 0.0) / -rates, np.inf)
+        steps = _steps(z, ways @ along, rows)
         first = int(steps.argmin())
         z = z + steps[first] * (ways @ along)
         reached.append(first)
-        ways = ways @ _across(rows[first] @ ways)
+        ways = ways @ null_space((rows[first] @ ways)[None], SWITCHED)
     return z, reached
 
 
-def _across(vector: Floats) -> Floats:
-    """Return an orthonormal basis (j, j - 1) of what is across a vector (j)."""
-    return np.asarray(np.linalg.svd(vector[None])[2][1:].T, dtype=float)
+def _least(z: Floats, ways: Floats, rows: Floats) -> Floats:
+    """Return the least forces that differ from z along ways, or what is on the way there as bounds end it."""
+    along = -ways @ (ways.T @ z)
+    return np.asarray(z + min(1.0, float(_steps(z, along, rows).min(initial=1.0))) * along, dtype=float)
+
+
+def _towards(ways: Floats, wish: Floats) -> Floats:
+    """Return the direction (j) along ways that is nearest to a wish; the first one where they are across it."""
+    wanted: Floats = ways.T @ wish
+    size = float(np.linalg.norm(wanted))
+    return wanted / size if size > _FLAT * float(np.linalg.norm(wish)) else np.eye(len(wanted))[0]
+
+
+def _nearest(z: Floats, ways: Floats, rows: Floats) -> Floats:
+    """Return the direction (j) along ways to the bound that is nearest to z; the first one where there is none."""
+    along = rows @ ways
+    sizes: Floats = np.linalg.norm(along, axis=1)
+    if not (sizes > _FLAT).any():
+        return np.asarray(np.eye(ways.shape[1])[0], dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        nearest = int(np.where(sizes > _FLAT, np.maximum(rows @ z, 0.0) / sizes, np.inf).argmin())
+    return np.asarray(-along[nearest] / sizes[nearest], dtype=float)
+
+
+def _steps(z: Floats, along: Floats, rows: Floats) -> Floats:
+    """Return (b) how far along a way each bound is; infinite where it does not come nearer."""
+    rates = rows @ along
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(rates < -_FLAT, np.maximum(rows @ z, 0.0) / -rates, np.inf), dtype=float)
