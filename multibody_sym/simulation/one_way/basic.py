@@ -57,9 +57,10 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode | None:
     In space, and without one that is found, with shares of all rows. None where reactions in joints press, which have
     no shares, and none is found: the state does not last.
     """
-    forces, mode = _Forces.of(problem, state), problem.mode(state)
+    mode = problem.mode(state)
     coupled = bool(problem.problem.coupling.any())
-    if not forces.idle.shape[1]:
+    forces = _Forces.of(problem, state)
+    if forces is None:
         return mode
     if not coupled and any(part.in_space for part in forces.problem.parts if forces.touches[part.number]):
         return shared(problem, mode, state)
@@ -91,16 +92,21 @@ class _Forces:
     touches: Flags
 
     @classmethod
-    def of(cls, posed: PosedLaws, state: LawState) -> _Forces:
+    def of(cls, posed: PosedLaws, state: LawState) -> _Forces | None:
+        """Return the forces of a state; None where they are the only ones."""
         problem = scaled(posed.problem)
         modes = modes_of(problem, state.mode)
         kinetic = [not part.rests or part.number in state.kinetic for part in problem.parts]
         mu = np.array([part.kinetic if k else part.static for part, k in zip(problem.parts, kinetic, strict=True)])
         z = state.z * problem.sizes
         z = z / (float(np.abs(z).max(initial=0.0)) or 1.0)
+        restricting = _restricting(problem, modes, mu)
+        if rank(problem.A[restricting], SWITCHED) == restricting.sum():
+            return None
         trial = solve_mode(problem, modes, mu)
         idle = trial.forces @ trial.idle
-        return cls(posed, problem, state, modes, mu, z, idle, problem.touching(modes.sides))
+        touches = problem.touching(modes.sides)
+        return cls(posed, problem, state, modes, mu, z, idle, touches) if idle.shape[1] else None
 
     def corners(self) -> Iterator[_Corner]:
         """Yield basic solutions that keep all bounds, first one that is near the least forces."""
@@ -173,14 +179,20 @@ class _Forces:
                 carrying[problem.parts[number].rows] = False
                 modes.slips[number] = carried[part.name]
         carrying[[posed.places[name] for name in carried if name in posed.places]] = False
-        restricting = active_rows(problem, self.modes, self.mu)
-        restricting[problem.defining] = False
+        restricting = _restricting(problem, self.modes, self.mu)
         if rank(problem.A[restricting & carrying], SWITCHED) < rank(problem.A[restricting], SWITCHED):
             return None
         if not fulfils(problem, solve_mode(problem, modes, self.mu, carrying)):
             return None
         law_mode = replace(self.state.mode, sides=tuple(modes.sides.tolist()))
         return replace(posed.mode(replace(self.state, mode=law_mode)), idle=tuple(idle), carried=carried)
+
+
+def _restricting(problem: Scaled, modes: Modes, mu: Floats) -> Flags:
+    """Return (m) which rows restrict motion in a mode."""
+    active = active_rows(problem, modes, mu)
+    active[problem.defining] = False
+    return active
 
 
 def _sign(value: float) -> float:
