@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 import multibody_sym as mbs
 
@@ -135,3 +136,46 @@ def test_a_crate_spun_about_the_vertical_stops_after_it_has_turned_as_far_as_fri
     assert 2 * math.atan2(spun.q[-1, 6], spun.q[-1, 3]) == pytest.approx(9 / (2 * slower), rel=1e-7)
     after = spun.t > 3 / slower
     assert float(np.abs(spun.q[after] - spun.q[-1]).max()) == 0.0
+
+
+SPINNING = """
+multibody_sym: 1
+name: spinning_box
+gravity: [0, 0, -9.81]
+bodies:
+  ground:
+    surfaces: {floor: {plane: [0, 0, 0], normal: [-sin(0.5), 0, cos(0.5)]}}
+    frames: {slope: {rotate: [{axis: y, angle: -0.5}]}}
+  box: {shape: {box: [0.365, 0.413, 0.724], mass: 7.73}}
+contacts: {c: {between: [box, ground.floor], static: 1.5, restitution: 1}}
+joints:
+  j: {type: free, parent: ground.slope, child: box, initial: {q: [0, 0, 0.362, 1, 0, 0, 0], u: [0, 0, 0, 0, 0, 1.127]}}
+forces: {push: {type: force, on: box, value: [88.2676*sin(2.669*t), 0, 0]}}
+"""
+
+
+def test_a_box_that_slips_on_four_corners_tips_when_two_of_them_can_carry_all() -> None:
+    """The shares of its corners have no room left there; the run ended with friction that jams.
+
+    Two forces N with friction 1.5 N against slip then balance the load along the normal and both moments about the
+    centre: three equations, which other forces of the four corners do not solve.
+    """
+    system = mbs.loads(SPINNING)
+    run = mbs.simulate(system, t_end=0.00722, samples=2)
+    tipped = next(x for x in run.events if x["kind"] == "open")
+    assert tipped["t"] == pytest.approx(0.007197, abs=1e-5)
+    assert abs(run.energy_residual) < 1e-9
+    last = mbs.simulate(system, t_end=tipped["t"] - 3e-7, samples=2).final
+    (x, y), spin = (last["speeds"][f"u_j_{k}"] for k in "xy"), last["speeds"]["j_wz"]
+    turned = 2.0 * math.atan2(last["coordinates"]["j_qz"], last["coordinates"]["j_qw"])
+    columns = []
+    for a, b in ((-0.1825, -0.2065), (-0.1825, 0.2065), (0.1825, -0.2065), (0.1825, 0.2065)):
+        cos, sin = math.cos(turned), math.sin(turned)
+        at = np.array([a * cos - b * sin, a * sin + b * cos, -0.362])
+        slip = np.array([x - spin * at[1], y + spin * at[0], 0.0])
+        force = np.array([0.0, 0.0, 1.0]) - 1.5 * slip / np.linalg.norm(slip)
+        columns.append([1.0, *np.cross(at, force)[:2]])
+    load = 7.73 * 9.81 * math.cos(0.5) + 88.2676 * math.sin(2.669 * tipped["t"]) * math.sin(0.5)
+    forces, missed = nnls(np.array(columns).T, np.array([load, 0.0, 0.0]))
+    assert missed < 1e-9 * load
+    assert sorted(forces > 1e-3 * load) == [False, False, True, True]

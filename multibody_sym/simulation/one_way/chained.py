@@ -232,7 +232,8 @@ class OneWayRun:
         facts = self._seen(t, switch.x)
         jam = jam_of(now, facts)
         if jam is None and jams(now, t, switch.x):
-            return RunFailure(Status.SINGULAR, t, None)
+            tipped = self._tipped(facts)
+            return RunFailure(Status.SINGULAR, t, None) if tipped is None else self._later(tipped, switch)
         if jam is None and problem.crosses:
             return None
         if jam is None:
@@ -246,8 +247,25 @@ class OneWayRun:
                 f"what it presses (Painleve's paradox), and behind that {found.why_none}"
             )
             return RunFailure(Status.NO_MODE, t, None)
+        return self._later(found, switch)
+
+    def _later(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
+        """Return the run in the mode that was found at an instant beyond a switch, but before the next sample."""
         following = self.template.times()[switch.begun.written :][:1]
-        return self._followed(found, replace(switch, begun=replace(switch.begun, time=min(jam.facts.t, *following))))
+        return self._followed(found, replace(switch, begun=replace(switch.begun, time=min(found.facts.t, *following))))
+
+    def _tipped(self, facts: Facts) -> Decided | None:
+        """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
+        now = self.stretches[-1]
+        if now.mode.shares is None:
+            return None
+        x = np.concatenate([facts.q, facts.u])
+        for soon in (part * facts.scale.time for part in SOON):
+            q, u = np.split(stepped(now.problem.rates, facts.t, x, soon), [len(facts.q)])
+            found = self._decided_beyond(self.laws.at(facts.t + soon, q, u, facts.scale))
+            if found.mode is not None and not found.mode.alike(now.mode):
+                return found if found.blow is not None else replace(found, facts=facts)
+        return None
 
     def _followed(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that was found at a switch, or the stop that it meets."""
