@@ -160,9 +160,10 @@ def _least_violation(conditions: Conditions) -> tuple[float, Floats, Floats]:
     upper = np.vstack([scaled[:count], -scaled])
     bounds = np.concatenate([right[:count], -right])
     least, below = np.r_[np.zeros(n), 1.0], (np.hstack([upper, -np.ones((len(upper), 1))]), bounds)
-    for method in ("highs-ds", "highs-ipm"):  # the simplex method ends without an answer once in thousands of programs
+    # the simplex method ends without an answer once in thousands of programs; what has the bound 0 is called unbounded
+    for method, options in (("highs-ds", _EXACT), ("highs-ipm", _EXACT), ("highs-ds", None)):
         found = linear_program(
-            least, [(None, None)] * n + [(0.0, None)], below=below, method=method, options=_EXACT
+            least, [(None, None)] * n + [(0.0, None)], below=below, method=method, options=options
         )
         if found.status == 0:
             break

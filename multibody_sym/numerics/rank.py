@@ -164,8 +164,10 @@ def idle(matrix: Floats, count: int) -> Floats:
 def last_share(matrix: Floats, count: int) -> tuple[Floats, float]:
     """Return (s) the share of each row in the direction that counts least among `count` that do, and how much it does.
 
-    A singular value: 1 for rows of unit length across each other, 0 for dependent ones.
+    A singular value: 1 for rows of unit length across each other, 0 for dependent ones. None counts where rows vanish.
     """
+    if not count:
+        return np.zeros(len(matrix)), 1.0
     shares, sizes, _ = np.linalg.svd(matrix)
     return np.asarray(np.abs(shares[:, count - 1]), dtype=float), float(sizes[count - 1])
 

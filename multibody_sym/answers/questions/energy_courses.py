@@ -128,9 +128,9 @@ class _Curve:
 
     @cached_property
     def places(self) -> dict[Node, Node]:
-        """The other coordinates as formulas of the variable, as far as one row alone gives each."""
+        """The other coordinates as formulas of the variable, as far as one row alone gives each: of those with phi."""
         found: dict[Node, Node] = {}
-        waiting = [as_node(row.phi) for row in row_motions(self.there.instant.motion)]
+        waiting = [as_node(row.phi) for row in row_motions(self.there.instant.motion) if row.phi is not None]
         while waiting:
             count = len(waiting)
             for zero in list(waiting):

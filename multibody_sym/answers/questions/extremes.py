@@ -79,6 +79,7 @@ def _first(
     a state count where they differ by no more than `rounding`.
     """
     best = sorted(likely, key=lambda each: -each[1])[:_EXACTLY]
+    best.append(max(likely, key=lambda each: (each[1], each[0])))  # a sample behind changes that are worth as much
     found = {time: value(time) for time, _ in best}
     largest = max(found.values())
     within = max((x for time, x in found.items() if time not in changes), default=-np.inf)

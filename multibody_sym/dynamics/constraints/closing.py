@@ -326,16 +326,22 @@ def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Fl
 
 
 def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
-    """Return q with what these speeds move where the rows are missed least, looked for from all around."""
+    """Return q with what these speeds move where the rows are missed least, looked for from all around.
+
+    Where a joint is turned over its angles are missed as little as where it is not: that is taken for want of others.
+    """
     rng, count = np.random.default_rng(_SEED), len(rows.mechanism.speeds)
-    found, least = q, math.inf
+    found, least = q, (True, math.inf)
     for number in range(_RESTARTS):
         change = np.zeros(count)
         change[list(unknown)] = (number > 0) * rng.uniform(-math.pi, math.pi, len(unknown))
         near = least_missed(rows, moved(rows.mechanism, q, change), unknown)
         here = None if near is None else rows.at(near)
-        if near is not None and here is not None and float(here[0] @ here[0]) < least:
-            found, least = near, float(here[0] @ here[0])
+        if near is None or here is None:
+            continue
+        missed = _turned_over(rows, near), float(here[0] @ here[0])
+        if missed < least:
+            found, least = near, missed
     return found
 
 

@@ -32,7 +32,7 @@ from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
 from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, stops_at_turns, struck
 from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
-from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
+from multibody_sym.simulation.one_way.facts import Facts, Laws, larger, rubs
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.jams import jam_of, jams
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
@@ -230,8 +230,9 @@ class OneWayRun:
         """
         now, t = self.stretches[-1], switch.begun.time
         facts = self._seen(t, switch.x)
-        jam = jam_of(now, facts)
-        if jam is None and jams(now, t, switch.x):
+        rough = rubs(facts, now.program.entered)
+        jam = jam_of(now, facts) if rough else None
+        if rough and jam is None and jams(now, t, switch.x):
             tipped = self._tipped(facts)
             return RunFailure(Status.SINGULAR, t, None) if tipped is None else self._later(tipped, switch)
         if jam is None and problem.crosses:

@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, Numbered, RowNumbers, Scale
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
@@ -198,3 +200,11 @@ def larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
     """Return a run's size and speed, with the largest of the speeds now."""
     fastest = np.abs(u) * (slides + (1.0 - slides) * scale.length)
     return replace(scale, speed=max(scale.speed, float(fastest.max(initial=0.0))))
+
+
+def rubs(facts: Facts, entered: Mechanism) -> bool:
+    """Return whether anything slides with friction at an instant in a mode that is `entered`: coefficients may be 0."""
+    sliding = [each for row in entered.rows if isinstance(row, SlidingRow) for each in row.frictions]
+    along = {row.name for each in sliding for row in each.rows}
+    parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
+    return any(max(facts.coefficients(part)) > 0.0 for part in parts if along & {row.name for row in part.rows})

@@ -79,6 +79,8 @@ def jams(now: Stretch, t: float, x: Floats) -> bool:
     q, u = np.split(x, [len(now.problem.q0)])
     state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters)
     generic = mechanism.parameters.independent_rows(parameters)
+    if not generic:  # what rows would hold is held anyway
+        return False
     *_, left = now.problem.pushed(t, x)
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
 

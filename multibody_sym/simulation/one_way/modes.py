@@ -18,14 +18,13 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
-from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.rank import ROUNDED, rank
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, rounded_up
+from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, rounded_up, rubs
 from multibody_sym.simulation.one_way.held import held_speeds
 from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals
 
@@ -193,7 +192,7 @@ class Modes:
             modes=program.numbers(mode),
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
-            crosses=not any(isinstance(row, SlidingRow) for row in entered.rows),  # friction may jam there
+            crosses=not rubs(at, entered),  # friction may jam there
             terminal=own + (True,) * count,
             margins=tuple(
                 0.0 if one is None else _margin(one, mode, at, decided.largest) for one in program.switchings
