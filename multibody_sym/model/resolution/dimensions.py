@@ -6,12 +6,13 @@ their joints and the time is in s; elsewhere a number may be in any unit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at
-from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.expressions.components import COMPONENTS
+from multibody_sym.expressions.quantities import QUANTITIES, component_kind
 from multibody_sym.expressions.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, measured
 from multibody_sym.model.declaration.constraints import Coupler, Gear, PrescribedMotion
 from multibody_sym.model.declaration.curves.curve import PARAMETER
@@ -27,6 +28,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.traversal import leaves
 
+_RATES: Final = {"'": 1, "''": 2}
 _OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LENGTH}
 """The dimensions of the names that a potential has of its own."""
 
@@ -83,9 +85,16 @@ class Dimensions:
         if function == PARAMETER:
             return Measured(dimension_of_unit(arguments[1]), numbered=True)  # the x of `x^2/2` may have a factor 1/m
         if function in QUANTITIES:
-            return given_in(QUANTITIES[function].dimension)
+            return given_in(QUANTITIES[function].dimension) or self._of_asked(function, arguments)
         own = _OWN.get(function) if self._gives_units else None
         return None if own is None else Measured(own)
+
+    def _of_asked(self, function: str, arguments: Sequence[str]) -> Measured | None:
+        """Return what is known of a quantity whose dimension depends on what is asked: of reactions and rates."""
+        if function == "reaction" and arguments[1] in COMPONENTS:
+            return given_in(dimension_of_unit(component_kind(arguments[1]).unit))
+        moving = self._of_name(arguments[0]) if function in _RATES else None
+        return None if moving is None else moving.times(Measured(TIME), -_RATES[function])
 
     def _of_name(self, name: str) -> Measured | None:
         """Return what is known of a name; one that is an expression of others has the dimension of that."""
