@@ -179,6 +179,24 @@ def test_an_error_says_which_word_is_wrong_and_what_is_meant(
     assert (error.word, error.meant, error.where.line, error.where.column) == (word, meant, 5, column)
 
 
+def test_a_part_that_is_left_out_hides_no_mistake_that_names_ground() -> None:
+    """The joint of a body that is not there goes, with all that it names but bodies: these stay what they are."""
+    model = """
+multibody_sym: 1
+gravity: [0, -9.81, 0]
+bodies: {a: {mass: 1}}
+joints:
+  A: {type: point, parent: ground, child: a, q: [x, y]}
+  B: {type: point, parent: ground, child: cc, q: [z, w]}
+contacts: {c: {between: [a, ground.floor], static: -0.3}}
+"""
+    with pytest.raises(InputError) as caught:
+        loads(model)
+    told = [str(each) for each in (caught.value, *caught.value.others)]
+    words = ("name is missing", "no body is called 'cc'", "'ground.floor' is no surface", "-0.3 is negative")
+    assert all(word in line for word, line in zip(words, told, strict=True)), told
+
+
 def test_many_are_told_in_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "many.yaml"
     path.write_text(FOUR + "outputs:\n" + "".join(f"  o{k}: 2*unknown{k}\n" for k in range(30)))

@@ -20,6 +20,7 @@ _MOST_READINGS: Final = 4 * MOST
 _NAME: Final = re.compile(r"[A-Za-z]\w*")
 _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
 _MISSING: Final = "M102"
+_GROUND: Final = "ground"
 
 Path = tuple[str, ...]
 
@@ -139,7 +140,9 @@ class _MendedCopy:
             path = path[:-1]
         if path:
             gone = _at(self.content, path[:-1]).pop(path[-1])
-            self._words.update((path[-1], *_words_in(gone)))
+            bodies = self.content.get("bodies")
+            there = bodies if isinstance(bodies, dict) else {}
+            self._words.update({path[-1], *_words_in(gone)} - {_GROUND, *there})
             self._unjoined |= path[0] in ("joints", "bodies", "repeat")
 
 
