@@ -20,7 +20,7 @@ _AGREEMENT: Final = 1e-7
 _REST: Final = 1e-11
 _STILL: Final = 1e-9
 _APART: Final = 100.0
-"""Times their errors, the distance from which eigenvalues are told apart."""
+"""Eigenvalues at least this many errors apart count as different."""
 
 Vector = npt.NDArray[np.complex128]
 

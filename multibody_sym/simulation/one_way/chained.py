@@ -252,8 +252,9 @@ class OneWayRun:
 
     def _later(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that was found at an instant beyond a switch, but before the next sample."""
-        following = self.template.times()[switch.begun.written :][:1]
-        return self._followed(found, replace(switch, begun=replace(switch.begun, time=min(found.facts.t, *following))))
+        at, following = found.facts.t, self.template.times()[switch.begun.written :][:1]
+        at = at if found.blow is None else found.blow.t  # facts may be those of a later limit of impacts
+        return self._followed(found, replace(switch, begun=replace(switch.begun, time=min(at, *following))))
 
     def _tipped(self, facts: Facts) -> Decided | None:
         """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
