@@ -130,7 +130,7 @@ ask:
         (["a: {of: ball, after: 1 s, along: [0, 0, 0]}"], "direction"),
         (["a: {max: y, until: c sticks}"], "'c' is no contact"),
         (["a: {of: bal, at: y < 0}"], "did you mean ball"),
-        (["a: {find: q, so: b == 2}", "b: {max: y}"], "'q' is no parameter, coordinate or speed"),
+        (["a: {find: q, so: b == 2}", "b: {max: y}"], "no parameter, coordinate or speed is called 'q'"),
         (["a: {find: v, so: b}", "b: {max: y}"], "expected an equation such as least == 0, got 'b'"),
         (["one: {find: v, so: one == 2}"], "the answer names itself"),
         (["a: {find: v, so: two == 2}", "two: {find: a, so: b == 3}", "b: {max: y}"], "find one value after the other"),

@@ -214,3 +214,33 @@ def test_misspelt_examples_have_the_mistakes_that_were_put_in(count: int) -> Non
     for path in EXAMPLES[count::4]:
         text, put = mistaken(path.read_text(), count, rng)
         assert mistakes_of(text, str(path)) == put, path
+
+
+QUESTIONS = """\
+multibody_sym: 1
+name: questions
+parameters: {m: 1 kg}
+bodies:
+  A: {mass: m}
+joints:
+  x: {type: prismatic, parent: ground, child: A, axis: [1, 0, 0], q: x}
+ask:
+  a: x'' + q
+  b: {of: A, at: {z: 3}}
+  c: {find: mm, so: a == 0}
+  d: {period_of: u_x}
+  e: {max: x, until: rope slackens}
+  f: {of: B, after: 2 s}
+  g: {formula: xx}
+  h: i + 1
+  i: h*2
+"""
+
+
+def test_names_in_questions_are_told_with_the_others(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "m.yaml").write_text(QUESTIONS)
+    assert main(["check", str(tmp_path / "m.yaml")]) == 2
+    told = capsys.readouterr().err
+    places = ["a: 'q'", "b.at: ", "c.find: ", "d.period_of: ", "e.until: ", "f.of: ", "g.formula: ", "h: the answers"]
+    assert [f"ask.{place}" in told for place in places] == [True] * len(places)
+    assert told.count("error: ") == len(places)

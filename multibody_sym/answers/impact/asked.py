@@ -10,8 +10,7 @@ from typing import Any, Final
 from multibody_sym.answers.impact.resting import ImpactInstant, length, row_impulses
 from multibody_sym.answers.instant import Solved, with_outputs_put_in
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
-from multibody_sym.errors import ModelError, at
-from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.errors import at
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.one_way import exerted_by
 from multibody_sym.model.mechanism.units import MechanismUnits
@@ -21,20 +20,15 @@ from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import S
 
 _IMPULSES: Final = ("reaction", "tension", "multiplier")
-_RATES: Final = ("acceleration", "angular_acceleration", "power")
 
 
 def answered_after(solved: Solved) -> dict[str, Value]:
-    """Return the answers to all questions of a system. Raises ModelError for what an instant cannot tell."""
+    """Return the answers to all questions of a system."""
     found: dict[str, Value] = {}
     solved = with_outputs_put_in(solved)
     for name, question in solved.system.ask.items():
         with at("ask", name):
-            if question.value is None or question.when is not None or question.after is not None:
-                raise ModelError(
-                    "an impact is told at its instant; ask for an expression just after it, or simulate what follows",
-                    number="M121",
-                )
+            assert question.value is not None
             found[name] = _answer(solved, question.value)
     return found
 
@@ -58,12 +52,6 @@ def _impulse(instant: ImpactInstant, along: list[list[str]]) -> S:
 def _answer(solved: Solved, node: Node) -> Value:
     in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
     asked = leaves(in_slots, "quantity")
-    modes = [leaf for leaf in asked if QUANTITIES[leaf.data[0]].of_mode]
-    if modes:
-        raise ModelError(f"{modes[0]} is one of small oscillations; ask it without `impact`", number="M110")
-    rates = [leaf.data[0] for leaf in asked if leaf.data[0] in _RATES]
-    if rates:
-        raise ModelError(f"{rates[0]}(..) has no value in an impact, in which speeds jump", number="M121")
     impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
     others = [leaf for leaf in asked if leaf not in impulses]
 

@@ -5,11 +5,9 @@ Where all accelerations are constant along the motion these are closed forms, ot
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from functools import cached_property
-from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.in_letters.told import is_lettered, told
@@ -20,21 +18,20 @@ from multibody_sym.answers.questions.courses import formula_of_period, held_unti
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.later_forms import LaterForms
-from multibody_sym.answers.questions.naming import in_order, named_by, with_answers
+from multibody_sym.answers.questions.naming import with_answers
 from multibody_sym.answers.questions.shortest_courses import shortest_course
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.answers.small_motions.asked import AskedModes, modes_named
+from multibody_sym.dynamics.start.examined import verify_asked
 from multibody_sym.errors import ExpressionError, ModelError, NoSolutionError, at
 from multibody_sym.expressions.values import Value
-from multibody_sym.model.declaration.fields import fields_of
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.states import Moment, StateCondition
+from multibody_sym.model.declaration.states import Moment
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mass import OWN_POINTS
-from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
+from multibody_sym.model.resolution.questions import in_order, named_by
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
@@ -61,7 +58,7 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
                 remarks.append(f"{name}: it hangs on an answer that has no value")
                 continue
             question, closed = named
-            _verify(solved, question)
+            verify_asked(question, solved.sample)
             reasons.begin()
             try:
                 found = motion.asked(name, question, answers)
@@ -106,55 +103,6 @@ class _Reasons:
         """Put all reasons back."""
         self.shared.update(self.before)
         self.shared.update({f"{', '.join(names)}: {reason}": None for reason, names in self.names.items()})
-
-
-def _moments(question: Ask) -> Iterator[tuple[str, Moment]]:
-    """Yield the moments that a question names, by their keys."""
-    for key in ("when", "at", "until"):
-        moment = getattr(question, key)
-        if moment is not None:
-            yield key, moment
-
-
-def _verify(solved: Solved, question: Ask) -> None:
-    for key, moment in _moments(question):
-        with at(key):
-            _verify_moment(solved, moment)
-    own = [f"{name}.{point}" for name in solved.system.bodies for point in OWN_POINTS]
-    if question.of is not None and question.of not in (*solved.mechanism.markers, *own):
-        with at("of"):
-            raise ModelError(
-                f"no body is called {question.of!r}", number="M106", word=question.of, known=solved.mechanism.markers
-            )
-    if question.after is not None and not solved.number(question.after) >= 0.0:
-        with at("after"):
-            raise ModelError("the time is negative", number="M109")
-
-
-def _verify_moment(solved: Solved, moment: Moment) -> None:
-    if isinstance(moment, StateCondition):
-        moment.verify(possible_words(solved.mechanism.one_way))
-    elif isinstance(moment, Mapping):
-        quaternions = {k for body in solved.mechanism.bodies for places in body.quaternions for k in places}
-        names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
-        for coordinate in moment:
-            if coordinate not in names:
-                key = _key_meant(coordinate)
-                told = f"no coordinate is called {coordinate!r}{key}"
-                raise ModelError(told, number="M106", word=coordinate, known=() if key else names)
-
-
-_MEANT: Final = {"maximum": "max", "largest": "max", "minimum": "min", "least": "min", "period": "period_of"}
-"""Words that are no keys of questions, and the keys for what they say."""
-
-
-def _key_meant(word: str) -> str:
-    """Return the key of a question that a word, which is no coordinate, may stand for."""
-    keys = list(fields_of(Ask))
-    if word == "t":
-        return "; a time stands under after: 2 s, and the start needs no moment"
-    meant = _MEANT.get(word) or next(iter(get_close_matches(word, keys, n=1)), None)
-    return f"; of what questions begin with, did you mean {meant}?" if meant else ""
 
 
 @dataclass(frozen=True)
@@ -257,11 +205,6 @@ class _Motion:
 
     def _formula(self, name: str, coordinate: str) -> Value:
         mechanism = self.solved.mechanism
-        names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
-        if coordinate not in names:
-            with at("formula"):
-                what = f"no coordinate or speed is called {coordinate!r}"
-                raise ModelError(what, number="M106", word=coordinate, known=names)
         unit = self._unit_of(symbol(coordinate))
         found = self.courses.of(symbol(coordinate))
         if self.simulated.failure is not None:

@@ -16,7 +16,7 @@ from multibody_sym.answers.in_letters.start import free_name
 from multibody_sym.answers.instant import AGREEMENT, Solved
 from multibody_sym.answers.questions.finding import UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
-from multibody_sym.answers.questions.naming import in_order, named_by, put_in, with_answers
+from multibody_sym.answers.questions.naming import put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
 from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at
@@ -30,6 +30,7 @@ from multibody_sym.model.declaration.values import dimension_of_unit
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.dimensions import Dimensions
+from multibody_sym.model.resolution.questions import in_order, named_by
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
@@ -140,12 +141,6 @@ class Search:
         starts = dict(zip(self._start_names, (*self.solved.begin.q, *self.solved.begin.u), strict=True))
         if self.name in starts:
             return float(starts[self.name])
-        if self.name not in self.solved.system.parameters:
-            known = (*self.solved.system.parameters, *starts)
-            with at("find"):
-                raise ModelError(
-                    f"{self.name!r} is no parameter, coordinate or speed", number="M106", word=self.name, known=known
-                )
         return self.solved.number(symbol(self.name))
 
     @property
@@ -203,9 +198,6 @@ class Search:
         return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.6g}"]
 
     def _verify(self) -> None:
-        if any(question.find is not None for question in self._posed.ask.values()):
-            with at("so"):
-                raise ModelError("it hangs on what is found itself; find one value after the other", number="M112")
         with at("so"):
             self._verify_units()
 

@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.answers.questions.extremes import extreme
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.amplitude import NoPeriodError, period_of
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import at
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
@@ -138,11 +138,7 @@ class InNumbers:
 
     def _direction(self, along: tuple[Node, ...]) -> list[float]:
         vector = np.array([self.motion.number(x) for x in along])
-        length = float(np.linalg.norm(vector))
-        if length == 0.0:
-            with at("along"):
-                raise ModelError("the direction has no length", number="M112")
-        return list((vector / length).tolist())
+        return list((vector / np.linalg.norm(vector)).tolist())
 
 
 def _told(moment: Moment) -> str:

@@ -4,39 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.system import expressions, with_expressions
+from multibody_sym.model.declaration.system import with_expressions
+from multibody_sym.model.resolution.questions import named_by
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, real, symbol
-from multibody_sym.scalars.traversal import leaves
-
-
-def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]:
-    """Return the names of questions so that those come first which others name; `taken` are symbols of the model.
-
-    Raises ModelError where questions name each other in a circle.
-    """
-    needed = {name: named_by(question, questions, taken) for name, question in questions.items()}
-    ordered: list[str] = []
-    while len(ordered) < len(questions):
-        ready = [name for name in questions if name not in ordered and needed[name].issubset(ordered)]
-        if not ready:
-            circle = [name for name in questions if name not in ordered]
-            with at("ask", circle[0]):
-                what = (
-                    f"the answers of {', '.join(circle)} name each other" if circle[1:] else "the answer names itself"
-                )
-                raise ModelError(f"{what}: none of them comes first", number="M110")
-        ordered += ready
-    return ordered
-
-
-def named_by(question: Ask, questions: Mapping[str, Ask], taken: Collection[Node]) -> set[str]:
-    """Return the names of answers that the expressions of a question name."""
-    named = leaves([written.node for written in expressions(question)], "symbol")
-    return {str(leaf.data) for leaf in named if leaf not in taken and leaf.data in questions}
 
 
 def with_answers(

@@ -20,6 +20,7 @@ from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, v
 from multibody_sym.errors import ExpressionError, InputError, ModelError, Where, at
 from multibody_sym.model.declaration.file_tree import system_from_tree, tree_from_system
 from multibody_sym.model.declaration.mistakes import with_others
+from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.system import System, Written, expressions
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.parameters import Source
@@ -50,6 +51,9 @@ def examined(system: System) -> Mechanism:
         values, t_end = _start(base), end_of_run(system, base, parameters)
         verify_motions(system, values, t_end)
         verify_mass_laws(system, values, t_end)
+        for name, question in system.ask.items():
+            with at("ask", name):
+                verify_asked(question, values)
     return resolved
 
 
@@ -67,6 +71,17 @@ def end_of_run(system: System, base: Mechanism, parameters: Sequence[float]) -> 
     """Return t_end as declared, by values of the parameters (np); 0 where it is no time, which a run tells."""
     found = value_or_none(system.simulation.t_end, _parameters(base, parameters))
     return found if found is not None and 0.0 < found < math.inf else 0.0
+
+
+def verify_asked(question: Ask, known: Values) -> None:
+    """Raise ModelError where a question is about a negative time, or along a direction without length."""
+    after = None if question.after is None else value_or_none(question.after, known)
+    if after is not None and not after >= 0.0:
+        with at("after"):
+            raise ModelError("the time is negative", number="M109")
+    if question.along is not None and all(value_or_none(x, known) == 0.0 for x in question.along):
+        with at("along"):
+            raise ModelError("the direction has no length", number="M112")
 
 
 def verify_bodies(mechanism: Mechanism, parameters: Sequence[float]) -> None:

@@ -38,6 +38,7 @@ from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
 from multibody_sym.model.resolution.one_way.elements import one_way_elements, slackening
 from multibody_sym.model.resolution.potentials.own_names import with_own_names
+from multibody_sym.model.resolution.questions import verify_questions
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.rows import cut_joints, declared_rows
 from multibody_sym.model.resolution.spanning_tree import (
@@ -67,6 +68,7 @@ def mechanism(system: System) -> Mechanism:
     verify_system(system)
     system = with_feet(system)
     relative = with_withheld(_resolved(system), system)
+    verify_questions(system, relative)
     if system.simulation.coordinates == "relative":
         return relative
     freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
