@@ -81,7 +81,9 @@ def turned(K: Floats, mu: float, v: Floats, at: Normal, goal: Goal) -> Turned:
         if y[LOG] < STOPPED or not turns(K, mu, slip.way.along(tau)):
             return slip.told(y, slip.way.along(tau), ended=False)
     raise NoSolutionError(
-        "slip in space turns without end in an impact: a mass or a moment of inertia is nearly zero", number="N108"
+        f"the end of slip that turns in space was not found in {MOST} parts of its way: a mass or a moment of inertia "
+        "may be nearly zero",
+        number="N108",
     )
 
 
@@ -127,16 +129,28 @@ class _Direction:
     def _far(self) -> float:
         return abs(self.last - self.first)
 
-    def at(self, tau: Floats) -> tuple[Floats, Floats]:
-        """Return e (2, n), and ds/dtau = -(phi* - phi)/phi', which has a limit at phi*."""
-        left = self._far * np.exp(-tau)
-        x, z = -self.sense * left, np.exp(1j * self.last)
+    def at(self, tau: float, ahead: Floats) -> tuple[Floats, Floats]:
+        """Return e (2, n) at tau + ahead, and ds/dtau = -(phi* - phi)/phi', which has a limit at phi*.
+
+        phi' is a difference from phi*, and its change from tau on where that is the smaller one: each is rounded by its
+        own size, so that slip that leaves a direction in which it would stay is smooth.
+        """
+        begun, left = self._far * np.exp(-tau), self._far * np.exp(-(tau + ahead))
+        gone = -begun * np.expm1(-ahead)
+        pace = self._change(self.last, -self.sense * left)
+        first = self._change(self.last, np.array(-self.sense * begun))
+        near = first + self._change(self.last - self.sense * begun, self.sense * gone)
+        x = self.last - self.sense * left
+        return np.array([np.cos(x), np.sin(x)]), left / (self.sense * np.where(gone < left, near, pace))
+
+    def _change(self, phi: float, x: Floats) -> Floats:
+        """Return phi' at phi + x minus that at phi."""
+        z = np.exp(1j * phi)
         once, twice = (-2.0 * np.sin(k * x / 2.0) ** 2 + 1j * np.sin(k * x) for k in (1.0, 2.0))  # exp(i k x) - 1
-        pace = (self.p * z * once + self.q * z * z * twice).real
-        return np.array([np.cos(self.last + x), np.sin(self.last + x)]), left / (self.sense * pace)
+        return np.asarray((self.p * z * once + self.q * z * z * twice).real)
 
     def along(self, tau: float) -> Floats:
-        return self.at(np.array([tau]))[0][:, 0]
+        return self.at(tau, np.zeros(1))[0][:, 0]
 
 
 @dataclass(frozen=True)
@@ -172,7 +186,7 @@ class _Slip:
     def panel(self, tau: float, width: float, y: Floats) -> _Panel | None:
         """Return a panel from where y (7) is; None where polynomials do not reach over it."""
         nodes, _, integral, coefficients = _rules()
-        e, pace = self.way.at(tau + width * (nodes + 1.0) / 2.0)
+        e, pace = self.way.at(tau, width * (nodes + 1.0) / 2.0)
         a = self.K[1:, :1] - self.mu * (self.K[1:, 1:] @ e)
         half = width / 2.0
         growing = (e * a).sum(axis=0) * pace
@@ -199,11 +213,11 @@ class _Slip:
         low, high = float(nodes[node - 1]), float(nodes[node])
         here = high
         for _ in range(PASSES):
-            there, tau = panel.inside(here), panel.tau + panel.width * (here + 1.0) / 2.0
+            there, ahead = panel.inside(here), panel.width * (here + 1.0) / 2.0
             at = self.normal(there)
             missing = self.goal.missing(at)
             low, high = (here, high) if missing > 0.0 else (low, here)
-            e, pace = self.way.at(np.array([tau]))
+            e, pace = self.way.at(panel.tau, np.array([ahead]))
             fast = float(np.exp(there[LOG]) * pace[0]) / self.mass * panel.width / 2.0  # dp/dx
             rate = float(self.K[0, 0] - self.mu * (self.K[0, 1:] @ e[:, 0])) * self.mass * self.speed
             slope = fast * self.goal.slope(at, rate)

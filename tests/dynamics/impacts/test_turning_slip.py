@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from multibody_sym.dynamics.impacts.in_space import Turned, turned, turns
 from multibody_sym.dynamics.impacts.restitution import COMPRESSED, Goal, Normal
@@ -51,3 +52,28 @@ def test_an_end_at_once_is_as_exact() -> None:
     y = stepped(K, mu, v, Normal(-1e-5), way)
     assert way.ended
     assert abs(y[0]) < 1e-16
+
+
+@pytest.mark.parametrize("power", range(1, 14))
+def test_slip_that_leaves_a_direction_in_which_it_would_stay_is_as_exact(power: int) -> None:
+    """Beside such a direction it turns by next to nothing, until it is far from it."""
+    K, mu = np.array([[1.03, 0.284, 0.165], [0.284, 0.501, -0.263], [0.165, -0.263, 0.673]]), 0.42
+
+    def across(phi: float) -> float:
+        """Return how fast slip along phi turns away."""
+        e = np.array([np.cos(phi), np.sin(phi)])
+        a = K[1:, 0] - mu * (K[1:, 1:] @ e)
+        return float(e[0] * a[1] - e[1] * a[0])
+
+    stays = float(brentq(across, -3.5, -2.0, xtol=1e-16))
+    for beside in (10.0**-power, -(10.0**-power)):
+        phi = stays + beside
+        assert across(phi) * beside > 0.0
+        for closing in (-2.4, -20.0):
+            v = np.array([np.cos(phi), np.sin(phi)])
+            way = turned(K, mu, v, Normal(closing), COMPRESSED)
+            if not way.velocity.any():
+                assert K[1:, 0] * way.at.p + K[1:, 1:] @ way.impulse == pytest.approx(-v, abs=1e-12)
+                continue
+            y = stepped(K, mu, v, Normal(closing), way)
+            assert [way.at.v, *way.velocity] == pytest.approx(y[:3], abs=1e-11 * abs(closing))
