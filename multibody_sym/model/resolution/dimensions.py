@@ -23,11 +23,14 @@ from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.system import System, Written
 from multibody_sym.model.declaration.tables import Table, input_dimensions
 from multibody_sym.model.declaration.values import dimension_of_unit
+from multibody_sym.model.mechanism.one_way import PRESSING
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.traversal import leaves
 
+_ALONG: Final = {"m": dimension_of_unit("N"), "rad": dimension_of_unit("N*m")}
+"""What acts along a coordinate, by the coordinate's unit."""
 _RATES: Final = {"'": 1, "''": 2}
 _OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LENGTH}
 """The dimensions of the names that a potential has of its own."""
@@ -91,8 +94,13 @@ class Dimensions:
 
     def _of_asked(self, function: str, arguments: Sequence[str]) -> Measured | None:
         """Return what is known of a quantity whose dimension depends on what is asked: of reactions and rates."""
-        if function == "reaction" and arguments[1] in COMPONENTS:
-            return given_in(dimension_of_unit(component_kind(arguments[1]).unit))
+        if function == "reaction":
+            element, component = arguments
+            owner = element.partition(".")[0]
+            if component in COMPONENTS or owner in self.system.contacts:
+                return given_in(dimension_of_unit(component_kind(component).unit))
+            if component == PRESSING["stop"]:
+                return given_in(_ALONG.get(self._units_of_motion.get(self._only_coordinate(owner), "")))
         moving = self._of_name(arguments[0]) if function in _RATES else None
         return None if moving is None else moving.times(Measured(TIME), -_RATES[function])
 

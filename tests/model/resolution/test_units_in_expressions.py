@@ -94,3 +94,33 @@ def test_motion_has_no_units_in_a_model_without_units() -> None:
     for unit in (" kg*m^2", " kg", " N/m", " N*s/m", " m", " rad/s", " s"):
         text = text.replace(f"2{unit}", "2").replace(f"1{unit}", "1").replace(f"3{unit}", "3").replace(f"5{unit}", "5")
     mbs.mechanism(mbs.loads(text))
+
+
+TOUCHING = """
+multibody_sym: 1
+name: touching
+parameters: {m: 1 kg, J: 1 kg*m^2, l: 1 m, mu: 0.3}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  b: {mass: m}
+  d: {mass: m, inertia: {Izz: J}}
+joints:
+  A: {type: prismatic, parent: ground, child: b, axis: y, q: y, limits: {lower: 0 m}}
+  B: {type: revolute, parent: ground, child: d, axis: z, q: theta, limits: {upper: 1 rad}}
+contacts: {c: {between: [b, ground.floor], static: mu, kinetic: mu}}
+outputs: {o: %s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("normal(c) + m", "normal(c) + fx(A)"),
+        ("friction(c) - l", "friction(c) - mu*normal(c)"),
+        ("force(A.lower) + force(B.upper)", "force(A.lower)*l + force(B.upper)"),
+    ],
+)
+def test_what_touches_and_stops_exert_has_units(wrong: str, right: str) -> None:
+    mbs.mechanism(mbs.loads(TOUCHING % right))
+    with pytest.raises(mbs.MultibodyError, match="a sum of"):
+        mbs.mechanism(mbs.loads(TOUCHING % wrong))
