@@ -30,6 +30,7 @@ outputs:
   braked: "impulse(air, ball, x)"
   momentum: "momentum(ball, x)"
   power: power(air)
+  turning: "angular_momentum(ball, ground.origin, z)"
 simulation: {t_end: 2 s, rtol: 1e-12, method: dormand_prince_8, samples: 21}
 """
 SLIDE = """
@@ -54,6 +55,11 @@ def loaded(text: str, tmp_path: Path) -> mbs.System:
 @pytest.fixture(scope="module")
 def fall(tmp_path_factory: pytest.TempPathFactory) -> mbs.Trajectory:
     return mbs.simulate(loaded(FALL, tmp_path_factory.mktemp("fall")), backend="python")
+
+
+def test_the_origin_of_ground_is_a_point_about_which_things_turn(fall: mbs.Trajectory) -> None:
+    x, y, u_x, u_y = (fall[name] for name in ("x", "y", "u_x", "u_y"))
+    np.testing.assert_allclose(fall["turning"], 2.0 * (x * u_y - y * u_x), rtol=1e-12, atol=1e-12)
 
 
 def test_work_and_impulses_against_closed_forms(fall: mbs.Trajectory) -> None:

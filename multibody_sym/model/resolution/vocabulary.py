@@ -255,9 +255,8 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
 
 def _of_theorems(system: System) -> dict[str, list[str]]:
     """Return what momenta, energies, powers and impulses may be asked of."""
-    bodies = list(system.bodies)
-    points = [f"{name}.{p}" for name, b in system.bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS)]
-    ground = {GROUND: BARE, **system.bodies}[GROUND]
+    bodies, placed = list(system.bodies), {GROUND: BARE, **system.bodies}
+    points = [f"{name}.{p}" for name, b in placed.items() for p in (*b.points, *b.frames, *OWN_POINTS)]
     varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
     declared = (system.forces, system.constraints, system.contacts, system.joints, varying)
     freedoms = [
@@ -265,7 +264,7 @@ def _of_theorems(system: System) -> dict[str, list[str]]:
     ]
     return {
         "whole": [SYSTEM, *bodies],
-        "about": [OWN_CENTRE, GROUND, *bodies, *points, *(f"{GROUND}.{p}" for p in (*ground.points, *ground.frames))],
+        "about": [OWN_CENTRE, *placed, *points],
         "store": [SYSTEM, *bodies, *system.forces],
         "exerting": [WEIGHT, *(name for section in declared for name in section)],
         "freedom": freedoms,
