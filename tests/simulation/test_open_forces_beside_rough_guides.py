@@ -48,6 +48,21 @@ contacts:
   c: {between: [b.l, a.right], static: 0.3, restitution: 0}
 """
 
+HELD_TWICE = """
+multibody_sym: 1
+name: held_twice
+gravity: [0, -9.81, 0]
+parameters: {{a: {angle}}}
+bodies:
+  bar: {{mass: 2, com: {centre}, inertia: {{Ixx: 0.01, Iyy: 0.1, Izz: 0.1}}, points: {{e: [1, 0, 0]}}}}
+  ground: {{points: {{w: [cos(a), sin(a), 0]}}}}
+joints:
+  pin: {{type: revolute, parent: ground, child: bar, initial: {{q: [a]}}}}
+  far: {{type: spherical, parent: ground.w, child: bar.e, cut: true}}
+forces: {{rub: {{type: friction, joint: pin, static: 0.1, radius: 0.02}}}}
+outputs: {{carried: fx(far)*cos(a + pi/2) + fy(far)*sin(a + pi/2)}}
+"""
+
 
 def test_a_block_that_might_be_wedged_slides_where_its_forces_would_not_last() -> None:
     """Floor and roof could press on it as they like, and hold it by friction at its limit; it slides by mu (m g + F).
@@ -75,3 +90,14 @@ def test_a_contact_that_could_carry_a_guided_body_exerts_what_its_limit_allows()
     assert took == pytest.approx(took[0], rel=1e-6)
     assert run["u_qa"][pushed] == pytest.approx(run["u_qb"][pushed], abs=1e-9)
     assert abs(run.energy_residual) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("angle", "centre"), [(-1.181, [0.18, 0.012, 0]), (-1.318, [0.388, 0.302, 0]), (0.7, [0.3, 0, 0])]
+)
+def test_a_bar_that_is_held_at_both_ends_rests_without_friction(angle: float, centre: list[float]) -> None:
+    """Any friction within its limit balances it, with some force at the far end along the bar and across it."""
+    run = mbs.simulate(mbs.loads(HELD_TWICE.format(angle=angle, centre=centre)), t_end=0.1, samples=3)
+    assert (run["pin"] == angle).all()
+    lever = centre[0] * np.cos(angle) - centre[1] * np.sin(angle)
+    assert run["carried"] == pytest.approx(2 * 9.81 * lever, rel=1e-12)

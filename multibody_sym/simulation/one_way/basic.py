@@ -126,7 +126,7 @@ class _Forces:
                 yield _Corner(mode, float(left.min(initial=1.0)))
 
     def _bounds(self) -> Iterator[_Bound]:
-        """Yield what the laws ask of forces; of what has no limit, or a circle as limit, that it may exert nothing."""
+        """Yield what the laws ask of forces; of what has no limit, or a cone or circle, that it may exert nothing."""
         posed, problem = self.posed, self.problem
         numbers = {part.name: k for k, part in enumerate(posed.parts)}
         rests = sticking(problem, self.modes, self.mu)
@@ -141,7 +141,7 @@ class _Forces:
                 if not rests[part.rows[0]]:
                     continue
                 name, rows = posed.parts[part.number].name, part.rows
-                if len(rows) > 1 or part.enough:
+                if len(rows) > 1 or part.enough or part.norm:
                     names = [name] if len(rows) == 1 else [posed.names[row] for row in rows]
                     for own, row in zip(names, rows, strict=True):
                         yield _Bound(_sign(self.z[row]) * self._unit(row), element.name, carried={own: 0})
@@ -157,9 +157,7 @@ class _Forces:
         return row
 
     def _weights(self, part: Part) -> Floats:
-        """Return the factors of its normals' forces in what presses it; no more than its length, where that does."""
-        if part.norm:
-            return part.base * _direction(part, self.z)
+        """Return the factors of its normals' forces in what presses it."""
         return part.base * np.where(self.modes.sides[part.normals] < 0, -1.0, 1.0)
 
     def _at(self, z: Floats, reached: Sequence[_Bound]) -> Mode | None:
@@ -197,12 +195,6 @@ def _restricting(problem: Scaled, modes: Modes, mu: Floats) -> Flags:
 
 def _sign(value: float) -> float:
     return -1.0 if value < 0.0 else 1.0
-
-
-def _direction(part: Part, z: Floats) -> Floats:
-    """Return the unit vector of the force that presses a part; zeros where nothing does."""
-    loads: Floats = part.base * z[part.normals]
-    return loads / (float(np.linalg.norm(loads)) or 1.0)
 
 
 def _walked(z: Floats, ways: Floats, rows: Floats, wish: Floats | None) -> tuple[Floats, list[int]]:
