@@ -152,10 +152,21 @@ class Printer:
         return "\n".join([*patterns, *parts, head, *body, "}"])
 
     def _cut(self) -> None:
+        if self.pieces:
+            self._hand_out()
         self.piece = _Piece()
         self.pieces.append(self.piece)
         self.names = _Names(self._fetch)
         self.places = dict(self.given)
+
+    def _hand_out(self) -> None:
+        """Copy what fills arrays of this piece to outputs: pieces behind it would be handed it element by element."""
+        for name, output in zip(self.outputs, self.function.program.outputs, strict=True):
+            for start, end in runs(output.values, self.places):
+                source = self.places.get(output.values[start])
+                if end - start >= SHORTEST_RUN and source and source[0] not in self.inputs:
+                    self._copy(name, start, end - start, source)
+                    self.written |= {(name, k) for k in range(start, end)}
 
     def _fetch(self, node: Node) -> str:
         """Return the text of a constant, an input, or a value of an earlier piece: passed on in the work space."""

@@ -326,3 +326,31 @@ def test_outputs_that_stand_elsewhere_are_written_by_loops(tmp_path: Path) -> No
             assert np.array_equal(found, wanted)
             assert np.array_equal(np.signbit(found), np.signbit(wanted))
     assert lengths[0] == lengths[1]
+
+
+def called_before_much(count: int) -> Program:
+    """Return a Program that hands on what another one fills an array with, and computes in several pieces behind it."""
+    trace = Trace("whole", [Array("x", (count,))])
+    doubled = Trace("doubled", [Array("x", (count,))])
+    called = doubled.finish({"all": ((count,), [2 * doubled["x"][min(k, 3)] for k in range(count)])})
+    (found,) = trace.call(called, [trace["x"]])
+    long = found[0]
+    for k in range(1500):
+        long = sin(long + 0.001 * k) if k % 3 else long * found[k % 3]
+    return trace.finish({"first": ((count,), found), "long": ((), [long])})
+
+
+def test_what_calls_fill_is_handed_on_whole(tmp_path: Path) -> None:
+    """Pieces of a long function were handed each element, which took a compiler half a minute for 100 contacts."""
+    lengths = []
+    for count in (100, 300):
+        program = called_before_much(count)
+        sources = c_source({"whole": program})
+        inside = sources["model.c"].partition("__2(")[2]
+        assert inside, "the function has pieces"
+        lengths.append(inside.count(";"))
+        given = np.random.default_rng(3).normal(size=count)
+        found = Library(sources, tmp_path / str(count)).run("whole", program, [given])
+        for mine, wanted in zip(found, interpret(program, given), strict=True):
+            assert np.array_equal(mine, wanted)
+    assert lengths[0] == lengths[1]
