@@ -179,3 +179,58 @@ def test_what_never_slips_holds_where_other_friction_is_smooth():
     """It rests on the ramp; a regularised coefficient of zero let it slide down without friction."""
     run = mbs.simulate(mbs.loads(SMOOTH))
     np.testing.assert_array_equal(run.q, 0.0)
+
+
+LEANS = """\
+multibody_sym: 1
+name: leans
+parameters: {a: 2.2186}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  rod: {mass: 5, com: [0.15, 0, 0], inertia: {Izz: 0.0375}, points: {foot: [0, 0, 0], top: [0.3, 0, 0]}}
+  bead: {mass: 8, inertia: {Izz: 0.01}}
+joints:
+  J: {type: planar, parent: ground, child: rod, q: [x, y, phi], initial: {q: [-0.3*cos(a), 0, a]}}
+  guide:
+    type: prismatic
+    parent: rod
+    child: bead
+    axis: x
+    q: s
+    initial: {q: 0.1, u: -0.9}
+    limits: {lower: 0.1, restitution: 0.5}
+contacts:
+  foot: {between: [rod.foot, ground.floor], static: 0, restitution: 0}
+  top: {between: [rod.top, ground.wall], static: enough, restitution: 0}
+"""
+
+
+def test_what_would_have_to_pull_to_hold_in_an_impact_slips_as_with_a_large_coefficient():
+    """By Poisson: impulses on foot and bead, and friction alone at the top, which needs no pressure in the limit."""
+    a = 2.2186
+    c, s = math.cos(a), math.sin(a)
+    to_com, to_bead = (np.array([[1.0, 0.0, -r * s, 0.0], [0.0, 1.0, r * c, 0.0]]) for r in (0.15, 0.1))
+    to_bead[:, 3] = c, s
+    mass = 5 * to_com.T @ to_com + 8 * to_bead.T @ to_bead + np.diag([0.0, 0.0, 0.0475, 0.0])
+    before, stop = np.array([0.0, 0.0, 0.0, -0.9]), np.array([0.0, 0.0, 0.0, 1.0])
+    foot, top, along = (np.array(x) for x in ([0, 1.0, 0, 0], [1, 0, -0.3 * s, 0], [0, 1, 0.3 * c, 0]))
+
+    def struck(exerted, still, known):
+        """Return speeds and impulses such that rows `still` have no speed."""
+        n = len(exerted)
+        matrix = np.block([[mass, -np.transpose(exerted)], [np.array(still), np.zeros((n, n))]])
+        return np.split(np.linalg.solve(matrix, [*(mass @ before + known), *[0.0] * n]), [4])
+
+    opened, _ = struck([foot, stop], [foot, stop], 0 * stop)
+    assert top @ opened < 0
+    _, held = struck([foot, stop, top, along], [foot, stop, top, along], 0 * stop)
+    assert held[2] < 0
+    compressed, impulses = struck([foot, stop, along], [foot, stop, top], 0 * stop)
+    assert impulses[2] * (along @ compressed) < 0
+    after, (carried, friction) = struck([foot, along], [foot, top], 1.5 * impulses[1] * stop)
+    assert carried > 0
+    assert friction * (along @ after) < 0
+
+    run = mbs.simulate(mbs.loads(LEANS), t_end=1e-3, samples=2)
+    assert run.u[0] == pytest.approx(after, abs=1e-5)
+    assert [x["impulse"] for x in run.events[:3]] == pytest.approx([carried, 0.0, 1.5 * impulses[1]], abs=1e-5)

@@ -20,7 +20,7 @@ from multibody_sym.dynamics.impacts.problem import Stage
 from multibody_sym.dynamics.impacts.sweeps import settled, turned
 from multibody_sym.dynamics.laws.judgement import fulfils
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
-from multibody_sym.dynamics.laws.problem import STICKS, Equality, Found, Friction, LawProblem, LawState
+from multibody_sym.dynamics.laws.problem import STICKS, Equality, Found, Friction, LawProblem, LawState, Unilateral
 from multibody_sym.dynamics.laws.scaled import scaled
 from multibody_sym.dynamics.laws.search import find, modes_of
 from multibody_sym.dynamics.laws.uniqueness import SEEN, undetermined
@@ -92,12 +92,10 @@ def _newton(account: Account, closed: Collection[int]) -> bool:
 
 def _poisson(account: Account, closed: Collection[int]) -> None:
     z = _search(account, closed, np.zeros(len(account.z)), "compression")
-    if z is None and _stopped_at_once(account, closed):
-        if not set(account.closing()).intersection(closed):
+    if z is None:
+        if _stopped_at_once(account, closed) and not set(account.closing()).intersection(closed):
             return
         z = _found(account, closed, "compression")
-    if z is None:
-        raise NoSolutionError(_nothing(account, closed), number="N108")
     given = {k: float(account.restitution[k] * z[k]) for k in closed}
     given = {k: value for k, value in given.items() if value > 0.0}
     if not given:
@@ -129,22 +127,36 @@ def _stopped_at_once(account: Account, closed: Collection[int]) -> bool:
 
 
 def _found(account: Account, closed: Collection[int], stage: Stage, given: Mapping[int, float] | None = None) -> Floats:
-    """Add and return the impulses (m) after which all laws hold. Raises NoSolutionError where there are none."""
+    """Add and return the impulses (m) after which all laws hold. Raises NoSolutionError where there are none.
+
+    What friction without bound would have to pull in to hold slips, as in the limit of large coefficients.
+    """
     z = _search(account, closed, np.zeros(len(account.z)), stage, given)
+    if z is None:
+        z = _search(account, closed, np.zeros(len(account.z)), stage, given, slips=True)
     if z is None:
         raise NoSolutionError(_nothing(account, closed), number="N108")
     return z
 
 
 def _search(
-    account: Account, closed: Collection[int], wanted: Floats, stage: Stage, given: Mapping[int, float] | None = None
+    account: Account,
+    closed: Collection[int],
+    wanted: Floats,
+    stage: Stage,
+    given: Mapping[int, float] | None = None,
+    *,
+    slips: bool = False,
 ) -> Floats | None:
     """Add and return the impulses (m) after which all laws hold for v+ - wanted; `given` are those of rows at least.
 
-    Returns None where there are none.
+    Where friction without bound `slips` it has a large coefficient, but for what is pressed from both sides. Returns
+    None where there are none.
     """
     given = given or {}
     some = chosen(account.rows, closed)
+    if slips:
+        some = replace(some, problem=_slipping(some.problem))
     now = account.speeds()
     here = {some.rows.index(k): value for k, value in given.items()}
     right = _consistent(account, some, (wanted - now)[some.rows])
@@ -178,6 +190,13 @@ def _states(problem: LawProblem) -> Found:
     if not found.states and (other := turned(problem, mode)) is not None:
         found = find(problem, other, every=False)
     return found
+
+
+def _slipping(problem: LawProblem) -> LawProblem:
+    """Return the problem in which friction that is pressed from one side holds no more than its coefficient says."""
+    one_way = [all(isinstance(problem.laws[k], Unilateral) for k in part.normals) for part in problem.parts]
+    parts = zip(problem.parts, one_way, strict=True)
+    return replace(problem, parts=tuple(replace(part, held=part.held and not free) for part, free in parts))
 
 
 def _contradict(problem: LawProblem) -> bool:
