@@ -163,3 +163,32 @@ bodies: {ground: {points: {hook: [0, 0, 0]}}, load: {mass: 2}}
 joints: {fall: {type: prismatic, parent: ground, child: load, axis: -y, q: s, initial: {q: 0.2}}}
 constraints: {cord: {type: rope, path: [ground.hook, load], length: 1, slack: true, restitution: 0.5}}
 """
+
+
+TWO_ROPES = """
+multibody_sym: 1
+name: two_ropes
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {ledge: {plane: [0, 0, 0], normal: y}}}
+  anchor: {mass: 3}
+  load: {mass: 2}
+joints:
+  a: {type: point, parent: ground, child: anchor, q: [ax, ay]}
+  b: {type: point, parent: ground, child: load, q: [x, y], initial: {q: [0, -0.75]}}
+contacts: {c: {between: [anchor, ground.ledge], static: 0.5, restitution: 0}}
+constraints:
+  dead: {type: rope, path: [anchor, load], length: 1, slack: true, restitution: 0}
+  lively: {type: rope, path: [anchor, load], length: 1, slack: true, restitution: 1}
+"""
+
+
+def test_a_load_on_two_ropes_comes_to_rest_where_their_anchor_rests_on_a_ledge() -> None:
+    """By Poisson, sharing the impulse of compression, they bounce as one of 0.5 does: fall t, in all t + 2 t e/(1 - e).
+
+    The ledge takes part of every impact, though nothing strikes it.
+    """
+    run = mbs.simulate(mbs.loads(TWO_ROPES), t_end=1, samples=101)
+    rests = [event["t"] for event in run.events if event["kind"] == "taut"]
+    assert rests == pytest.approx([3 * math.sqrt(2 * 0.25 / 9.81)] * 2, rel=1e-8)
+    assert (run["y"][-1], run["ay"][-1]) == (-1.0, 0.0)

@@ -17,6 +17,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
 from multibody_sym.simulation.one_way import settling
@@ -295,14 +296,17 @@ def _rubs(facts: Facts, element: OneWay) -> bool:
 def _seen(facts: Facts, rest: _After, low: Collection[str]) -> set[str]:
     """Return what might bounce, of what is `low`, higher than what is lost in rounding; all where friction would pull.
 
-    That is where the rest has to hold together what rubs and separates: it is friction of no impulse then.
+    That is where the rest has to hold together what rubs and separates: it is friction of no impulse then. Of forces
+    that are not unique it takes the most even ones.
     """
     if rest.blow is None or not rest.found.states:
         return set(low)
-    elements, z, energy = named(facts, low), rest.found.states[0].z, 0.0
+    elements, energy = named(facts, low), 0.0
     if any(rest.blow.impulses[x.name] < 0.0 for x in elements if _rubs(facts, x)):
         return set(low)
-    forces = [float(z[rest.problem.places[x.normals[0].name]]) for x in elements]
+    places = [rest.problem.places[x.normals[0].name] for x in elements]
+    exerted = rest.problem.problem.exerted[places].T
+    forces = least_squares(exerted, exerted @ rest.found.states[0].z[places], SWITCHED).tolist()
     for x, force in zip(elements, forces, strict=True):
         energy += abs(facts.rate(x) * rest.blow.impulses[x.name]) / 2.0 + force * max(facts.gap(x), 0.0)
     return {x.name for x, force in zip(elements, forces, strict=True) if energy >= force * lost_height(facts, x)}
