@@ -267,10 +267,11 @@ def _unseen(
     leaving |= low.difference(after.touching)
     while not low.isdisjoint(leaving):
         try:
-            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), low)
+            held = {x.name for x in named(facts, low) if x.name in strikes | leaving or not _rubs(facts, x)}
+            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held)
         except NoSolutionError:
             return None
-        seen = _seen(facts, rest, low)
+        seen = _seen(facts, rest, low) if low.issubset(rest.touching) else low
         if not seen:
             return rest, {x.name for x in named(facts, low) if abs(facts.rate(x)) > facts.allowed_speed(x.normals[0])}
         if not seen.isdisjoint(strikes):
