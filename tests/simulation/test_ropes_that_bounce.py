@@ -208,7 +208,9 @@ bodies:
 joints:
   a: {type: point, parent: ground, child: anchor, q: [ax, ay]}
   b: {type: point, parent: ground, child: load, q: [x, y], initial: {q: [0.8, 0.3]}}
-forces: {pull: {type: force, on: anchor, value: [-2.553, -0.778, 0]}}
+forces:
+  pull: {type: force, on: anchor, value: [-2.553, -0.778, 0]}
+  weight: {type: force, on: load, value: [0, -7.431, 0]}
 contacts:
   c: {between: [anchor, ground.low], static: 1.5, restitution: 0}
   d: {between: [anchor, ground.steep], static: 0.3, restitution: 0.5}
@@ -224,9 +226,9 @@ ONE = "  one: {type: rope, path: [anchor, load], slack: true, restitution: 0.5}\
 def test_ropes_come_to_rest_where_their_anchor_is_held_by_more_friction_than_it_needs() -> None:
     """Impulses that friction shares as it likes do not pull at the steep face, which nothing leaves.
 
-    As one rope of 0.5 they leave the load swinging; without rest they would strike a hundred times more.
+    As one rope of 0.5 they leave the load swinging; without that rest they strike on.
     """
-    two, one = (mbs.simulate(mbs.loads(IN_A_CORNER + ropes), t_end=0.7, samples=8) for ropes in (TWO, ONE))
+    two, one = (mbs.simulate(mbs.loads(IN_A_CORNER + ropes), t_end=0.6, samples=301) for ropes in (TWO, ONE))
     for name in ("x", "y", "u_x", "u_y"):
         assert two[name][-1] == pytest.approx(one[name][-1], abs=1e-9), name
-    assert len(two.events) < 100
+    assert len(two.events) < 70
