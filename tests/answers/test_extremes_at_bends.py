@@ -88,3 +88,99 @@ simulation: {t_end: 1 s}
         speeds.append((ua, t))
     found = answers(text)["fastest"]
     assert (found.value, found.t) == pytest.approx(max(speeds), rel=1e-9)
+
+
+BOUNCING = """
+multibody_sym: 1
+name: bouncing
+gravity: [0, -9.81, 0]
+bodies: {b: {mass: 1 kg}}
+joints:
+  h: {type: prismatic, parent: ground, child: b, axis: y, q: w, initial: {q: 0.1}, limits: {lower: 0, restitution: E}}
+"""
+
+
+def test_a_bouncing_ball_is_lowest_first_at_its_first_impact() -> None:
+    asked = "low: {min: w, until: 1 s}, up: {max: u_w}, later: {min: w, after: 0.2 s}, f: {max: force(h.lower)}"
+    found = answers(BOUNCING.replace("E", "0.4") + f"ask: {{{asked}}}\nsimulation: {{t_end: 1 s}}\n")
+    first = math.sqrt(2 * 0.1 / 9.81)
+    assert found["low"].t == pytest.approx(first, rel=1e-9)
+    assert str(found["low"]) == f"0 m at t = {first:.10g} s"
+    assert found["up"].value == pytest.approx(0.4 * 9.81 * first, rel=1e-9)
+    assert found["up"].t == pytest.approx(first, rel=1e-9)
+    assert found["later"].t == pytest.approx(1.8 * first, rel=1e-9)
+    assert (found["f"].value, found["f"].t) == pytest.approx((9.81, first * (1 + 2 * 0.4 / 0.6)), rel=1e-9)
+
+
+def test_of_equal_speeds_beside_impacts_the_first_is_told() -> None:
+    asked = "ask: {up: {max: u_w}, down: {min: u_w}, again: {max: u_w, after: 0.3 s}, high: {max: w, after: 0.1 s}}\n"
+    found = answers(BOUNCING.replace("E", "1") + asked + "simulation: {t_end: 4 s}\n")
+    first = math.sqrt(2 * 0.1 / 9.81)
+    for name, value, t in (
+        ("up", 9.81 * first, first),
+        ("down", -9.81 * first, first),
+        ("again", 9.81 * first, 3 * first),
+        ("high", 0.1, 2 * first),
+    ):
+        assert found[name].value == pytest.approx(value, rel=1e-8), name
+        assert found[name].t == pytest.approx(t, rel=1e-7), name
+
+
+def test_a_weight_on_a_rope_that_bounces_is_lowest_first_where_it_tautens_first() -> None:
+    text = """
+multibody_sym: 1
+name: rope
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {h: [0, 0, 0]}}
+  w: {mass: 1 kg}
+joints: {j: {type: point, parent: ground, child: w, initial: {q: [0, -0.5]}}}
+constraints: {r: {type: rope, path: [ground.h, w], length: 1 m, slack: true, restitution: 0.5}}
+stop: {done: r tautens}
+ask: {low: {min: j_y}}
+"""
+    found = answers(text)["low"]
+    assert (found.value, found.t) == pytest.approx((-1.0, math.sqrt(2 * 0.5 / 9.81)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("force", "least", "most"),
+    [
+        ("where(t < 0.7123, t, where(t < 1.4246, t - 0.7123, 0))", (0.0, 0.0), (0.7123, 0.7123)),
+        ("where(t < 0.3, 0, where(t < 0.94, 2, where(t < 1.11, -1, where(t < 1.5, 2, -1))))", (-1.0, 0.94), (2.0, 0.3)),
+    ],
+)
+def test_of_equal_values_at_jumps_the_first_is_told(
+    force: str, least: tuple[float, float], most: tuple[float, float]
+) -> None:
+    """The expression leaps back as often as it comes to its extremes, between samples."""
+    text, asked = SLIDE.replace("FORCE", "F").replace("KIND", "linear"), f'"{force}", until: 2 s'
+    found = answers(f"{text}  least: {{min: {asked}}}\n  most: {{max: {asked}}}\n")
+    assert (found["least"].value, found["least"].t) == pytest.approx(least, rel=1e-9, abs=1e-12)
+    assert (found["most"].value, found["most"].t) == pytest.approx(most, rel=1e-9)
+
+
+def test_of_equal_knots_of_a_table_the_first_is_told() -> None:
+    text = SLIDE.replace("FORCE", "w").replace("KIND", "linear")
+    text = text.replace("[1.1, 2], [2.3, -1], [3.1, 4], [4, 0]", "[1.10041, 2], [2, -1], [3.1, 2], [4, -1]")
+    found = answers(f"{text}  least: {{min: w}}\n  most: {{max: w}}\n")
+    assert [(found[x].value, found[x].t) for x in ("least", "most")] == [(-1.0, 2.0), (2.0, 1.10041)]
+
+
+def test_a_force_of_a_motion_by_a_spline_is_largest_at_a_knot_of_it() -> None:
+    x, y = [0, 0.3, 0.9, 1.5, 2], [0, 0.1, 0.4, 0.2, 0.3]
+    text = f"""
+multibody_sym: 1
+name: carried
+bodies: {{b: {{mass: 2 kg}}}}
+joints: {{jb: {{type: prismatic, parent: ground, child: b, axis: x, motion: prof}}}}
+inputs: {{prof: {{table: {[list(row) for row in zip(x, y, strict=True)]}, interpolation: cubic, dimension: m}}}}
+ask: {{most: {{max: fx(jb), until: 2 s}}, least: {{min: fx(jb), until: 2 s}}}}
+simulation: {{t_end: 2 s}}
+"""
+    forces = 2 * CubicSpline(x, y, bc_type="natural")(x, 2)
+    found = answers(text)
+    for name, k in (("most", forces.argmax()), ("least", forces.argmin())):
+        assert found[name].value == pytest.approx(float(forces[k]), rel=1e-11)
+        assert found[name].t == x[k]
+        assert str(found[name]).endswith(f"at t = {x[k]} s")

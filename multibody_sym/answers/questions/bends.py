@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -12,9 +12,11 @@ from multibody_sym.answers.questions.simulated_motion import ASKED
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scalars.elementary import table
 from multibody_sym.scalars.kinks import known_zeros, switching_functions
 from multibody_sym.scalars.node import Node, slot
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.rows import Tabulated
+from multibody_sym.scalars.traversal import leaves, postorder
 from multibody_sym.simulation.trajectory import Trajectory
 
 _BESIDE: Final = 1
@@ -29,7 +31,7 @@ def bends(run: Trajectory) -> list[float]:
     """
     mechanism = run.ready.mechanism
     asked = [mechanism.outputs[ASKED]] if ASKED in mechanism.outputs else []
-    functions = dict.fromkeys([*mechanism.kinks, *switching_functions(asked)])
+    functions = dict.fromkeys([*mechanism.kinks, *switching_functions(asked), *_knots(mechanism.inputs.values())])
     known = {slot("parameters", k): float(x) for k, x in enumerate(run.parameters)}
     begin, end = float(run.t[0]), float(run.t[-1])
     found = {float(event["t"]) for event in run.events}
@@ -44,6 +46,13 @@ def bends(run: Trajectory) -> list[float]:
     for values in _along(run, moving):
         found.update(_changes_of_sign(run.t, values))
     return sorted(found)
+
+
+def _knots(inputs: Iterable[Node]) -> Iterator[Node]:
+    """Yield the functions that change their signs at knots of splines, at which accelerations that they drive bend."""
+    for n in postorder(inputs):
+        if n.op == "table" and n.data[0].kind == "cubic":
+            yield table(Tabulated(n.data[0].name, n.data[0].rows, "knots"), 0, n.args[0])
 
 
 def _along(run: Trajectory, functions: Sequence[Node]) -> Iterator[Floats]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Collection
+from functools import cached_property
 from itertools import pairwise
 from typing import Final
 
@@ -30,6 +31,8 @@ _LIKELY: Final = 1e-6
 _APART: Final = 1e-14
 """The part of a run beside a jump at which the values before and behind it are looked for."""
 _MOST_PEAKS: Final = 200
+_MOST_UNSURE: Final = 20
+"""So many places at which few samples tell little are looked at, those that seem largest."""
 _EXACTLY: Final = 3
 """So many of the likely times are compared by runs that end there."""
 _UNTIL: Final = "until"
@@ -45,15 +48,32 @@ class Extreme:
     told: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class _Place:
+    """A time `t` that may have the extreme, as the value `at` a time has it, which is beside `t` where that jumps.
+
+    It is about `value`, and may be larger by `unsure` where few samples tell.
+    """
+
+    t: float
+    at: float
+    value: float
+    unsure: float = 0.0
+
+    @property
+    def most(self) -> float:
+        """The largest value that there may be."""
+        return self.value + self.unsure
+
+
 def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     """Return the extreme of a question, from its `after` to its `until` or the end of the run; None if that is before.
 
     The samples tell where to look, a polynomial through those near by when, and a run to that time how much.
     """
     largest = question.max is not None
-    asked = question.max if question.max is not None else negate(_given(question.min))
+    asked, run, is_cut_off = _searched(motion, question)
     begin = 0.0 if question.after is None else motion.number(question.after)
-    run, is_cut_off = _run(motion, asked, question)
     y = run[ASKED]
     inside = (run.t >= begin) & np.isfinite(y)
     if not inside.any():
@@ -70,24 +90,35 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
 
 
+def size(motion: Simulated, question: Ask) -> float:
+    """Return the largest absolute value in the run that is searched for an extreme."""
+    y = _searched(motion, question)[1][ASKED]
+    return float(np.abs(y[np.isfinite(y)]).max(initial=0.0))
+
+
+def _searched(motion: Simulated, question: Ask) -> tuple[Node, Trajectory, bool]:
+    """Return what is to be largest, the run that is searched, and whether nothing but its time ends that."""
+    asked = question.max if question.max is not None else negate(_given(question.min))
+    return asked, *_run(motion, asked, question)
+
+
 def _first(
-    likely: list[tuple[float, float]], value: Callable[[float], float], rounding: float, changes: Collection[float]
+    likely: list[_Place], value: Callable[[float], float], rounding: float, changes: Collection[float]
 ) -> Extreme:
-    """Return the largest value, and the first of times that have it; `likely`: times with about what they are worth.
+    """Return the largest value, and the first of the `likely` times that have it.
 
     At `changes` of state a run has the values of the state before, a little beyond what ends it: those of times within
     a state count where they differ by no more than `rounding`.
     """
-    best = sorted(likely, key=lambda each: -each[1])[:_EXACTLY]
-    best.append(max(likely, key=lambda each: (each[1], each[0])))  # a sample behind changes that are worth as much
-    found = {time: value(time) for time, _ in best}
-    largest = max(found.values())
-    within = max((x for time, x in found.items() if time not in changes), default=-np.inf)
+    best = sorted(likely, key=lambda each: -each.value)[:_EXACTLY]
+    best += sorted(likely, key=lambda each: -each.most)[:_EXACTLY]
+    largest = max(value(place.at) for place in best)
+    within = max((value(place.at) for place in best if place.t not in changes), default=-np.inf)
     clear = within if within >= largest - rounding else None
-    for time, _ in likely:
-        here = value(time)
+    for place in likely:
+        here = value(place.at)
         if here >= largest - _SAME * rounding:
-            return Extreme(max(here, largest) if clear is None else clear, time)
+            return Extreme(max(here, largest) if clear is None else clear, place.t)
     raise AssertionError("one of the best is among them")
 
 
@@ -117,54 +148,107 @@ def _run(motion: Simulated, asked: Node, question: Ask) -> tuple[Trajectory, boo
     return motion.along(asked, time), time is None
 
 
-def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[tuple[float, float]]:
-    """Return the times at which the largest value may be first, with about what they are worth, in their order.
+def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[_Place]:
+    """Return the places at which the largest value may be first, in their order.
 
-    At the begin, at the end, where samples are larger than those beside them, and at changes and bends near by.
+    The begin, the end, where the polynomials through samples turn back, and both sides of changes and bends.
     """
     looked = np.where(inside, y, -np.inf)
-    top, last = int(np.argmax(looked)), len(y) - 1
-    times = {begin: float(np.interp(begin, run.t, y)), float(run.t[-1]): float(y[-1])}
-    if not np.isfinite(list(times.values())).all():
-        times[float(run.t[top])] = float(y[top])
-    changes, states = bends(run), {float(each["t"]) for each in run.changes if each["kind"] != "impact"}
-    beside = [abs(float(y[top] - y[k])) for k in (max(top - 1, 0), min(top + 1, last)) if inside[k]]
-    lowest = float(y[top]) - max(beside, default=0.0)
-    between = list[float]()
-    for k in _peaks(looked, lowest, top):
-        found = {t: value for t, value in _turns(run.t, y, k, changes) if t >= begin}
-        step = run.t[1] - run.t[0]
-        near = changes[bisect_left(changes, max(begin, run.t[k] - step)) : bisect_right(changes, run.t[k] + step)]
-        found.update({t: float(y[k]) for t in near})  # a change has the value before it, the sample that after it
-        jumps = [t for t in near if begin < t and t not in states]
-        found.update({t + side * _APART * run.t_final: float(y[k]) for t in jumps for side in (-1, 1)})
-        times.update(found if found and not near else {**found, float(run.t[k]): float(y[k])})
-        between += [(a + b) / 2 for a, b in pairwise(sorted(set(near)))]  # a state that no sample may have
-    times = {t: value for t, value in times.items() if np.isfinite(value)}
-    largest = max(times.values())
-    times.update(dict.fromkeys(between[:_EXACTLY], largest))
-    little = max(_LIKELY * float(np.ptp(y[inside])), abs(largest - float(y[top])) if changes else 0.0)
-    return sorted((t, value) for t, value in times.items() if value >= largest - little)
+    top, first = int(np.argmax(looked)), int(np.argmax(run.t >= begin))
+    legs, little = _Legs(run, y, looked, bends(run)), _LIKELY * float(np.ptp(y[inside]))
+    about = 0.0 if run.t[first] == begin else float(legs.rises[first])
+    found = [_Place(begin, begin, float(np.interp(begin, run.t, y)), about), legs.sample(len(y) - 1)]
+    if not np.isfinite([place.value for place in found]).all():
+        found.append(legs.sample(top))
+    unseen = dict[tuple[float, float], None]()
+    for k in legs.peaks(top, little):
+        found += legs.places(k)
+        unseen.update(dict.fromkeys(legs.without_samples(k) if y[k] >= y[top] - little else ()))
+    found = [place for place in found if place.t >= begin and np.isfinite(place.value)]
+    least = max(place.value for place in found) - little
+    for n, (a, b) in enumerate(unseen):
+        found += [*legs.beside(a, 1, least, np.inf), *legs.beside(b, -1, least, np.inf)]
+        found += [_Place((a + b) / 2, (a + b) / 2, least, np.inf)] if n < _EXACTLY else []
+    likely = [x for x in found if x.value >= least]
+    unsure = [x for x in found if x.value < least <= x.most]
+    likely += sorted(unsure, key=lambda x: -x.value)[:_MOST_UNSURE]
+    by_time = {x.at: x for x in sorted(likely, key=lambda x: x.most)}
+    return sorted(by_time.values(), key=lambda x: (x.t, x.at != x.t))
 
 
-def _peaks(y: Floats, lowest: float, top: int) -> list[int]:
-    """Return the samples from `lowest` on that are not less than those beside them, the top one among them."""
-    before, after = np.r_[-np.inf, y[:-1]], np.r_[y[1:], -np.inf]
-    found = np.flatnonzero((y > before) & (y >= after) & (y >= lowest))[:_MOST_PEAKS]
-    return sorted({*(int(k) for k in found), top})
+class _Legs:
+    """The samples of a run between `changes`; where samples are `looked` at is the largest value looked for."""
 
+    def __init__(self, run: Trajectory, y: Floats, looked: Floats, changes: list[float]) -> None:
+        self.t, self.y, self.looked, self.changes = run.t, y, looked, changes
+        self.apart = _APART * run.t_final
+        self.states = {float(each["t"]) for each in run.changes if each["kind"] != "impact"}
+        self.number = np.searchsorted(changes, run.t, side="right")
+        """Of each sample how many changes it has behind it: a change has the value before it, a sample there not."""
+        self.begins = np.r_[True, self.number[1:] != self.number[:-1]]
+        self.ends = np.r_[self.begins[1:], True]
 
-def _turns(t: Floats, y: Floats, k: int, changes: list[float]) -> list[tuple[float, float]]:
-    """Return where the polynomial through the samples around one turns back, between its neighbours, and its values."""
-    first, last = max(k - _BESIDE, 0), min(k + _BESIDE, len(t) - 1)
-    for change in changes[bisect_left(changes, t[first]) : bisect_right(changes, t[last])]:
-        first = max(first, int(np.searchsorted(t, change))) if change <= t[k] else first
-        last = min(last, int(np.searchsorted(t, change)) - 1) if change > t[k] else last
-    near, values = t[first : last + 1], y[first : last + 1]
-    if len(near) < 3 or not np.isfinite(values).all():
-        return []
-    fitted = Polynomial.fit(near, values, len(near) - 1)
-    roots = fitted.deriv().roots()
-    real = roots[np.abs(roots.imag) <= _REAL * (near[-1] - near[0])].real
-    low, high = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
-    return [(float(x), float(fitted(x))) for x in real if low <= x <= high]
+    def peaks(self, top: int, little: float) -> list[int]:
+        """Return samples near which the largest value may be: not less than those beside them, or beside a change."""
+        y, rises = self.looked, self.rises
+        before, after = np.r_[-np.inf, y[:-1]], np.r_[y[1:], -np.inf]
+        place = ((y > before) & (y >= after)) | self.begins | self.ends
+        found = np.flatnonzero(place & (y + rises >= y[top] - little))[:_MOST_PEAKS]
+        return sorted({*(int(k) for k in found), top})
+
+    @cached_property
+    def rises(self) -> Floats:
+        """How much more than at each sample there may be between it and the next: twice what it differs from those."""
+        with np.errstate(invalid="ignore"):
+            steps = np.abs(np.diff(self.looked))
+        steps = np.where(np.isfinite(steps), steps, 0.0)
+        own = np.where(self.begins[1:], 0.0, steps)
+        all_steps, own_steps = (np.maximum(np.r_[0.0, x], np.r_[x, 0.0]) for x in (steps, own))
+        rises: Floats = 2.0 * np.where(self.begins & self.ends, all_steps, own_steps)
+        return rises
+
+    def places(self, k: int) -> list[_Place]:
+        """Return where the polynomial through samples around one turns back, and its values at changes beside that."""
+        t, leg = self.t, self.number[k]
+        first = max(k - _BESIDE, int(np.searchsorted(self.number, leg)))
+        last = min(k + _BESIDE, int(np.searchsorted(self.number, leg, side="right")) - 1)
+        near, values = t[first : last + 1], self.y[first : last + 1]
+        if not np.isfinite(values).all():
+            return [self.sample(k)]
+        fitted = Polynomial.fit(near, values, len(near) - 1, domain=[near[0] - self.step, near[-1] + self.step])
+        low, high = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
+        found = list[_Place]()
+        if self.begins[k] and k:
+            low = self.changes[leg - 1]
+            found += self.beside(low, 1, float(fitted(low)), self._unsure(near, k, low))
+        if self.ends[k] and k < len(t) - 1:
+            high = self.changes[leg]
+            found += self.beside(high, -1, float(fitted(high)), self._unsure(near, k, high))
+        roots = fitted.deriv().roots() if len(near) > 2 else np.array([])
+        real = roots[np.abs(roots.imag) <= _REAL * (near[-1] - near[0])].real
+        found += [_Place(float(x), float(x), float(fitted(x))) for x in real if low <= x <= high]
+        return found if found and not (self.begins[k] or self.ends[k]) else [*found, self.sample(k)]
+
+    def sample(self, k: int) -> _Place:
+        """Return the place of a sample."""
+        return _Place(float(self.t[k]), float(self.t[k]), float(self.y[k]))
+
+    def _unsure(self, near: Floats, k: int, change: float) -> float:
+        """Return how much more there may be at a change than the polynomial has that near samples make."""
+        return 0.0 if len(near) > 2 or change == self.t[k] else float(self.rises[k])
+
+    def beside(self, change: float, side: int, value: float, unsure: float = 0.0) -> list[_Place]:
+        """Return the places at a change that may have the value on one side of it."""
+        times = [change] if side < 0 and change in self.states else [change, change + side * self.apart]
+        return [_Place(change, at, value, unsure) for at in times]
+
+    def without_samples(self, k: int) -> list[tuple[float, float]]:
+        """Return the changes near a sample between which there is none, in pairs."""
+        low, high = bisect_left(self.changes, self.t[k] - self.step), bisect_right(self.changes, self.t[k] + self.step)
+        pairs = pairwise(self.changes[low:high])
+        return [(a, b) for a, b in pairs if a < b and np.searchsorted(self.t, a) == np.searchsorted(self.t, b)]
+
+    @property
+    def step(self) -> float:
+        """The time between samples."""
+        return float(self.t[1] - self.t[0])

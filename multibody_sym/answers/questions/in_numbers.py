@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.answers.questions.extremes import extreme
+from multibody_sym.answers.questions.extremes import extreme, size
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.amplitude import NoPeriodError, period_of
 from multibody_sym.errors import at
@@ -62,7 +62,9 @@ class InNumbers:
         return change if abs(number) <= change else self.motion.part_of_coarser * change
 
     def _rounding(self, question: Ask) -> float:
-        """Return the rounding of an expression at a moment, beside the largest value that it had until then."""
+        """Return the rounding of an extreme, or of an expression at a moment, beside the largest value until then."""
+        if question.max is not None or question.min is not None:
+            return _ROUNDING * size(self.motion, question)
         if question.value is None or question.when is None:
             return 0.0
         return _ROUNDING * self.motion.largest(question.value, question.when)
