@@ -32,7 +32,7 @@ from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
-from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
@@ -74,7 +74,7 @@ class Decided:
     touching: frozenset[str] = frozenset()
     moving: frozenset[str] = frozenset()
     at_limit: tuple[str, ...] = ()
-    others: tuple[tuple[Mode, tuple[float, ...]], ...] = ()
+    others: tuple[tuple[Mode, tuple[Value, ...]], ...] = ()
     verdict: str = "one"
     searched: str = ""
     closing: frozenset[str] = frozenset()
@@ -183,16 +183,7 @@ class Solved:
     @cached_property
     def _leaves(self) -> dict[Node, Bounded]:
         """Parameters, start values, accelerations and multipliers, each with a bound of its rounding."""
-        declared: list[Coordinate | Speed] = [*self.mechanism.coordinates, *self.mechanism.speeds]
-        assembled = {self.mechanism.symbols[symbol(x.name)] for x in declared if x.name in self.begin.assembled}
-        known = {
-            node: Bounded(x, EPSILON * (_ASSEMBLED * max(1.0, abs(x)) if node in assembled else abs(x)))
-            for node, x in self.numbers.motion.state.slots.items()
-        }
-        places = [x for group in unknowns(self.mechanism) for x in group]
-        found = [float(x) for x in (*self.numbers.udot, *self.numbers.multipliers)]
-        bounds = _solved_bounds(*linear_equations(self.slots.motion), known, np.array(found))
-        return {**known, **{node: Bounded(x, b) for node, x, b in zip(places, found, bounds, strict=True)}}
+        return _with_bounds(self.mechanism, self.begin, self.numbers, self.slots.motion)
 
     def closed(self, find: Callable[[ClosedForms], T]) -> T | None:
         """Return what is found among the closed forms, None (and the reason noted) where there is none."""
@@ -277,11 +268,17 @@ def _decided(state: StartState) -> Decided:
     )
 
 
-def _udot(state: StartState, mode: Mode) -> tuple[float, ...]:
-    """Return the accelerations at the start in another mode."""
+def _udot(state: StartState, mode: Mode) -> tuple[Value, ...]:
+    """Return the accelerations at the start in another mode, each with its rounding as far as that is known."""
     mechanism, begin = replace(state, modes=(mode,)).in_joints
-    dynamics = composite_body(mechanism, state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters))
-    return tuple(forward_dynamics(dynamics).udot.tolist())
+    here = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
+    found = forward_dynamics(composite_body(mechanism, here))
+    numbers = Instant(motion_of(mechanism, here), found.udot.tolist(), found.multipliers.tolist())
+    formal, _ = straightened(mechanism, begin.q, begin.u, begin.parameters)
+    known = _with_bounds(mechanism, begin, numbers, motion_of(formal, slot_state(formal)))
+    udot = [(known[node].value, known[node].bound) for node in unknowns(mechanism)[0]]
+    errors = [(x, bound if np.isfinite(bound) else 0.0) for x, bound in udot]
+    return tuple(Value(x if abs(x) > error else 0.0, error=error) for x, error in errors)
 
 
 def solved_in(
@@ -314,6 +311,23 @@ def solved_in(
     facts = decided or Decided()
     lettered = Lettered(formal, symbolic, begin, numbers)
     return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered)
+
+
+def _with_bounds(mechanism: Mechanism, begin: Start, numbers: Instant, slots: Motion) -> dict[Node, Bounded]:
+    """Return parameters, start values, accelerations and multipliers, each with a bound of its rounding.
+
+    `slots` is the motion over slots, by which the accelerations in `numbers` are calculated.
+    """
+    declared: list[Coordinate | Speed] = [*mechanism.coordinates, *mechanism.speeds]
+    assembled = {mechanism.symbols[symbol(x.name)] for x in declared if x.name in begin.assembled}
+    known = {
+        node: Bounded(x, EPSILON * (_ASSEMBLED * max(1.0, abs(x)) if node in assembled else abs(x)))
+        for node, x in numbers.motion.state.slots.items()
+    }
+    places = [x for group in unknowns(mechanism) for x in group]
+    found = [float(x) for x in (*numbers.udot, *numbers.multipliers)]
+    bounds = _solved_bounds(*linear_equations(slots), known, np.array(found))
+    return {**known, **{node: Bounded(x, b) for node, x, b in zip(places, found, bounds, strict=True)}}
 
 
 def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:

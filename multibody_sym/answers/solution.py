@@ -25,10 +25,11 @@ Contacts, stops and friction in joints have forces of several names.
 
 @dataclass(frozen=True)
 class OtherState:
-    """A state that fulfils all laws too: the word of each element, and the accelerations (SI)."""
+    """A state that fulfils all laws too: the word of each element, and the accelerations (SI), known to `errors`."""
 
     states: Mapping[str, str]
     accelerations: Mapping[str, float]
+    errors: Mapping[str, float] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""

@@ -170,8 +170,12 @@ def _without_values(solved: Solved) -> Iterator[str]:
 def _others(solved: Solved, names: Sequence[str]) -> tuple[OtherState, ...]:
     """Return the states beside the one that was solved, accelerations by these names."""
     elements = solved.mechanism.one_way
-    pairs = solved.decided.others
-    return tuple(OtherState(mode_words(elements, mode), dict(zip(names, udot, strict=True))) for mode, udot in pairs)
+    found = []
+    for mode, udot in solved.decided.others:
+        values, errors = [x.value or 0.0 for x in udot], [x.error for x in udot]
+        told = (dict(zip(names, numbers, strict=True)) for numbers in (values, errors))
+        found.append(OtherState(mode_words(elements, mode), *told))
+    return tuple(found)
 
 
 def _kinds(resolved: Mechanism, reactions: Mapping[str, Mapping[str, Value]]) -> dict[str, RowKind]:

@@ -8,6 +8,7 @@ from typing import Final
 from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.components import AT
+from multibody_sym.expressions.held_digits import held
 from multibody_sym.expressions.quantities import force_name
 from multibody_sym.writing.forces import NOT_UNIQUE, joint_lines, not_unique_lines
 from multibody_sym.writing.impact import impact_lines
@@ -98,7 +99,8 @@ def _several(solution: Solution) -> list[str]:
 
 def _other(other: OtherState) -> str:
     states = ", ".join(f"{name} {word}" for name, word in other.states.items())
-    moved = ", ".join(f"{name} {value:.6g}" for name, value in other.accelerations.items())
+    errors = other.errors
+    moved = ", ".join(f"{name} {held(x, errors.get(name, 0.0), 6)}" for name, x in other.accelerations.items())
     return f"{states}: accelerations {moved}"
 
 
