@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any, Final
 
 from multibody_sym.analysis.rest.causes import causes
+from multibody_sym.analysis.rest.open_ends import open_end
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.ranges import Ranges, ranges_of_rest
 from multibody_sym.analysis.rest.rest_ends import RestEnd
@@ -36,7 +37,7 @@ class RestBound:
     `expression` is its closed form in the names of the model, `exact` the same with all declared numbers put in; None
     where none was found. Where there is no position beyond, as bodies would cross, `gives_way` says so; nothing gives
     way where the range ends with the values that were looked at. The value is known to within `error`; that of a closed
-    form has none.
+    form has none. An end that is `open` does not belong to the range: towards it forces grow without bound.
     """
 
     value: float | None
@@ -44,6 +45,7 @@ class RestBound:
     exact: Node | None = None
     gives_way: tuple[str, ...] = ()
     error: float = 0.0
+    open: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""
@@ -53,6 +55,7 @@ class RestBound:
             "exact": None if self.exact is None else text(self.exact),
             "gives_way": list(self.gives_way),
             **({"error": self.error} if self.error else {}),
+            **({"open": True} if self.open else {}),
         }
 
 
@@ -189,7 +192,10 @@ def rest_bound(position: Position, found: Ranges, end: RestEnd, outward: int) ->
     exact = ExactEnd(position.mechanism, found.parameter, end)
     motion = position.motion({found.parameter: end.value}, moves=True)
     named = causes(position.statics, end.limits, motion)
-    return bound_of(end.value, (exact.symbolic(), exact.exact()), exact.sample, named, _SETTLED * abs(end.value))
+    forms = exact.symbolic(), exact.exact()
+    pole = open_end(position, found.parameter, end, outward) if forms == (None, None) else None
+    value, error = pole or (end.value, _SETTLED * abs(end.value))
+    return replace(bound_of(value, forms, exact.sample, named, error), open=pole is not None)
 
 
 def bound_of(

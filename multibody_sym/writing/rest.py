@@ -27,8 +27,9 @@ def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) ->
         return f"rest is possible at every value of {name}"
     if low.value is None or high.value is None:
         end, sign = (high, "<=") if low.value is None else (low, ">=")
+        sign = sign[0] if end.open else sign
         return f"rest is possible for {name} {sign} {told(end, found.unit, units)}"
-    first, last = told(low, found.unit, units), told(high, found.unit, units)
+    first, last = (told(x, found.unit, units) + (", excluded" if x.open else "") for x in (low, high))
     if units.said(low.value, found.unit) == units.said(high.value, found.unit):
         return f"rest is possible only for {name} = {min(first, last, key=len)}"
     return f"rest is possible for {name} from {first}\n  to {last}"

@@ -292,6 +292,31 @@ def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None
     assert "rest is possible for mu >= " in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("angle", [0.0, 20.0])
+def test_an_end_at_which_forces_are_infinite_does_not_belong_to_the_range(angle: float) -> None:
+    """A bar between two walls rests for mu > tan(th): at mu each presses with m g/(2 (mu - tan(th))) at the least."""
+    text = """
+multibody_sym: 1
+name: bar
+gravity: [0, -9.81, 0]
+parameters: {m: 2 kg, l: {value: 1 m, positive: true}, th: ANGLE deg, mu: 0.5}
+bodies:
+  ground: {surfaces: {left: {plane: [0, 0, 0], normal: x}, right: {plane: ["l*cos(th)", 0, 0], normal: -x}}}
+  bar: {mass: m, com: [l/2, 0, 0], inertia: {Izz: m*l^2/12}, points: {a: [0, 0, 0], b: [l, 0, 0]}}
+joints: {j: {type: planar, parent: ground, child: bar, initial: {q: [0, 0, th]}}}
+contacts:
+  a: {between: [bar.a, ground.left], static: mu}
+  b: {between: [bar.b, ground.right], static: mu}
+"""
+    found = mbs.range_of_rest(mbs.loads(text.replace("ANGLE", str(angle))), "mu")
+    ((low, high),) = found.ends
+    least = math.tan(math.radians(angle))
+    assert low.open
+    assert low.value == pytest.approx(least, abs=1e-11)
+    assert high.value is None
+    assert rest_text(found) == f"rest is possible for mu > {least:.10g} (slips at a, slips at b)"
+
+
 def test_what_cannot_be_varied_is_told() -> None:
     system = mbs.loads(INCLINE)
     with pytest.raises(InputError, match="there is no parameter 'm3'"):
