@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, sin
 
 import pytest
 
@@ -50,3 +50,36 @@ def test_friction_takes_what_the_energy_loses() -> None:
     run = mbs.simulate(bars("A", 0.0))
     assert run.friction_work["fA"].total < 0.0
     assert abs(run.energy_residual) < 1e-8
+
+
+MASSLESS = """
+multibody_sym: 1
+name: massless
+gravity: [0, -9.81, 0]
+bodies:
+  swing: {shape: {rod: 0.783, mass: 2.45}, points: {e: [0.783, 0, 0]}}
+  near: {mass: 0, points: {e: [0.769, 0, 0]}}
+  far: {mass: 0, points: {e: [1.152, 0, 0]}}
+  weight: {shape: {rod: 0.582, mass: 0.175}}
+joints:
+  o:
+    type: revolute
+    parent: ground
+    child: swing
+    initial: {q: -0.522, u: 3.326}
+    limits: {lower: -1.02, upper: -0.284, restitution: 0}
+  A: {type: revolute, parent: swing.e, child: near, initial: {q: -0.26, u: 0.758}}
+  B: {type: revolute, parent: near.e, child: far, q: b, initial: {q: -0.104}}
+  C: {type: revolute, parent: far.e, child: weight, initial: {q: -0.048, u: 0.167}}
+forces:
+  held: {type: friction, joint: o, static: 1.5, radius: 0.032}
+  rub: {type: friction, joint: A, static: 0.1, radius: 0.045}
+"""
+
+
+def test_friction_that_makes_all_of_what_presses_it_is_named() -> None:
+    """Two massless links push along the outer one, whose line comes to touch the circle of friction, of radius mu r."""
+    with pytest.raises(mbs.MultibodyError, match="friction jams at t = .*: rub makes nearly all of what presses it") as failed:
+        mbs.simulate(mbs.loads(MASSLESS), t_end=1, samples=1001)
+    b = failed.value.trajectory["b"][-1]
+    assert 0.0045 < 0.769 * abs(sin(b)) < 0.02

@@ -16,6 +16,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
 from multibody_sym.simulation.one_way.facts import Facts
@@ -33,6 +34,9 @@ _SOON: Final = 1e-3
 """The part of the time in which the fastest passes the model's size within which a jam is near."""
 _JAMS: Final = 1e-3
 """The part of what rows push without friction below which friction leaves next to nothing of it."""
+
+_ITSELF: Final = 0.1
+"""The part of what presses that friction may leave to others where it makes it itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +87,26 @@ def jams(now: Stretch, t: float, x: Floats) -> bool:
         return False
     *_, left = now.problem.pushed(t, x)
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
+
+
+def feeds_itself(now: Stretch, facts: Facts) -> str | None:
+    """Return the name of a part whose friction makes nearly all of what presses it, as massless bodies leave it to; or None.
+
+    What presses follows from the motion that friction makes while rows hold.
+    """
+    posed = facts.posed([name for name in now.active if any(x.name == name for x in facts.laws.unilateral)])
+    problem, rows = posed.problem, [row.name for row in now.program.entered.rows if row.name in posed.places]
+    held = [posed.places[name] for name in rows if not problem.coupling[posed.places[name]].any()]
+    for part, law in zip(posed.parts, problem.parts, strict=True):
+        if law.rests or len(law.rows) > 1:
+            continue
+        moved = problem.exerted[law.rows[0]]
+        forces = least_squares(problem.matrix[held] @ problem.exerted[held].T, problem.matrix[held] @ moved)
+        pressing = problem.matrix[list(law.normals)] @ (moved - problem.exerted[held].T @ forces)
+        made = law.kinetic * (np.linalg.norm(pressing) if law.norm else np.abs(pressing).sum())
+        if abs(made - 1.0) < _ITSELF:
+            return part.name
+    return None
 
 
 @dataclass(frozen=True, eq=False)

@@ -342,6 +342,11 @@ def _singular(run: Trajectory, time: float) -> str:
             "what they press (Painleve's paradox), and no change of their sign was found behind which the motion goes "
             "on; lower the friction, or end the run before"
         )
+    if found.independence > _APART and (part := _feeding(run, time)):
+        return (
+            f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass take no "
+            "more of it; give them a mass, lower the friction, or end the run before"
+        )
     if found.independence > _APART:
         return (
             f"no step was found that leads on from t = {time:.6g} s, as near a singular position, though no "
@@ -361,6 +366,16 @@ def _jams(run: Trajectory, time: float) -> bool:
     assert run.modes is not None
     last, end = run.modes.stretches[-1], run.integration
     return jams(last, time, np.concatenate([end.q_final, end.u_final]))
+
+
+def _feeding(run: Trajectory, time: float) -> str | None:
+    """Return the name of a part whose friction makes what presses it at a time near the end of a run, or None."""
+    if run.modes is None or not run.modes.stretches:
+        return None
+    from multibody_sym.simulation.one_way.jams import feeds_itself  # brings what runs without modes do without
+
+    end = run.integration
+    return feeds_itself(run.modes.stretches[-1], run.modes.laws.at(time, end.q_final, end.u_final, run.modes.scale))
 
 
 def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:
