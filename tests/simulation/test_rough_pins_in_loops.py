@@ -79,7 +79,7 @@ forces:
 
 def test_friction_that_makes_all_of_what_presses_it_is_named() -> None:
     """Two massless links push along the outer one, whose line comes to touch the circle of friction, of radius mu r."""
-    with pytest.raises(mbs.MultibodyError, match="friction jams at t = .*: rub makes nearly all of what presses it") as failed:
+    with pytest.raises(mbs.MultibodyError, match=r"friction jams at .*: rub makes nearly all") as failed:
         mbs.simulate(mbs.loads(MASSLESS), t_end=1, samples=1001)
     b = failed.value.trajectory["b"][-1]
     assert 0.0045 < 0.769 * abs(sin(b)) < 0.02

@@ -90,7 +90,7 @@ def jams(now: Stretch, t: float, x: Floats) -> bool:
 
 
 def feeds_itself(now: Stretch, facts: Facts) -> str | None:
-    """Return the name of a part whose friction makes nearly all of what presses it, as massless bodies leave it to; or None.
+    """Return the name of a part whose friction makes nearly all of what presses it, as bodies are massless; or None.
 
     What presses follows from the motion that friction makes while rows hold.
     """

@@ -344,8 +344,8 @@ def _singular(run: Trajectory, time: float) -> str:
         )
     if found.independence > _APART and (part := _feeding(run, time)):
         return (
-            f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass take no "
-            "more of it; give them a mass, lower the friction, or end the run before"
+            f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass "
+            "take no more of it; give them a mass, lower the friction, or end the run before"
         )
     if found.independence > _APART:
         return (
