@@ -370,10 +370,11 @@ def _jams(run: Trajectory, time: float) -> bool:
 
 def _feeding(run: Trajectory, time: float) -> str | None:
     """Return the name of a part whose friction makes what presses it at a time near the end of a run, or None."""
-    if run.modes is None or not run.modes.stretches:
-        return None
-    from multibody_sym.simulation.one_way.jams import feeds_itself  # brings what runs without modes do without
+    from multibody_sym.simulation.one_way.chained import OneWayRun  # brings what runs without modes do without
+    from multibody_sym.simulation.one_way.jams import feeds_itself
 
+    if not isinstance(run.modes, OneWayRun) or not run.modes.stretches:
+        return None
     end = run.integration
     return feeds_itself(run.modes.stretches[-1], run.modes.laws.at(time, end.q_final, end.u_final, run.modes.scale))
 
