@@ -19,6 +19,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
+from multibody_sym.scalars.limits import most
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.stretches import Stretch
 
@@ -103,7 +104,7 @@ def feeds_itself(now: Stretch, facts: Facts) -> str | None:
         moved = problem.exerted[law.rows[0]]
         forces = least_squares(problem.matrix[held] @ problem.exerted[held].T, problem.matrix[held] @ moved)
         pressing = problem.matrix[list(law.normals)] @ (moved - problem.exerted[held].T @ forces)
-        made = law.kinetic * (np.linalg.norm(pressing) if law.norm else np.abs(pressing).sum())
+        made = most(law.kinetic, float(np.linalg.norm(pressing) if law.norm else np.abs(pressing).sum()))
         if abs(made - 1.0) < _ITSELF:
             return part.name
     return None
