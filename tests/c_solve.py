@@ -55,14 +55,15 @@ def solve_some_in_c(
     most: float,
     acting: np.ndarray,
     exerted: np.ndarray | None = None,
+    guard: float = GUARD,
 ) -> Solution:
-    """Return what the solves of rows that act return, as `solve_in_c`."""
+    """Return what the solves of rows that act return, as `solve_in_c`; all room holds `guard` before."""
     s, n = matrix.shape
     pattern = ctypes.byref(CPattern(s, n, (CSpan * max(1, s))(*[CSpan(0, n, 0, n)] * s)))
     size = s * (n + 6) + 3 + s * (n + 3) + 1
     if exerted is not None:
         size = (s + n) * (s + n + 6) + 3 + s * (2 * n + 4) + 2 + (s + n) * (s + n + 2)
-    factors, *found = (np.full(size + 1, GUARD) for size in (size, n, s, 3))
+    factors, *found = (np.full(size + 1, guard) for size in (size, n, s, 3))
     kind = "some" if exerted is None else "rubbing"
     given = [np.array(x, dtype=float) for x in ([matrix] if exerted is None else [matrix, exerted])]
     flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
@@ -70,7 +71,7 @@ def solve_some_in_c(
         pattern, *map(_pointer, given), _pointer(flags), ctypes.c_double(most), _pointer(factors)
     )
     getattr(library, f"mbs_substitute_{kind}")(pattern, _pointer(factors), _pointer(wanted), *map(_pointer, found))
-    assert all(a[-1] == GUARD for a in (factors, *found))
+    assert all(a[-1] == guard for a in (factors, *found))
     return Solution(*(a[:-1] for a in found))
 
 

@@ -345,10 +345,10 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
             for (int k = 0; k < count; ++k)
                 s.large[j * n + k] = mbs_dot(n, s.matrix + j * n, s.unit + k * n);
         mbs_factorise(&s.pattern, s.large, most, s.factors);
-        if (!(s.factors[MBS_RANK] < count)) { /* what is left of rows is measured by the rows of A */
+        if (s.factors[MBS_RANK] == count) /* what is left of rows is measured by the rows of A */
             s.factors[MBS_CONDITIONING] = least_left(&s);
+        if (!(s.factors[MBS_RANK] < count)) /* nor is it more of what is not finite, which has no factors */
             return;
-        }
     }
     *s.kind = TOGETHER;
     mbs_pattern own = together(&s);

@@ -184,3 +184,29 @@ simulation: {{t_end: 2 s}}
         assert found[name].value == pytest.approx(float(forces[k]), rel=1e-11)
         assert found[name].t == x[k]
         assert str(found[name]).endswith(f"at t = {x[k]} s")
+
+
+PUSHED = """
+multibody_sym: 1
+name: pushed
+gravity: [0, -9.81, 0]
+parameters: {al: 0.3, k: 3}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: [-sin(al), cos(al), 0]}}}
+  b: {mass: 1 kg}
+joints: {h: {type: point, parent: ground, child: b, initial: {u: [3*cos(al), 3*sin(al)]}}}
+contacts: {c: {between: [b, ground.floor], static: 0.5}}
+forces: {f: {type: force, on: b, value: [k*t, 0, 0]}}
+ask: {least: {min: friction(c)}, sticks: c sticks}
+simulation: {t_end: 0.7 s}
+"""
+
+
+def test_extremes_on_a_line_under_a_force_that_grows() -> None:
+    """Its power depends on time, which is no letter of formulas of energy."""
+    found, g, mu, k = mbs.solve(mbs.loads(PUSHED)).answers, 9.81, 0.5, 3.0
+    sine, cosine = math.sin(0.3), math.cos(0.3)
+    slower, faster = g * (sine + mu * cosine), k * (cosine - mu * sine)  # the speed is 3 - slower t + faster t^2/2
+    end = (slower - math.sqrt(slower * slower - 6.0 * faster)) / faster
+    assert found["sticks"].value == pytest.approx(end, rel=1e-9)
+    assert found["least"].value == pytest.approx(-mu * (g * cosine + k * sine * end), rel=1e-9)

@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+import os
 
 import numpy as np
 import pytest
@@ -192,3 +193,17 @@ def test_rows_that_act_and_what_they_exert(seed):
     assert C.T @ wanted.multipliers == pytest.approx(wanted.solution, abs=1e-9 * size)
     if independent == len(places) and wanted.report[1] > 1e-3:
         assert matrix[places] @ wanted.solution == pytest.approx(right[places], abs=1e-8 * size * np.abs(matrix).max())
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_rows_that_are_not_finite_have_no_order(bad):
+    """They ended the process, where the room for it held large numbers: here one of its own."""
+    library = ctypes.CDLL(str(OSCILLATOR.load().path))
+    matrix, exerted = np.array([[1.0, 2.0, bad], [0.0, 1.0, 1.0]]), np.array([[1.0, 2.0, 1.0], [0.5, 1.0, 1.0]])
+    if not (child := os.fork()):
+        try:
+            found = solve_some_in_c(library, matrix, np.ones(2), 2, np.ones(2), exerted, guard=1e9)
+            os._exit(int(not all(np.isnan(part).all() for part in found.__dict__.values())))
+        finally:
+            os._exit(2)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

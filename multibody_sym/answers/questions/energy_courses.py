@@ -178,11 +178,11 @@ class _Curve:
         return Course(there, self.variable, known.get, q, turning, near[self.variable], used=dict(known))
 
     def _keeps(self, energy: Node, held: Mapping[Node, Node], speed: Node) -> bool:
-        """Return whether the energy never changes on the curve, for whatever parameters."""
+        """Return whether the energy never changes on the curve, for whatever parameters and at any time."""
         coordinates, speeds = self.names
         rates = (*speeds, *map(as_node, self.there.instant.udot))
         moves = zip((*coordinates, *speeds), rates, strict=True)
         rate = reduce(add, (multiply(derivative(energy, x), moved) for x, moved in moves))
         there = put_in(book_form(self.there.forms.of([rate])[0]), held)
         near = {x: self.values[x] for x in (self.variable, speed)}
-        return TIME not in leaves([energy], "symbol") and in_letters(self.there, there, near).is_zero
+        return TIME not in leaves([energy, there], "symbol") and in_letters(self.there, there, near).is_zero
