@@ -345,3 +345,30 @@ def test_a_value_at_whose_time_the_motion_ends_is_found_and_one_after_its_end_is
     solution = mbs.solve(mbs.loads(_hoist(0.5)))
     assert solution.answers["load"].value is None
     assert any("load: no value of M" in x and "since runs fail" in x for x in solution.conditions)
+
+
+def test_an_answer_may_be_called_t() -> None:
+    """The time is 0 at the start, where an equation is none of it: from h, bounces last t1 (1 + e)/(1 - e) in all."""
+    model = mbs.loads(
+        HEAD
+        + """
+parameters: {m: 1, e: 0.7, alpha: 20 deg, h: 1, g: 9.81}
+bodies: {b: {mass: m}, ground: {surfaces: {f: {plane: [0, 0, 0], normal: [sin(alpha), cos(alpha), 0]}}}}
+joints: {J: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [0, h]}}}
+contacts: {c: {between: [b, ground.f], restitution: e, open: true}}
+ask:
+  t: {when: c closes}
+  half: t/2
+  fallen: {value: h - y, after: t/10}
+  when: {value: t, when: c strikes}
+  found: {find: e, so: t == 3, between: [0.5, 0.75]}
+simulation: {t_end: 8}
+"""
+    )
+    answers, first = mbs.solve(model).answers, sqrt(2 / 9.81)
+    last = first * (1 + 0.7) / (1 - 0.7)
+    assert answers["t"].value == pytest.approx(last, rel=1e-9)
+    assert answers["half"].value == pytest.approx(last / 2, rel=1e-9)
+    assert answers["fallen"].value == pytest.approx(9.81 * (last / 10) ** 2 / 2, rel=1e-9)
+    assert answers["when"].value == pytest.approx(first, rel=1e-9)
+    assert answers["found"].value == pytest.approx((3 - first) / (3 + first), rel=1e-9)

@@ -15,13 +15,17 @@ from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.mode_words import possible_words
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves
 
 _MEANT: Final = {"maximum": "max", "largest": "max", "minimum": "min", "least": "min", "period": "period_of"}
 """Words that are no keys of questions, and the keys for what they say."""
 _RATES: Final = ("acceleration", "angular_acceleration", "power")
 """What has no value while speeds jump."""
+_TIME: Final = symbol("t")
+_VALUE: Final = ("value",)
+_MOVING: Final = (_VALUE, ("max",), ("min",), ("when",), ("at",), ("until",))
+"""Where the expressions of questions stand that are looked at along the motion."""
 
 
 def verify_questions(system: System, mechanism: Mechanism) -> None:
@@ -147,6 +151,14 @@ def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]
 
 
 def named_by(question: Ask, questions: Mapping[str, Ask], taken: Collection[Node]) -> set[str]:
-    """Return the names of answers that the expressions of a question name."""
-    named = leaves([written.node for written in expressions(question)], "symbol")
-    return {str(leaf.data) for leaf in named if leaf not in taken and leaf.data in questions}
+    """Return the names of answers that the expressions of a question name, which are no names of the model.
+
+    The time is 0 at the start: a `t` that is asked only there is the answer of this name, if there is one.
+    """
+    written = expressions(question)
+    at_start = question.when is None and question.after is None
+    moving = [x.node for x in written if x.path in _MOVING and not (at_start and x.path == _VALUE)]
+    timed = _TIME in leaves(moving, "symbol")
+    named = leaves([x.node for x in written], "symbol")
+    free = [leaf for leaf in named if leaf not in taken or (leaf == _TIME and not timed)]
+    return {str(leaf.data) for leaf in free if leaf.data in questions}
