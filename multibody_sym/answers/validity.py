@@ -66,6 +66,13 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
     return found
 
 
+def conditions_of_mode(solved: Solved) -> Iterator[Condition]:
+    """Yield what holds in the mode of a solved start, and lets others follow where it fails, in closed form."""
+    for inequality, known in _inequalities(solved):
+        yield from (solved.closed(inequality.conditions) if known else None) or ()
+    yield from slipping(solved)
+
+
 def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool | None]]:
     """Yield the inequalities and whether their closed forms are the numbers, None where forces are not unique."""
 

@@ -123,3 +123,44 @@ def test_a_value_with_a_formula_is_the_value_of_the_formula() -> None:
     found = mbs.solve(mbs.loads(EDGE)).answers["slips"]
     assert found.as_json()["expression"] == "9.81*m*mu"
     assert found.value == pytest.approx(9.81 * 2 * 0.35, rel=1e-15)
+
+
+PULLED = """
+multibody_sym: 1
+name: pulled
+gravity: [0, -g, 0]
+parameters: {m: 2 kg, mu1: 0.2, mu2: 0.4, M: 5 kg, F: 60 N, g: 9.81 m/s^2}
+bodies: {top: {mass: m}, plank: {mass: M}}
+joints:
+  P: {type: prismatic, parent: ground, child: plank, axis: x, q: X}
+  T: {type: prismatic, parent: plank, child: top, axis: x, q: s}
+forces:
+  pull: {type: force, on: plank, value: [F, 0, 0]}
+  r1: {type: friction, joint: P, static: mu1}
+  r2: {type: friction, joint: T, static: mu2, kinetic: 0.35}
+ask: {most: {find: F, so: "s'' == 0"}}
+"""
+
+
+@pytest.mark.parametrize("start", [60.0, 41.202, 41.2, -50.0, 0.0])
+def test_the_end_of_a_range_is_where_a_condition_comes_to_hold_wherever_it_is_looked_for_from(start: float) -> None:
+    """The top one is pulled by no more than mu2 m g: both move with (F - mu1 (m + M) g)/(m + M) up to mu2 g.
+
+    Beyond, kinetic friction is less: s'' jumps, and what laws tolerate moves the jump.
+    """
+    solution = mbs.solve(mbs.loads(PULLED), parameters={"F": start})
+    most = solution.answers["most"]
+    assert most.value == pytest.approx((0.2 + 0.4) * 7 * 9.81, rel=1e-15)
+    assert most.as_json()["expression"] == "g*(M + m)*(mu1 + mu2)"
+    told = "holds for every F from -g*(M + m)*(mu1 + mu2) = -41.202 N to g*(M + m)*(mu1 + mu2) = 41.202 N"
+    assert any(told in each for each in solution.conditions), solution.conditions
+
+
+@pytest.mark.parametrize("sample", [2.29, 2.0, 3.0])
+def test_where_a_function_jumps_at_the_end_of_a_range_its_error_is_what_laws_tolerate(sample: float) -> None:
+    def function(x: float) -> float:
+        return 0.0 if abs(x) <= 2.3 * (1 + 3e-10) else x
+
+    (zero,) = zeros(function, sample, None)
+    assert (zero.at, zero.through) == (pytest.approx(2.3, rel=1e-9), pytest.approx(-2.3, rel=1e-9))
+    assert abs(zero.at - 2.3) < zero.error(function, 0.0) < 1e-7

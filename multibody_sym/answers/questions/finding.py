@@ -38,6 +38,10 @@ _SLOPE: Final = 1e-4
 """How far beside a zero, relative to it, a function's growth is looked at."""
 _UNSURE: Final = 1e-6
 """The part of a zero that is its error where its function has no growth that tells, or coarser runs end otherwise."""
+_JUMP: Final = 0.1
+"""A power of the distance with which a function hardly grows beside a range in which it vanishes: it jumps there."""
+TOLERATED: Final = 1e-8
+"""The part of such an end that is its error: there forces break inequalities, which hold to less than this."""
 _SHRUNK: Final = 0.25
 """The part of a bracket that its parts need not be halved at."""
 
@@ -74,7 +78,10 @@ class Zero:
             way = side * _SLOPE * size
             far, near = (abs(function(self.at + x) - self.residual) for x in (way, way / 2))
             if far > near > 0.0 and isfinite(far):
-                power = max(log2(far / near), 1.0)
+                power = log2(far / near)
+                if self.through is not None and power < _JUMP:
+                    return TOLERATED * size
+                power = max(power, 1.0)
                 return self.fine * size + abs(way) * float((unsure / far) ** (1.0 / power))
         return _UNSURE * size
 
@@ -135,7 +142,10 @@ def vanishes_about(
     width = abs(sample) / 2 or 0.5
     low, high = bounds if bounds is not None else (sample - width, sample + width)
     known = [x for part in _ABOUT if isfinite(x := function(low + (high - low) * part))]
-    return len(known) >= _ENOUGH and all(abs(x) <= little for x in known)
+    far = reach(sample) if bounds is None else ()
+    if len(known) < _ENOUGH or any(abs(x) > little for x in known):
+        return False
+    return not any(abs(function(x)) > little for x in far)
 
 
 _ABOUT: Final = (0.0, 0.137, 0.391, 0.618, 0.853, 1.0)
@@ -204,13 +214,12 @@ def _outwards(function: Callable[[float], float], sample: float, size: float) ->
     points = [here]
     ends = {1.0: here, -1.0: here}
     step = _FIRST * (abs(sample) or 1.0)
-    if here[1] == 0.0 and all(not abs(function(sample + side * step)) <= _NOTHING * size for side in ends):
-        yield _Seen(here, here, points, size)
-    for _ in range(_WIDENED):
-        for side, last in tuple(ends.items()):
-            x = last[0] + side * step
-            ends[side] = (x, function(x))
-            points.append(ends[side])
+    for k in range(_WIDENED):
+        before, ends = ends, {side: (x := last[0] + side * step, function(x)) for side, last in ends.items()}
+        points += ends.values()
+        if k == 0 and here[1] == 0.0 and all(not abs(y) <= _NOTHING * size for _, y in ends.values()):
+            yield _Seen(here, here, points, size)
+        for side, last in before.items():
             yield _Seen(*_with_values(function, last, ends[side]), tuple(sorted(points)), size)
         step *= _GROWTH
 

@@ -14,11 +14,12 @@ from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.in_letters.start import free_name
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.questions.finding import UNKNOWN, Zero, reach, vanishes_about, zeros
+from multibody_sym.answers.questions.finding import TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
+from multibody_sym.answers.validity import conditions_of_mode
 from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at
 from multibody_sym.expressions.units import DIMENSIONLESS, Measured, given_in, measured
 from multibody_sym.expressions.values import Value
@@ -366,20 +367,33 @@ class Search:
         sides = (1.0, -1.0) if zero.through is None else (1.0,) if zero.through <= zero.at else (-1.0,)
         for side in sides:
             try:
-                expression = self._root_beside(zero.at, zero.at + side * aside)
+                expression = self._root_beside(zero, zero.at + side * aside)
             except (MultibodyError, *UNDEFINED):
                 continue
             if expression is not None:
                 return expression
         return None
 
-    def _root_beside(self, value: float, beside: float) -> Node | None:
-        """Return the root near a value of the formula that left - right has where what is looked for is `beside` it."""
+    def _root_beside(self, zero: Zero, beside: float) -> Node | None:
+        """Return a zero as the root of the formula that left - right has where what is looked for is `beside` it.
+
+        The end of a range in which that vanishes may be where a condition comes to hold under which it has the formula.
+        """
         system, unknown = self._with_letter(beside)
         solved, answers, _ = self.solve(system)
         node = answers[_LEFT].expression
-        if node is None:
-            return None
+        found = None if node is None else self._root_near(node, unknown, zero.at, beside, solved, AGREEMENT)
+        if found is not None or zero.through is None:
+            return found
+        forms = (solved.value_of(condition.value) for condition in conditions_of_mode(solved))
+        nodes = (form.expression for form in forms if form is not None and form.expression is not None)
+        roots = (self._root_near(x, unknown, zero.at, beside, solved, TOLERATED) for x in nodes)
+        return next((root for root in roots if root is not None), None)
+
+    def _root_near(
+        self, node: Node, unknown: Node, value: float, beside: float, solved: Solved, part: float
+    ) -> Node | None:
+        """Return the root of a formula that is a value, to a `part` of it, as an expression."""
 
         def left(x: float) -> float:
             return evaluate_float([node], {**solved.sample, unknown: x})[0]
@@ -387,7 +401,7 @@ class Search:
         reach = 2 * abs(beside - value)
         near = zeros(left, beside, (value - reach, value + reach), cheap=True)
         at = min((x.at for x in near), key=lambda x: abs(x - value), default=UNKNOWN)
-        return self._root(node, unknown, at, solved) if abs(at - value) <= AGREEMENT * abs(value) else None
+        return self._root(node, unknown, at, solved) if abs(at - value) <= part * abs(value) else None
 
     def _with_letter(self, value: float) -> tuple[System, Node]:
         """Return the system that is asked what the equation needs, at a value that a parameter has, and its symbol."""
