@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final, cast
 
 import numpy as np
@@ -14,7 +15,7 @@ from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing, struck
 from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
 from multibody_sym.dynamics.impacts.problem import Sequence as Order
 from multibody_sym.dynamics.laws.assemble import OneWayRows, tree_dynamics_of
-from multibody_sym.dynamics.start.contact_starts import verify_friction
+from multibody_sym.dynamics.start.contact_starts import value_at, verify_friction
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
@@ -164,7 +165,7 @@ def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
             )
     with at(*blow.impact.paths.get(element.name, element.path)):
         for part in element.frictions:
-            verify_friction(blow.motion, part)
+            verify_friction(part, partial(value_at, blow.motion))
     return float(values[0]), float(values[1])
 
 

@@ -81,8 +81,12 @@ def _angles(system: System, known: Values) -> Iterator[Hint]:
     """Yield angles of more than a turn that were written without a unit: they count as radians."""
     for what, x, *path in _written_angles(system):
         if turns := _turns(x, system, known):
-            radians = f"{turns * _TURN:g} rad, {turns:.3g} turns"
-            yield Hint(f"{what} {x}, which counts as {radians}; if degrees are meant, write the unit: {x} deg", *path)
+            radians = f"{turns * _TURN:g} rad, {abs(turns):.3g} turns"
+            number = turns * _TURN
+            name = x.strip().removeprefix("-")
+            sign = -1.0 if name != x.strip() else 1.0
+            written = f"{name}: {sign * number:g} deg" if name in system.parameters else f"{x} deg"
+            yield Hint(f"{what} {x}, which counts as {radians}; if degrees are meant, write the unit: {written}", *path)
 
 
 def _written_angles(system: System) -> Iterator[tuple[Any, ...]]:
@@ -111,13 +115,15 @@ def _turns(text: Any, system: System, known: Values) -> float | None:
     """Return how many turns a plain number, or a parameter that is one, has in radians; None up to one."""
     if not isinstance(text, str):
         return None
-    parameter = system.parameters.get(text.strip().removeprefix("-"))
-    plain = plain_number(text.strip().removeprefix("-"))
+    unsigned = text.strip().removeprefix("-")
+    parameter, plain = system.parameters.get(unsigned), plain_number(unsigned)
     if parameter is not None and parameter.dimension is None and parameter.value.op == "number":
-        value: float | None = known.get(symbol(text.strip().removeprefix("-")))
+        value: float | None = known.get(symbol(unsigned))
     else:
         value = None if plain is None else float(plain)
-    return None if value is None or value <= _TURN else value / _TURN
+    if value is None or abs(value) <= _TURN:
+        return None
+    return value / _TURN if unsigned == text.strip() else -value / _TURN
 
 
 def _texts(element: Any, name: str) -> list[Any]:

@@ -51,7 +51,11 @@ def _verify_settings(system: System) -> None:
 @contextmanager
 def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterator[tuple[System, tuple[str, ...]]]:
     """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
-    system, places = load_with_places(options.file, content)
+
+    def verify(part: System) -> None:
+        examined(changed(part, options))
+
+    system, places = load_with_places(options.file, content, verify)
     for table in places.tables:
         for target in (getattr(options, name, None) for name in ("output", "plot")):
             verify_apart(table, target, "a table of the model")
@@ -64,7 +68,7 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
     except MultibodyError as error:
         of_options, of_file = _by_origin(error, options, system)
         if of_file and of_file[0].where.path:
-            of_file = [places.with_others(joined(of_file), lambda part: examined(changed(part, options)))]
+            of_file = [places.with_others(joined(of_file), verify)]
         raise joined([*of_options, *of_file]) from None
 
 

@@ -78,17 +78,22 @@ def loads(text: str, name: str = _TEXT_NAME) -> System:
     return _with_places(read_text(doors.text("text", text), name), name)[0]
 
 
-def load_with_places(path: str | os.PathLike[str], content: bytes | None = None) -> tuple[System, Places]:
+def load_with_places(
+    path: str | os.PathLike[str],
+    content: bytes | None = None,
+    verify: Callable[[System], object] | None = None,
+) -> tuple[System, Places]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`.
 
-    `content` is the file's, if it is read already.
+    `content` is the file's, if it is read already. Beside the first mistake of a file those are told that `verify`
+    finds, which raises InputError; without it those of its mechanism.
     """
     name = path_name(path, "a model file")
     content = read_content(name, LARGEST_FILE) if content is None else content
     if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
         raise InputError(message, where=Where(file=name, line=1, column=1), number="F101")
-    return _with_places(read_bytes(content, name), name, os.path.dirname(name))
+    return _with_places(read_bytes(content, name), name, os.path.dirname(name), verify)
 
 
 def read_content(name: str, largest: int) -> bytes:
@@ -130,7 +135,9 @@ def _neighbour(name: str) -> str:
     return f"; did you mean {path.parent / found[0]}?" if found else ""
 
 
-def _with_places(tree: Tree, name: str, folder: str | None = None) -> tuple[System, Places]:
+def _with_places(
+    tree: Tree, name: str, folder: str | None = None, verify: Callable[[System], object] | None = None
+) -> tuple[System, Places]:
     """Return the System and its places; table files are looked for in the `folder`, or not at all."""
     places = Places(name, tree, has_folder=folder is not None)
     try:
@@ -139,7 +146,7 @@ def _with_places(tree: Tree, name: str, folder: str | None = None) -> tuple[Syst
     except MultibodyError as error:
         from multibody_sym.model.resolution.resolve import mechanism
 
-        raise places.with_others(error, mechanism) from None
+        raise places.with_others(error, verify or mechanism) from None
 
 
 def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:

@@ -33,7 +33,7 @@ joints: {hinge: {type: revolute, parent: ground, child: bob, q: phi, initial: {q
         ("{mass: m, com: [0, -l, 0]}", "{shape: {rod: l, mass: m}, points: {a: [-l/2, 0, 0]}}", "a rod begins at the"),
         ("{bob:", "{ground: {frames: {s: {rotate: [{axis: z, angle: 30}]}}}, bob:", "frame ground.s turns by 30"),
         ("0.5}}}", "0.5}}, j: {type: revolute, parent: ground, child: bob}}", "joints hinge and j both join bob to"),
-        ("0.5}}}", "0.5}, limits: {lower: -90}}}", "the lower limit of joint hinge is -90, which counts as 90 rad"),
+        ("0.5}}}", "0.5}, limits: {lower: -90}}}", "the lower limit of joint hinge is -90, which counts as -90 rad"),
     ],
 )
 def test_a_hint_says_what_is_odd_and_what_to_write(was: str, written: str, words: str) -> None:
@@ -87,3 +87,12 @@ def test_every_command_has_the_hints(tmp_path: Path, capsys: pytest.CaptureFixtu
         printed = capsys.readouterr()
         assert printed.err.count("joints.hinge.initial.q: joint hinge starts at 30") == 1, command
         assert "30 deg" in json.loads(printed.out)["hints"][0]
+
+
+def test_degrees_of_a_parameter_are_written_where_it_is_declared() -> None:
+    text = PENDULUM.replace("9.81 m/s^2", "9.81 m/s^2, far: 90").replace("0.5}}}", "0.5}, limits: {lower: -far}}}")
+    (told,) = [hint for hint in declared_hints(loads(text)) if "turns" in hint]
+    assert "is -far, which counts as -90 rad" in told
+    assert told.endswith("write the unit: far: 90 deg")
+    fixed = text.replace("far: 90", "far: 90 deg")
+    assert not [hint for hint in declared_hints(loads(fixed)) if "turns" in hint]

@@ -244,3 +244,28 @@ def test_names_in_questions_are_told_with_the_others(tmp_path: Path, capsys: pyt
     places = ["a: 'q'", "b.at: ", "c.find: ", "d.period_of: ", "e.until: ", "f.of: ", "g.formula: ", "h: the answers"]
     assert [f"ask.{place}" in told for place in places] == [True] * len(places)
     assert told.count("error: ") == len(places)
+
+
+MANY = """\
+multibody_sym: 1
+name: many
+gravity: [0, -g, 0]
+parameters: {m: 2 kgg, l: 1 m, alfa: 30 deg, F: 3 N, g: 9.81 m/s^2}
+bodies: {bob: {mass: m, com: [0, -l, 0]}, c: {shape: {box: [l, -l, l], mass: 1 kg}}}
+joints:
+  H: {type: revolut, parent: ground, child: bob, q: th}
+  K: {type: prismatic, parent: ground, child: d}
+  L: {type: planar, parent: ground, child: c}
+forces: {f: {type: force, on: bob, value: [F*alpha, 0]}, s: {type: spring, joint: H, stiffness: 3 s}}
+ask: {t: {when: H slides}, s: {formula: s}, z: {find: q, so: l = 3}, y: {find: F, so: l == F}}
+"""
+
+
+def test_nothing_that_was_mended_hides_what_is_declared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Names in what is left out are still those of others, numbers are judged too, and what is missing is put in."""
+    (tmp_path / "m.yaml").write_text(MANY)
+    assert main(["check", str(tmp_path / "m.yaml")]) == 2
+    told = re.findall(r"error: \S+?m\.yaml:\d+:\d+: (\S+): ", capsys.readouterr().err)
+    places = ["parameters.m", "bodies.c.shape.box", "joints.H.type", "joints.K.axis", "joints.K.child"]
+    places += ["forces.f.value", "forces.f.value.0", "forces.s.stiffness", "ask.t.when", "ask.s.formula"]
+    assert told == [*places, "ask.z.find", "ask.z.so", "ask.y.so"]

@@ -20,8 +20,8 @@ from multibody_sym.answers.questions.naming import put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
 from multibody_sym.answers.validity import conditions_of_mode
-from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at
-from multibody_sym.expressions.units import DIMENSIONLESS, Measured, given_in, measured
+from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
+from multibody_sym.expressions.units import given_in
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.parameters import Parameter
@@ -69,7 +69,7 @@ class Search:
 
     def found(self) -> tuple[Value, list[str]]:
         """Return the value, and what is to be said of it."""
-        self._verify()
+        self._verify_units()
         little = _NOTHING * max((abs(x.value or 0.0) for x in self.known.values()), default=0.0)
         if vanishes_about(self.residual, self.sample, self.bounds, little):
             return Value(None), [f"any value of {self.name} will do: {self.equation} holds for all that were tried"]
@@ -198,28 +198,11 @@ class Search:
         what = f"{self.equation} holds there and for every {self.name} {side}"
         return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.6g}"]
 
-    def _verify(self) -> None:
-        with at("so"):
-            self._verify_units()
-
     def _verify_units(self) -> None:
-        """Raise ModelError where the sides of the equation are certain to be in different units."""
-        given, declared = self.equation, Dimensions(self.solved.system)
+        """Raise ModelError where the sides of the equation are in different units, with those of answers."""
         of_answers = {symbol(name): given_in(dimension_of_unit(x.unit)) for name, x in self.known.items() if x.unit}
-
-        def of_leaf(leaf: Node) -> Measured | None:
-            return of_answers[leaf] if leaf in of_answers else declared.of_leaf(leaf)
-
-        sides = (given.left, given.left_unit), (given.right, given.right_unit)
-        left, right = (
-            measured(x, of_leaf) if unit is None else given_in(dimension_of_unit(unit)) for x, unit in sides
-        )
-        if left is None or right is None or not left.certain or not right.certain:
-            return
-        if left.dimension != right.dimension and DIMENSIONLESS not in (left.dimension, right.dimension):
-            raise ModelError(
-                f"{given}: the left side is a quantity in {left.dimension}, the right one in {right.dimension}"
-            )
+        with at("so"):
+            Dimensions(self.solved.system).verify_sides(self.equation, of_answers)
 
     # --- in numbers -----------------------------------------------------------------------------------------------
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
@@ -20,46 +20,53 @@ _PARALLEL: Final = 1e-12
 """The square of an angle (rad) up to which a rim lies in a plane."""
 
 
-def verify_contact_values(motion: Motion) -> None:
+Value = Callable[[Node], float | None]
+"""Returns the value of an expression; None where it is not known."""
+
+
+def value_at(motion: Motion, node: Node) -> float:
+    """Return the value of an expression at an instant."""
+    return float(motion.state.values([node])[0])
+
+
+def verify_contact_values(elements: Iterable[OneWay], value: Value) -> None:
     """Raise ModelError for negative coefficients and radii, and for more friction in sliding than in sticking.
 
     Declared numbers were judged when they were read; here those are that parameters give.
     """
-    for element in motion.mechanism.one_way:
+    for element in elements:
         with at(*element.path):
-            _verify_range(motion, "restitution", element.restitution, 1.0)
-            _verify_range(motion, "tangential_restitution", element.tangential_restitution, 1.0)
+            _verify_range(value(element.restitution), "restitution", 1.0)
+            _verify_range(value(element.tangential_restitution), "tangential_restitution", 1.0)
             for part in element.frictions:
-                verify_friction(motion, part)
+                verify_friction(part, value)
             for row in element.rows if element.kind == "contact" else ():
                 for radius in row.radii:
-                    _verify_radius(motion, radius)
+                    _verify_radius(value(radius))
 
 
-def verify_friction(motion: Motion, part: FrictionPart) -> None:
+def verify_friction(part: FrictionPart, value: Value) -> None:
     """Raise ModelError, under the coefficient's name, for a negative one, and for more in sliding than in sticking."""
     if part.name.endswith(_ROLLING):
-        _verify_range(motion, "rolling_resistance", part.static, None)
+        _verify_range(value(part.static), "rolling_resistance", None)
         return
-    static = _verify_range(motion, "static", part.static, None)
-    kinetic = _verify_range(motion, "kinetic", part.kinetic, None)
+    static = _verify_range(value(part.static), "static", None)
+    kinetic = _verify_range(value(part.kinetic), "kinetic", None)
     if not part.enough:
         verify_coefficients(static, kinetic)
 
 
-def _verify_range(motion: Motion, name: str, node: Node, most: float | None) -> float:
-    value = float(motion.state.values([node])[0])
+def _verify_range(value: float | None, name: str, most: float | None) -> float | None:
     with at(name):
-        if value < 0.0:
+        if value is not None and value < 0.0:
             raise ModelError(f"{value:g} is negative; nothing rubs or bounces less than not at all", number="M109")
-        if most is not None and value > most:
+        if most is not None and value is not None and value > most:
             raise ModelError(f"{value:g} is above {most:g}: nothing leaves faster than it came", number="M114")
     return value
 
 
-def _verify_radius(motion: Motion, radius: Node) -> None:
-    value = float(motion.state.values([radius])[0])
-    if not value > 0.0:
+def _verify_radius(value: float | None) -> None:
+    if value is not None and not value > 0.0:
         raise ModelError(
             f"a radius there is {value:g} m, and what has one is round; give a positive number", number="M109"
         )

@@ -13,6 +13,7 @@ from functools import wraps
 from typing import Any, Final, TypeVar, cast
 
 from multibody_sym.dynamics.start.body_masses import verify_apart, verify_masses
+from multibody_sym.dynamics.start.contact_starts import verify_contact_values
 from multibody_sym.dynamics.start.mass_jumps import verify_mass_laws
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
@@ -48,6 +49,9 @@ def examined(system: System) -> Mechanism:
         parameters = parameter_values(base, {})
         _verify_finite(expressions(system), _parameters(base, parameters))
         verify_bodies(resolved, parameters)
+        _verify_sizes(system, _parameters(base, parameters))
+        slots = {slot("parameters", k): x for k, x in enumerate(parameters)}
+        verify_contact_values(base.one_way, lambda node: value_or_none(node, slots))
         values, t_end = _start(base), end_of_run(system, base, parameters)
         verify_motions(system, values, t_end)
         verify_mass_laws(system, values, t_end)
@@ -104,6 +108,16 @@ def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
         if least < 0.0:
             with at(*base.row_path(k)):
                 raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative", number="M109")
+
+
+def _verify_sizes(system: System, known: Values) -> None:
+    """Raise ModelError at the first shape with a negative size."""
+    for name, body in system.bodies.items():
+        for size in () if body.shape is None else body.shape.sizes:
+            value = value_or_none(size, known)
+            if value is not None and value < 0.0:
+                with at("bodies", name, "shape", body.shape.kind):
+                    raise ModelError(f"a size of {value:g} m is negative", number="M109")
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, on
 from multibody_sym.dynamics.laws.problem import Found, LawProblem, Verdict
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
-from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
+from multibody_sym.dynamics.start.contact_starts import value_at, verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
 from multibody_sym.errors import ModelError, NoSolutionError, Where
@@ -167,7 +167,7 @@ def state_at(
     if not base.one_way:
         return StartState(declared, start(base, overrides, project=project, compiled=compiled), (Mode({}),))
     begin, rows = _touching(base, start(base, overrides, project=project), overrides, project)
-    verify_contact_values(rows.motion)
+    verify_contact_values(base.one_way, partial(value_at, rows.motion))
     verify_outside(rows.motion, rows.scale.length * TOUCHING)
     standing = {element.name: rows.standing(element) for element in base.one_way if element.unilateral}
     _verify_outside(rows, standing)

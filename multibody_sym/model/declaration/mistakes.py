@@ -21,6 +21,10 @@ _NAME: Final = re.compile(r"[A-Za-z]\w*")
 _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
 _MISSING: Final = "M102"
 _GROUND: Final = "ground"
+_INSTEAD: Final = {"axis": "x", "normal": "y", "along": "x", "so": "1 == 1"}
+"""What may stand under some keys in the place of what is wrong there, or missing; elsewhere a number."""
+
+_VECTOR: Final = 3
 
 Path = tuple[str, ...]
 
@@ -101,6 +105,8 @@ class _MendedCopy:
             return True
         if not path:
             return False
+        if error.number == _MISSING and len(error.where.path) == len(path) + 1 and self._add(error.where.path):
+            return True
         above = _at(self.content, path[:-1])
         key: Any = int(path[-1]) if isinstance(above, list) else path[-1]
         better = self._better(error, path, above[key])
@@ -113,26 +119,37 @@ class _MendedCopy:
             self._drop(path)
         return True
 
+    def _add(self, path: Path) -> bool:
+        """Add what is missing; return whether that was not tried before."""
+        above = _at(self.content, path[:-1])
+        if path in self._paths or not isinstance(above, dict):
+            return False
+        above[path[-1]] = _INSTEAD.get(path[-1], _NUMBER)
+        self._paths.add(path)
+        return True
+
     def _path(self, error: MultibodyError) -> Path:
         """Return the path of what the content holds of the part that an error is about."""
         return error.where.path[: len(_place_in(self.content, error.where.path))]
 
-    def _better(self, error: MultibodyError, path: Path, part: Any) -> str | None:
+    def _better(self, error: MultibodyError, path: Path, part: Any) -> Any:
         """Return what may stand in the place of a part, None where it is left out."""
         if error.number == _UNKNOWN_KEY:
             return error.meant
+        instead = _INSTEAD.get(path[-1], _NUMBER)
         if not isinstance(part, str):
-            return None
+            short = isinstance(part, list) and part and len(part) < _VECTOR and path not in self._paths
+            return [*part, *["0"] * (_VECTOR - len(part))] if short else None if instead == _NUMBER else instead
         if error.word and (error.meant or error.number in _UNKNOWN_WORDS):
             if error.meant is None:  # else it is misspelt, which may be in several places
-                self._words.update(_names_in(error.word))
+                self._words.update({*_names_in(error.word)} - _declared(self.content))
             changed = re.sub(rf"(?<!\w){re.escape(error.word)}(?!\w)", error.meant or _NUMBER, part)
             if changed != part:
                 return changed
         if path in self._paths:
-            return None if part == _NUMBER else _NUMBER
-        self._words.update([part] if _NAME.fullmatch(part) else [])
-        return error.meant or _NUMBER
+            return None if part == instead else instead
+        self._words.update({part} - _declared(self.content) if _NAME.fullmatch(part) else [])
+        return error.meant or instead
 
     def _drop(self, path: Path) -> None:
         """Leave out what stands at a path, with the list that it is in: places in lists are paths of others."""
@@ -140,10 +157,14 @@ class _MendedCopy:
             path = path[:-1]
         if path:
             gone = _at(self.content, path[:-1]).pop(path[-1])
-            bodies = self.content.get("bodies")
-            there = bodies if isinstance(bodies, dict) else {}
-            self._words.update({path[-1], *_words_in(gone)} - {_GROUND, *there})
+            self._words.update({path[-1], *_words_in(gone)} - _declared(self.content))
             self._unjoined |= path[0] in ("joints", "bodies", "repeat")
+
+
+def _declared(content: dict[str, Any]) -> set[str]:
+    """Return the names that a model still declares, ground among them."""
+    parts = [part for part in content.values() if isinstance(part, dict)]
+    return {_GROUND, *(str(name) for part in parts for name in part)}
 
 
 def _names_in(text: str) -> list[str]:

@@ -19,7 +19,7 @@ from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.declaration.joint import MovingJoint
-from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.model.declaration.settings import Ask, Equation
 from multibody_sym.model.declaration.system import System, Written
 from multibody_sym.model.declaration.tables import Table, input_dimensions
 from multibody_sym.model.declaration.values import dimension_of_unit
@@ -159,6 +159,24 @@ class Dimensions:
         inputs = {name: x for name, x in self.system.inputs.items() if isinstance(x, Node)}
         found = {**self.system.outputs, **inputs, **parameters}
         return {name: node for name, node in found.items() if node.shadow is None and name not in self._given}
+
+    def verify_sides(self, given: Equation, of_answers: Mapping[Node, Measured | None] | None = None) -> None:
+        """Raise ModelError where the sides of an equation are certain to be in different units."""
+        known = of_answers or {}
+
+        def of_leaf(leaf: Node) -> Measured | None:
+            return known[leaf] if leaf in known else self.of_leaf(leaf)
+
+        sides = (given.left, given.left_unit), (given.right, given.right_unit)
+        left, right = (
+            measured(x, of_leaf) if unit is None else given_in(dimension_of_unit(unit)) for x, unit in sides
+        )
+        if left is None or right is None or not left.certain or not right.certain:
+            return
+        if left.dimension != right.dimension and DIMENSIONLESS not in (left.dimension, right.dimension):
+            raise ModelError(
+                f"{given}: the left side is a quantity in {left.dimension}, the right one in {right.dimension}"
+            )
 
     # --- what a place wants ---------------------------------------------------------------------------------------
 

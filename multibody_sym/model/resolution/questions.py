@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.mode_words import possible_words
+from multibody_sym.model.resolution.dimensions import Dimensions
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves
 
@@ -33,6 +34,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
 
     So for questions that name each other in a circle, and those of an impact that have no answer at its instant.
     """
+    dimensions = Dimensions(system)
     for name, question in system.ask.items():
         with at("ask", name):
             for key, known in _named(system, mechanism, question):
@@ -45,6 +47,9 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
             for key, moment in _moments(question):
                 with at(key):
                     _verify_moment(mechanism, moment)
+            if question.so is not None:
+                with at("so"):
+                    dimensions.verify_sides(question.so)
             if system.impact is not None:
                 _verify_at_impact(question)
     in_order(system.ask, mechanism.symbols)

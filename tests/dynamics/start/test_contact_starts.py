@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.start.contact_starts import contact_gaps, verify_contact_values, verify_outside
+from multibody_sym.dynamics.start.contact_starts import contact_gaps, value_at, verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
@@ -76,9 +77,10 @@ def test_below_the_level_of_a_table_beside_it_is_not_inside() -> None:
     ],
 )
 def test_values_that_parameters_make_wrong(parameters: dict[str, float], message: str) -> None:
-    verify_contact_values(motion({}))
+    right, at = motion({}), motion({}, **parameters)
+    verify_contact_values(right.mechanism.one_way, partial(value_at, right))
     with pytest.raises(mbs.ModelError, match=message):
-        verify_contact_values(motion({}, **parameters))
+        verify_contact_values(at.mechanism.one_way, partial(value_at, at))
 
 
 # --- what ends at faces and corners --------------------------------------------------------------------------------
