@@ -112,11 +112,12 @@ def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
 
 def _verify_sizes(system: System, known: Values) -> None:
     """Raise ModelError at the first shape with a negative size."""
-    for name, body in system.bodies.items():
-        for size in () if body.shape is None else body.shape.sizes:
+    shapes = ((name, body.shape) for name, body in system.bodies.items() if body.shape is not None)
+    for name, shape in shapes:
+        for size in shape.sizes:
             value = value_or_none(size, known)
             if value is not None and value < 0.0:
-                with at("bodies", name, "shape", body.shape.kind):
+                with at("bodies", name, "shape", shape.kind):
                     raise ModelError(f"a size of {value:g} m is negative", number="M109")
 
 
