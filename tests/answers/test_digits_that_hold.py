@@ -203,3 +203,34 @@ simulation: {t_end: 3 s}
 def test_rounding_about_zero_is_zero() -> None:
     told = solution_text(mbs.solve(mbs.loads(LANDING)))
     assert [printed(told, name) for name in ("down", "above", "top")] == [["0"], ["0"], ["0"]]
+
+
+SPUN_BACK = """
+multibody_sym: 1
+name: spun_back
+gravity: [0, -g, 0]
+parameters: {m: 0.5 kg, mu: 0.25, v: 2 m/s, g: 9.81 m/s^2, r: 0.1 m, w: 50 rad/s}
+bodies: {b: {shape: {sphere: r, mass: m}}, ground: {surfaces: {t: {plane: [0, 0, 0], normal: y}}}}
+joints: {j: {type: planar, parent: ground, child: b, q: [x, y, phi], initial: {q: [0, r, 0], u: [v, 0, w]}}}
+contacts: {c: {between: [b, ground.t], static: mu}}
+ask:
+  left: {value: u_x, when: c sticks}
+  turning: {value: u_phi*r, when: c sticks}
+  turned: {value: phi, when: c sticks}
+  lost: {value: work(c), after: 3 s}
+  energy: {value: kinetic_energy(), after: 3 s}
+simulation: {t_end: 4 s}
+"""
+
+
+def test_the_error_of_a_value_at_a_moment_has_those_of_the_moment_and_of_rounding() -> None:
+    """With w = 5 v/(2 r) a ball comes to rest as its slip ends, at v/(mu g): friction takes all of its energy."""
+    found = mbs.solve(mbs.loads(SPUN_BACK))
+    known = {"left": 0.0, "turning": 0.0, "lost": -3.5, "energy": 0.0, "turned": 25 * 2 / (0.25 * 9.81)}
+    for name, true in known.items():
+        answer = found.answers[name]
+        assert answer.value is not None
+        assert abs(answer.value - true) <= max(answer.error, 1e-15 * abs(true)), name
+        assert answer.error < 1e-10, name
+    told = solution_text(found)
+    assert [printed(told, name) for name in ("left", "turning", "energy")] == [["0"]] * 3

@@ -23,6 +23,8 @@ from multibody_sym.simulation.failures import FailedRunError
 HALF_OF_THE_DIGITS: Final = 1e-6
 """Relative, of numbers of runs: the root of their tolerance."""
 _ROUNDING: Final = 1e-14
+_MOMENT: Final = 1e-12
+"""The part of a time to which runs find a moment: there a sum vanishes to rounding of its terms."""
 
 
 class NeverError(Exception):
@@ -62,12 +64,16 @@ class InNumbers:
         return change if abs(number) <= change else self.motion.part_of_coarser * change
 
     def _rounding(self, question: Ask) -> float:
-        """Return the rounding of an extreme, or of an expression at a moment, beside the largest value until then."""
+        """Return the rounding of an extreme, or an expression, beside the largest value until then, and of moments."""
         if question.max is not None or question.min is not None:
             return _ROUNDING * size(self.motion, question)
-        if question.value is None or question.when is None:
+        if question.when is None and (question.value is None or question.after is None):
             return 0.0
-        return _ROUNDING * self.motion.largest(question.value, question.when)
+        time = self.time(question)
+        if question.value is None:
+            return 0.0 if question.of is not None else _MOMENT * time
+        largest, rate = self.motion.largest_and_rate(question.value, question.when, time)
+        return _ROUNDING * largest + (0.0 if question.when is None else _MOMENT * time * rate)
 
     def answer(self, question: Ask) -> Value:
         """Return the answer to a question, without unit and error. Raises NeverError."""

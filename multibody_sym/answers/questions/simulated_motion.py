@@ -147,17 +147,22 @@ class Simulated:
             return None if time is None else self.value(asked, time)
         return float(self._until(moment, asked)[ASKED][-1])
 
-    def largest(self, asked: Node, moment: Moment) -> float:
-        """Return the largest absolute value of an expression until a moment first comes, which does come."""
+    def largest_and_rate(self, asked: Node, moment: Moment | None, time: float) -> tuple[float, float]:
+        """Return the largest absolute value of an expression until a time, and by how much it changes in 1 s there.
+
+        The time may be that of a `moment`; what jumps at it does not count as such a change.
+        """
         if asked.op in ("number", "real"):
-            return abs(float(asked.data))
-        time = self.moment(moment, asked)
-        if isinstance(moment, Mapping) or not time:
+            return abs(float(asked.data)), 0.0
+        if moment is None or isinstance(moment, Mapping) or not time:
             run = self.along(asked, time or _SHORT)
         else:
             run = self._until(moment, asked)
-        values = run[ASKED]
-        return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        known = np.isfinite(run[ASKED])
+        values, times = run[ASKED][known], run.t[known]
+        steps, changes = np.diff(times[-3:-1]), np.diff(values[-3:-1])
+        rate = abs(float(changes[0] / steps[0])) if len(steps) and steps[0] > 0.0 else 0.0
+        return float(np.abs(values).max(initial=0.0)), rate
 
     def _until(self, moment: Node | StateCondition, asked: Node | None) -> Trajectory:
         stop = Names({_WHEN: moment})
