@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from math import inf
 from typing import Final
 
 from multibody_sym.algebra.quotient_functions import exact
@@ -13,6 +14,7 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.expressions.units import ENERGY, FORCE
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
@@ -95,13 +97,33 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
 
 def _coefficients(mechanism: Mechanism) -> set[Node]:
     """Return the slots of parameters that are coefficients of friction or restitution: no model has negative ones."""
-    struck = mechanism.impact
-    one_way = [*mechanism.one_way, *(struck.meetings if struck is not None else ())]
-    given = [*struck.restitutions.values(), *struck.tangential.values()] if struck is not None else []
-    parts = [x for element in one_way for part in element.frictions for x in (part.static, part.kinetic)]
-    bounces = [x for element in one_way for x in (element.restitution, element.tangential_restitution)]
-    alone = [leaves([x], "slot") for x in map(as_node, (*parts, *bounces, *given))]
+    alone = [leaves([x], "slot") for x in (*_rubbing(mechanism), *_bouncing(mechanism))]
     return {slots[0] for slots in alone if len(slots) == 1}
+
+
+def _rubbing(mechanism: Mechanism) -> list[Node]:
+    parts = [part for element in _one_way(mechanism) for part in element.frictions]
+    return [as_node(x) for part in parts for x in (part.static, part.kinetic)]
+
+
+def _bouncing(mechanism: Mechanism) -> list[Node]:
+    struck = mechanism.impact
+    given = [*struck.restitutions.values(), *struck.tangential.values()] if struck is not None else []
+    own = [x for element in _one_way(mechanism) for x in (element.restitution, element.tangential_restitution)]
+    return [as_node(x) for x in (*own, *given)]
+
+
+def _one_way(mechanism: Mechanism) -> list[OneWay]:
+    return [*mechanism.one_way, *(mechanism.impact.meetings if mechanism.impact is not None else ())]
+
+
+def limits_of(mechanism: Mechanism, name: str) -> tuple[float, float]:
+    """Return the least and the greatest value that a parameter may have, as what it is, or is declared."""
+    place = mechanism.symbols[symbol(name)]
+    if place in _bouncing(mechanism):
+        return 0.0, 1.0
+    positive = any(entry.positive for entry in mechanism.parameters if entry.name == name)
+    return (0.0 if positive or place in _rubbing(mechanism) else -inf), inf
 
 
 def _turning(mechanism: Mechanism) -> set[Node]:

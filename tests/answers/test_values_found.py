@@ -372,3 +372,25 @@ simulation: {t_end: 8}
     assert answers["fallen"].value == pytest.approx(9.81 * (last / 10) ** 2 / 2, rel=1e-9)
     assert answers["when"].value == pytest.approx(first, rel=1e-9)
     assert answers["found"].value == pytest.approx((3 - first) / (3 + first), rel=1e-9)
+
+
+def test_a_coefficient_of_restitution_is_looked_for_up_to_its_limits() -> None:
+    """The second apex is at e^2 h, which a bounce never raises."""
+    model = mbs.loads(
+        HEAD
+        + """
+parameters: {m: 2, h: 3, e: 0.7, g: 9.81}
+bodies: {ball: {mass: m}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {J: {type: point, parent: ground, child: ball, q: [x, y], initial: {q: [0, h]}}}
+contacts: {c: {between: [ball, ground.floor], restitution: e, open: true}}
+ask:
+  top: {max: y, after: 0.8}
+  nearly: {find: e, so: top == 0.99999*h}
+  more: {find: e, so: top == 1.1*h}
+simulation: {t_end: 2.4}
+"""
+    )
+    solution = mbs.solve(model)
+    assert solution.answers["nearly"].value == pytest.approx(sqrt(0.99999), rel=1e-9)
+    assert solution.answers["more"].value is None
+    assert any("more: no value of e" in x and "from 0 to 1," in x for x in solution.conditions)

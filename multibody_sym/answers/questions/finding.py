@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
-from math import copysign, isfinite, log2, nan
+from math import copysign, inf, isfinite, log2, nan
 from typing import Final
 
 import numpy as np
@@ -44,6 +44,10 @@ TOLERATED: Final = 1e-8
 """The part of such an end that is its error: there forces break inequalities, which hold to less than this."""
 _SHRUNK: Final = 0.25
 """The part of a bracket that its parts need not be halved at."""
+
+
+Point = tuple[float, float]
+ANYWHERE: Final[Point] = (-inf, inf)
 
 
 @dataclass(frozen=True)
@@ -93,10 +97,11 @@ def zeros(
     *,
     cheap: bool = False,
     size: float = 0.0,
+    limits: Point = ANYWHERE,
 ) -> list[Zero]:
     """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
 
-    Without bounds the one that is met first on ways out from the sample, to both sides; of a function that is `cheap`
+    Without bounds the one that is met first on ways out from the sample, to both sides up to `limits`; of a function that is `cheap`
     a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the end is returned,
     of two ends the upper one. `size`: how large the terms are that cancel where it vanishes.
     """
@@ -104,7 +109,7 @@ def zeros(
         points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
         walk: Iterator[_Seen] = _between(function, points, size)
     else:
-        walk = _outwards(function, sample, size)
+        walk = _outwards(function, sample, size, limits)
     fine = _ACCURACY if cheap else _FINE
     met = (zero for seen in walk if (zero := _met(function, seen, fine)) is not None)
     found = list(islice(met, None if bounds is not None else _MOST if cheap else 1))
@@ -153,13 +158,10 @@ _ABOUT: Final = (0.0, 0.137, 0.391, 0.618, 0.853, 1.0)
 _ENOUGH: Final = 4
 
 
-def reach(sample: float) -> tuple[float, float]:
-    """Return the least and the largest value that are tried without bounds."""
+def reach(sample: float, limits: Point = ANYWHERE) -> tuple[float, float]:
+    """Return the least and the largest value that are tried without bounds, but for `limits`."""
     way = _FIRST * (abs(sample) or 1.0) * (_GROWTH**_WIDENED - 1) / (_GROWTH - 1)
-    return sample - way, sample + way
-
-
-Point = tuple[float, float]
+    return max(sample - way, limits[0]), min(sample + way, limits[1])
 
 
 def _changes(a: Point, b: Point) -> bool:
@@ -208,19 +210,22 @@ def _between(function: Callable[[float], float], points: list[Point], size: floa
     return (_Seen(*_with_values(function, a, b), points, size) for a, b in pairwise(points))
 
 
-def _outwards(function: Callable[[float], float], sample: float, size: float) -> Iterator[_Seen]:
+def _outwards(function: Callable[[float], float], sample: float, size: float, limits: Point) -> Iterator[_Seen]:
     """Yield the brackets that are met on the way from the sample outwards, to one side and the other in turn."""
+    low, high = limits if limits[0] <= sample <= limits[1] else ANYWHERE
     here = (sample, function(sample))
     points = [here]
     ends = {1.0: here, -1.0: here}
     step = _FIRST * (abs(sample) or 1.0)
     for k in range(_WIDENED):
-        before, ends = ends, {side: (x := last[0] + side * step, function(x)) for side, last in ends.items()}
+        before = ends
+        ways = {side: min(max(last[0] + side * step, low), high) for side, last in before.items()}
+        ends = {side: (x, function(x)) for side, x in ways.items() if x != before[side][0]}
         points += ends.values()
         if k == 0 and here[1] == 0.0 and all(not abs(y) <= _NOTHING * size for _, y in ends.values()):
             yield _Seen(here, here, points, size)
-        for side, last in before.items():
-            yield _Seen(*_with_values(function, last, ends[side]), tuple(sorted(points)), size)
+        for side, end in ends.items():
+            yield _Seen(*_with_values(function, before[side], end), tuple(sorted(points)), size)
         step *= _GROWTH
 
 

@@ -14,11 +14,12 @@ from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.in_letters.start import free_name
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.questions.finding import TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
+from multibody_sym.answers.questions.finding import ANYWHERE, TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
+from multibody_sym.answers.symbolic_state import limits_of
 from multibody_sym.answers.validity import conditions_of_mode
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
 from multibody_sym.expressions.units import given_in
@@ -76,7 +77,7 @@ class Search:
         formula = self._by_formula()
         if formula is not None:
             return formula
-        found = zeros(self.residual, self.sample, self.bounds, size=self._size)
+        found = zeros(self.residual, self.sample, self.bounds, size=self._size, limits=self.limits)
         if not found:
             told = f"no value of {self.name} was found for which {self.equation} {self._where}{self._failing}"
             return Value(None), [told]
@@ -152,6 +153,11 @@ class Search:
         low, high = map(self.solved.number, self.question.between)
         return min(low, high), max(low, high)
 
+    @cached_property
+    def limits(self) -> tuple[float, float]:
+        """The least and the greatest value that it may have."""
+        return ANYWHERE if self.name in self._start_names else limits_of(self.solved.mechanism, self.name)
+
     @property
     def _start_names(self) -> list[str]:
         mechanism = self.solved.mechanism
@@ -160,7 +166,7 @@ class Search:
     @property
     def _where(self) -> str:
         if self.bounds is None:
-            low, high = reach(self.sample)
+            low, high = reach(self.sample, self.limits)
             return f"from {low:.6g} to {high:.6g}, on the way out from {self.sample:.6g}; say where: between: [.., ..]"
         return "between {:.6g} and {:.6g}".format(*self.bounds)
 
@@ -294,7 +300,7 @@ class Search:
             except (ExpressionError, *UNDEFINED):
                 return UNKNOWN
 
-        found = zeros(value, self.sample, self.bounds, cheap=True)
+        found = zeros(value, self.sample, self.bounds, cheap=True, limits=self.limits)
         scale = abs(value(self.sample))
         found = [x for x in found if abs(self._confirmed(x.at)) <= _HOLDS * scale]
         if not found:
