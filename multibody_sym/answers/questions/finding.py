@@ -101,9 +101,9 @@ def zeros(
 ) -> list[Zero]:
     """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
 
-    Without bounds the one that is met first on ways out from the sample, to both sides up to `limits`; of a function that is `cheap`
-    a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the end is returned,
-    of two ends the upper one. `size`: how large the terms are that cancel where it vanishes.
+    Without bounds the one that is met first on ways out from the sample, to both sides up to `limits`; of a function
+    that is `cheap` a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the
+    end is returned, of two ends the upper one. `size`: how large the terms are that cancel where it vanishes.
     """
     if bounds is not None:
         points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
