@@ -262,3 +262,18 @@ def test_what_a_bounce_brings_back_comes_back() -> None:
     down = (sqrt(5**2 + 2 * 9.81 * 2) - 5) / 9.81
     assert found.answers["back"].value == pytest.approx(2 * down, rel=1e-9)
     assert found.answers["speed"].value == pytest.approx(5, rel=1e-9)
+
+
+@pytest.mark.parametrize("asked", ["later: {value: y, after: t}", "t: y < -1, later: {value: y*t, after: t}"])
+def test_a_question_after_the_time_itself_is_refused(asked: str) -> None:
+    model = f"""
+multibody_sym: 1
+name: faller
+gravity: [0, -9.81, 0]
+bodies: {{ball: {{mass: 1}}}}
+joints: {{j: {{type: point, parent: ground, child: ball, q: [x, y]}}}}
+ask: {{{asked}}}
+simulation: {{t_end: 1}}
+"""
+    with pytest.raises(InputError, match=r"ask\.later\.after: t is the time"):
+        mbs.solve(mbs.loads(model))

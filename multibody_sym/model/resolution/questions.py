@@ -50,6 +50,10 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
             if question.so is not None:
                 with at("so"):
                     dimensions.verify_sides(question.so)
+            timed = question.after is not None and _TIME in leaves([question.after], "symbol")
+            if timed and "t" not in named_by(question, system.ask, mechanism.symbols):
+                with at("after"):
+                    raise ModelError("t is the time, which is 0 at the start; write which: 2 s", number="M112")
             if system.impact is not None:
                 _verify_at_impact(question)
     in_order(system.ask, mechanism.symbols)
