@@ -56,8 +56,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
                     raise ModelError("t is the time, which is 0 at the start; write which: 2 s", number="M112")
             if system.impact is not None:
                 _verify_at_impact(question)
-    in_order(system.ask, mechanism.symbols)
-    _verify_found(system, mechanism)
+    _verify_found(system.ask, {*mechanism.symbols, *map(symbol, system.outputs)})
 
 
 _KINDS: Final = {
@@ -127,14 +126,13 @@ def _verify_at_impact(question: Ask) -> None:
             raise ModelError(f"{leaf.data[0]}(..) has no value in an impact, in which speeds jump", number="M121")
 
 
-def _verify_found(system: System, mechanism: Mechanism) -> None:
-    """Raise ModelError where what is looked for hangs on something else that is looked for."""
+def _verify_found(questions: Mapping[str, Ask], taken: Collection[Node]) -> None:
+    """Raise ModelError where what is looked for hangs on itself, or on something else that is looked for."""
     needed: dict[str, set[str]] = {}
-    for name in in_order(system.ask, mechanism.symbols):
-        question = system.ask[name]
-        named = named_by(question, system.ask, mechanism.symbols)
+    for name in in_order(questions, taken):
+        named = named_by(questions[name], questions, taken)
         needed[name] = named.union(*(needed[x] for x in named))
-        if question.find is not None and any(system.ask[x].find is not None for x in needed[name]):
+        if questions[name].find is not None and any(questions[x].find is not None for x in needed[name]):
             with at("ask", name), at("so"):
                 raise ModelError("it hangs on what is found itself; find one value after the other", number="M112")
 
