@@ -101,3 +101,40 @@ def test_a_bar_that_is_held_at_both_ends_rests_without_friction(angle: float, ce
     assert (run["pin"] == angle).all()
     lever = centre[0] * np.cos(angle) - centre[1] * np.sin(angle)
     assert run["carried"] == pytest.approx(2 * 9.81 * lever, rel=1e-12)
+
+
+PROPPED = """
+multibody_sym: 1
+name: propped
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, -0.739, 0], normal: y}}}
+  b1: {shape: {rod: 0.448, mass: 2.19}, points: {e: [0.448, 0, 0]}}
+  b2: {shape: {rod: 0.532, mass: 6.75}, points: {e: [0.532, 0, 0]}}
+joints:
+  j1: {type: revolute, parent: ground, child: b1, q: p, initial: {q: -1.0577893461}}
+  j2: {type: revolute, parent: b1.e, child: b2, q: r, initial: {q: 0.3430840547}}
+forces: {rub: {type: friction, joint: j1, static: 1.5, radius: 0.046}}
+contacts: {c: {between: [b2.e, ground.floor], static: enough, restitution: 0.5}}
+outputs: {N: normal(c), f: friction(c), M: friction(rub), X: fx(j1), Y: fy(j1), x: "position(b2.e, x)"}
+simulation: {t_end: 0.2 s, samples: 3}
+"""
+
+
+def test_two_rods_are_propped_by_friction_up_to_the_cone_of_their_pin() -> None:
+    """Of three forces two follow from balance; what is told balances, and the pin stays within its limit."""
+    run = mbs.simulate(mbs.loads(PROPPED))
+    assert not run.u.any()
+    N, f, M, X, Y, x = (float(run[name][-1]) for name in "NfMXYx")
+    p, r = float(run["p"][-1]), float(run["r"][-1])
+    elbow = 0.448 * np.array([np.cos(p), np.sin(p)])
+    tip = elbow + 0.532 * np.array([np.cos(p + r), np.sin(p + r)])
+    weights = 9.81 * np.array([2.19, 6.75])
+    middles = np.array([elbow / 2, (elbow + tip) / 2])
+    assert (X + f, Y + N - weights.sum()) == pytest.approx((0.0, 0.0), abs=1e-9)
+    about_elbow = (tip - elbow)[0] * N - (tip - elbow)[1] * f - (middles[1] - elbow)[0] * weights[1]
+    assert about_elbow == pytest.approx(0.0, abs=1e-9)
+    assert M + tip[0] * N - tip[1] * f - middles[:, 0] @ weights == pytest.approx(0.0, abs=1e-9)
+    assert abs(M) <= 1.5 * 0.046 * np.hypot(X, Y) * (1 + 1e-9)
+    assert N >= 0.0
+    assert x == pytest.approx(tip[0], abs=1e-9)

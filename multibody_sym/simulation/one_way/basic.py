@@ -109,8 +109,15 @@ class _Forces:
         return cls(posed, problem, state, modes, mu, z, idle, touches) if idle.shape[1] else None
 
     def corners(self) -> Iterator[_Corner]:
-        """Yield basic solutions that keep all bounds, first one that is near the least forces."""
-        bounds = list(self._bounds())
+        """Yield basic solutions that keep all bounds, first one that is near the least forces.
+
+        What a length limits exerts nothing in them, or else as much as planes that touch the limit allow.
+        """
+        yield from self._corners(list(self._bounds()))
+        if any(part.norm for part in self.problem.parts):
+            yield from self._corners([*self._bounds(), *self._planes()])
+
+    def _corners(self, bounds: Sequence[_Bound]) -> Iterator[_Corner]:
         rows = np.array([bound.row for bound in bounds]).reshape(len(bounds), len(self.z))
         ways = row_space(self.idle.T, SWITCHED).T
         least = _least(self.z, ways, rows)
@@ -146,10 +153,22 @@ class _Forces:
                     for own, row in zip(names, rows, strict=True):
                         yield _Bound(_sign(self.z[row]) * self._unit(row), element.name, carried={own: 0})
                 elif not part.held:
-                    for slip in (1, -1):
-                        row = slip * self._unit(rows[0])
-                        row[part.normals] += self.mu[part.number] * self._weights(part)
-                        yield _Bound(row, element.name, carried={name: slip})
+                    yield from self._limits(element.name, part)
+
+    def _planes(self) -> Iterator[_Bound]:
+        """Yield planes that touch the limits of what a length presses, for forces in its direction."""
+        rests = sticking(self.problem, self.modes, self.mu)
+        owners = {part.name: element.name for element in self.posed.elements for part in element.frictions}
+        for part in self.problem.parts:
+            if part.norm and len(part.rows) == 1 and rests[part.rows[0]] and not (part.enough or part.held):
+                yield from self._limits(owners[self.posed.parts[part.number].name], part)
+
+    def _limits(self, element: str, part: Part) -> Iterator[_Bound]:
+        """Yield the static limits of a part, slip either way."""
+        for slip in (1, -1):
+            row = slip * self._unit(part.rows[0])
+            row[part.normals] += self.mu[part.number] * self._weights(part)
+            yield _Bound(row, element, carried={self.posed.parts[part.number].name: slip})
 
     def _unit(self, place: int) -> Floats:
         row = np.zeros(len(self.z))
@@ -157,7 +176,11 @@ class _Forces:
         return row
 
     def _weights(self, part: Part) -> Floats:
-        """Return the factors of its normals' forces in what presses it."""
+        """Return the factors of its normals' forces in what presses it; where that is a length, in this direction."""
+        if part.norm:
+            loads = part.base * self.z[part.normals]
+            size = float(np.linalg.norm(loads))
+            return np.asarray(part.base * loads / size if size else np.zeros(len(loads)), dtype=float)
         return part.base * np.where(self.modes.sides[part.normals] < 0, -1.0, 1.0)
 
     def _at(self, z: Floats, reached: Sequence[_Bound]) -> Mode | None:
