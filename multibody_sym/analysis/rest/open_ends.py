@@ -9,6 +9,7 @@ import numpy as np
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import RestEnd
 from multibody_sym.numerics.feasibility import Conditions
+from multibody_sym.numerics.native import linear_program
 
 _WAYS: Final = (1e-4, 1e-5)
 """How far inside an end (of its size, 1 at least) forces are looked at, and at twice that."""
@@ -36,8 +37,6 @@ def _least_force(position: Position, name: str, end: RestEnd, value: float) -> f
 
 def least_size(conditions: Conditions) -> float | None:
     """Return the least size of the largest component of an x that fulfils conditions, None where none does."""
-    from scipy.optimize import linprog  # scipy takes longer to import than most answers take
-
     n = conditions.equal.shape[1]
     one = np.ones((n, 1))
     upper = np.vstack(
@@ -49,5 +48,6 @@ def least_size(conditions: Conditions) -> float | None:
     )
     equal = np.hstack([conditions.equal, np.zeros((len(conditions.equal), 1))])
     cost = np.r_[np.zeros(n), 1.0]
-    found = linprog(cost, upper, np.zeros(len(upper)), equal, conditions.right, bounds=(None, None))
-    return float(found.fun) if found.status == 0 else None
+    free = [(None, None)] * len(cost)
+    found = linear_program(cost, free, below=(upper, np.zeros(len(upper))), equal=(equal, conditions.right))
+    return found.value if found.status == 0 else None
