@@ -85,8 +85,8 @@ def load_with_places(
 ) -> tuple[System, Places]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`.
 
-    `content` is the file's, if it is read already. Beside the first mistake of a file those are told that `verify`
-    finds, which raises InputError; without it those of its mechanism.
+    `content` is that of the file, if it is read already. `verify` finds the mistakes beside the first one (it raises
+    InputError); by default `mechanism` does.
     """
     name = path_name(path, "a model file")
     content = read_content(name, LARGEST_FILE) if content is None else content

@@ -122,7 +122,7 @@ simulation: {t_end: 0.2 s, samples: 3}
 
 
 def test_two_rods_are_propped_by_friction_up_to_the_cone_of_their_pin() -> None:
-    """Of three forces two follow from balance; what is told balances, and the pin stays within its limit."""
+    """The forces balance the rods, and the friction of the pin stays within its limit."""
     run = mbs.simulate(mbs.loads(PROPPED))
     assert not run.u.any()
     N, f, M, X, Y, x = (float(run[name][-1]) for name in "NfMXYx")

@@ -70,7 +70,7 @@ _KINDS: Final = {
 
 def _named(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, Collection[str]]]:
     """Yield the keys under which a question names something, and the names that exist."""
-    moving = {c.name: "" for c in mechanism.coordinates} | {s.name: "" for s in mechanism.speeds}
+    moving = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     if question.of is not None and question.of not in mechanism.markers:
         own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
         yield "of", (*mechanism.markers, *(own if question.of in own else ()))

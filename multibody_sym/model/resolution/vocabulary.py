@@ -234,13 +234,14 @@ def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
 def _vocabulary(system: System) -> dict[str, list[str]]:
     """Return the names that each kind of argument of a quantity may be."""
     bodies = {GROUND: BARE, **system.bodies}
+    points = [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))]
     pulling = {name for name, element in system.constraints.items() if isinstance(element, (Rope, Distance))}
     tensions = {
         name: tension_names(system, name) if isinstance(element, Rope) else row_names(name, element)
         for name, element in system.constraints.items()
     }
     return {
-        "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
+        "point": points,
         "body": list(bodies),
         "rope": [x for name, names in tensions.items() if name in pulling for x in names],
         "axis": list(AXES),
@@ -249,23 +250,21 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
             *(q for q, _ in rate_names(system)),
             *(speed for name, joint in system.joints.items() for speed in speed_names(name, joint)),
         ],
-        **_of_theorems(system),
+        **_of_theorems(system, points),
     }
 
 
-def _of_theorems(system: System) -> dict[str, list[str]]:
-    """Return what momenta, energies, powers and impulses may be asked of."""
-    bodies, placed = list(system.bodies), {GROUND: BARE, **system.bodies}
-    points = [f"{name}.{p}" for name, b in placed.items() for p in (*b.points, *b.frames, *OWN_POINTS)]
+def _of_theorems(system: System, points: Sequence[str]) -> dict[str, list[str]]:
+    """Return what momenta, energies, powers and impulses may be asked of, momenta about `points`."""
     varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
     declared = (system.forces, system.constraints, system.contacts, system.joints, varying)
     freedoms = [
         x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
     ]
     return {
-        "whole": [SYSTEM, *bodies],
-        "about": [OWN_CENTRE, *placed, *points],
-        "store": [SYSTEM, *bodies, *system.forces],
+        "whole": [SYSTEM, *system.bodies],
+        "about": [OWN_CENTRE, *points],
+        "store": [SYSTEM, *system.bodies, *system.forces],
         "exerting": [WEIGHT, *(name for section in declared for name in section)],
         "freedom": freedoms,
     }
