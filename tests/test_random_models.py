@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 from random_models import KINDS, random_model
 from random_runs import judged_run, main, rows_of, seed_of
@@ -74,3 +75,27 @@ def test_commands_answer_or_refuse(tmp_path: Path) -> None:
     table = tmp_path / "table"
     main([str(table), "--seed", os.environ.get("RANDOM_MODELS", "0"), "--models", "200", "--folder", str(tmp_path)])
     assert [row for row in rows_of(table) if row["class"] not in REFUSED] == []
+
+
+@pytest.mark.parametrize(
+    ("seed", "words"),
+    [
+        (477542502, "u_j4_z grows without bound there: .* f1 drives it"),
+        (1593700769, "u_j5_z grows without bound there: .* f0 drives it"),
+        (3188447798, "next to nothing resists u_b2_q there, which grows without bound: b2 and b3, without mass"),
+    ],
+)
+def test_motions_that_end_beside_friction_name_why(seed: int, words: str) -> None:
+    """A drag that drives, a spring as stiff as it is fast, links that come into line: no friction jams there."""
+    with pytest.raises(mbs.RunError, match=words):
+        mbs.simulate(mbs.loads(random_model(seed)), t_end=1.0)
+
+
+@pytest.mark.parametrize(("seed", "until"), [(1472071181, 0.2), (2246061038, 0.4), (2324990770, 0.18)])
+def test_slip_that_friction_stops_at_once_is_an_impact(seed: int, until: float) -> None:
+    """Energy tells: friction took what is missing, before the impact and in it, down to 1e-6 of it."""
+    run = mbs.simulate(mbs.loads(random_model(seed)), t_end=until)
+    assert run.t[-1] == until
+    assert sum(run.impact_losses.values()) > 1.0
+    scale = float(np.abs(run.outputs["E"]).max()) + sum(run.impact_losses.values())
+    assert run.energy_residual == pytest.approx(0.0, abs=1e-6 * scale)

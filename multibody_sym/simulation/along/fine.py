@@ -70,6 +70,11 @@ class Stretch:
         problem = replace(problem, t0=problem.start, t_end=until, samples=samples, begun=None, whole=whole)
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 
+    def at(self, time: float) -> tuple[Floats, Floats]:
+        """Return q and u that it reaches at a time."""
+        reached = self._run(time, 2)
+        return reached.q_final, reached.u_final
+
     def halves(self) -> tuple[Stretch, Stretch]:
         """Return the first half, and the rest from the state that it reaches."""
         middle = self.problem.start + self.duration / 2

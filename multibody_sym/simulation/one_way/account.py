@@ -63,14 +63,16 @@ def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
     """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end."""
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
     each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
-    allowed, left = _SETTLED * sum(work.size for *_, work in each), _MOST_HALVINGS
+    total, left = sum(work.size for *_, work in each), _MOST_HALVINGS
     while each:
         stretch, program, work = each.pop(0)
-        if work.unsure <= allowed or not left:
+        if work.unsure <= _SETTLED * total or not left:
             yield work
             continue
         left -= 1
-        each[:0] = [(half, program, _work(half, program)) for half in stretch.halves()]
+        halves = [(half, program, _work(half, program)) for half in stretch.halves()]
+        total += sum(half.size for *_, half in halves) - work.size
+        each[:0] = halves
 
 
 def _work(stretch: Stretch, program: Compiled) -> _Work:

@@ -34,7 +34,7 @@ from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, 
 from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger, rubs
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
-from multibody_sym.simulation.one_way.jams import jam_of, jams
+from multibody_sym.simulation.one_way.jams import before_jam, jam_of, jams, slip_stopped
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of, on_its_way
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
@@ -229,12 +229,13 @@ class OneWayRun:
         Where friction has no part in it steps may lead across: None if they have tried.
         """
         now, t = self.stretches[-1], switch.begun.time
+        self._scale = larger(self._scale, switch.x[len(self.template.q0) :], self.laws.slides)
         facts = self._seen(t, switch.x)
         rough = rubs(facts, now.program.entered)
         jam = jam_of(now, facts) if rough else None
         if rough and jam is None and jams(now, t, switch.x):
-            tipped = self._tipped(facts)
-            return RunFailure(Status.SINGULAR, t, None) if tipped is None else self._later(tipped, switch)
+            found = self._tipped(facts) or self._stopped(facts)
+            return RunFailure(Status.SINGULAR, t, None) if found is None else self._later(found, switch)
         if jam is None and problem.crosses:
             return None
         if jam is None:
@@ -268,6 +269,16 @@ class OneWayRun:
             if found.mode is not None and not found.mode.alike(now.mode):
                 return found if found.blow is not None else replace(found, facts=facts)
         return None
+
+    def _stopped(self, facts: Facts) -> Decided | None:
+        """Return what follows where slip stops at once, as its friction hardly moves what presses it."""
+        time = before_jam(self.stretches[-1], facts)
+        if time is None or self._standstill.lasts(facts.t, len(self.laws.unilateral)):
+            return None
+        facts = self.laws.at(time, *self.along[-1].at(time), facts.scale)
+        blow = slip_stopped(self.stretches[-1], facts)
+        found = None if blow is None else self._decided_beyond(facts, blow)
+        return None if found is None or found.mode is None else found
 
     def _followed(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that was found at a switch, or the stop that it meets."""
@@ -466,12 +477,13 @@ class OneWayRun:
         proved = found.mode is None and found.found is not None and found.found.proved
         return found if found.blow is not None or proved else None
 
-    def _decided_beyond(self, facts: Facts) -> Decided:
-        """Return what follows at an instant to which the mode does not lead."""
+    def _decided_beyond(self, facts: Facts, blow: Blow | None = None) -> Decided:
+        """Return what follows at an instant to which the mode does not lead, behind an impact if one is known."""
         now = self.stretches[-1]
         before = Before(now.mode, now.udot_at(facts), None, None, self._bounces)
         aside = self._tips.aside(facts, now.active)
-        return self._tips.resting(decided(facts, now.active, before, beyond=aside, hidden=tuple(self._hidden)))
+        hidden = tuple(self._hidden)
+        return self._tips.resting(decided(facts, now.active, before, beyond=aside, hidden=hidden, blow=blow))
 
     def _behind(self, found: Decided, begun: Begun) -> tuple[Problem, ModeProgram]:
         """Return the run from what a switch did on, which may have been slightly before it: the part before ends then.

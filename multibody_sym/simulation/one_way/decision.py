@@ -145,12 +145,13 @@ def decided(
     *,
     beyond: Collection[str] = (),
     hidden: tuple[str, ...] = (),
+    blow: Blow | None = None,
 ) -> Decided:
     """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
 
     Others that touch there count as well, but for those that fly, however low, or have got `beyond` an edge, however
     near they still are. Those that are `hidden` take no part: sides of thin bars on which a point is not. Several
-    events at once are one. `before` is None at the start.
+    events at once are one. `before` is None at the start. A `blow` that is known is the impact.
     """
     apart = {*beyond, *hidden}
     flying = before.bounces.flying(facts, closed) if before is not None else set[str]()
@@ -160,8 +161,12 @@ def decided(
     late = before.late(facts, closing) if before is not None else {}
     held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
     try:
-        after = _after(facts, touching, before, late, held)
-        if before is not None and (rest := _unseen(after, facts, touching, before, apart)) is not None:
+        after = (
+            _after(facts, touching, before, late, held)
+            if blow is None
+            else _settled(facts, touching, blow, before, late, held)
+        )
+        if before is not None and blow is None and (rest := _unseen(after, facts, touching, before, apart)) is not None:
             after, held = rest
             late = dict.fromkeys(held, 0.0)
         while late and (back := _back(after, apart | flying) - held):

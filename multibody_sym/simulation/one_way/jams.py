@@ -2,18 +2,23 @@
 
 On the way there (Painleve's paradox) speeds change as the square root of the time that is left. With the reciprocal m
 of the push, dx = f m ds and dt = m ds, all is smooth, and m passes zero at some pace: so the state there is found from
-any step before. Where a push grows as constraints come to depend on each other, m only fades.
+any step before. Where a push grows as constraints come to depend on each other, m only fades. So it does where what
+slides at a speed v is slowed down on the way, by c/m: with dm = -k v dt, v dv = (c/k) dm/m. Then v has vanished before
+m has, and as m fades exponentially with what v^2 loses, next to no time passes: an impact stops the slip.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
@@ -21,6 +26,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
 from multibody_sym.scalars.limits import most
 from multibody_sym.simulation.one_way.facts import Facts
+from multibody_sym.simulation.one_way.impact import Blow
 from multibody_sym.simulation.one_way.stretches import Stretch
 
 _FIRST: Final = 1e-9
@@ -36,6 +42,17 @@ _SOON: Final = 1e-3
 _JAMS: Final = 1e-3
 """The part of what rows push without friction below which friction leaves next to nothing of it."""
 
+_BACK: Final = 1e-8
+"""The part of that time before a jam at which slip that it stops is stopped: the state there is known well."""
+_AT_ONCE: Final = 1e-5
+"""The part of it in which the slip stops if m fades."""
+_STEPS: Final = 1000
+"""The most steps on the way there."""
+_FADED: Final = 1e-5
+"""The part of m there below which it has faded."""
+_ROUNDED: Final = 1e-12
+"""The part of a step up to which slip stops."""
+
 _ITSELF: Final = 0.1
 """The part of what presses that friction may leave to others where it makes it itself."""
 
@@ -50,21 +67,29 @@ class Jam:
 
 def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     """Return where what slides jams soon after an instant of a mode; None if nothing does."""
-    y, rows = np.concatenate([[facts.t], facts.q, facts.u]), now.program.mechanism.rows
-    _, pushes, _ = now.problem.pushed(facts.t, y[1:])
+    way = _way_from(now, facts)
+    if way is None:
+        return None
+    with np.errstate(all="ignore"):
+        there = way.beyond(np.concatenate([[facts.t], facts.q, facts.u]))
+    if there is None or not there[0] - facts.t <= _SOON * facts.scale.time:
+        return None
+    q, u = np.split(there[1:], [len(facts.q)])
+    time = max(facts.t, float(there[0]))  # from where m is zero on the way leads back in time
+    return Jam(now.program.mechanism.rows[way.row].name, facts.laws.at(time, q, u, facts.scale))
+
+
+def _way_from(now: Stretch, facts: Facts) -> _Way | None:
+    """Return the way in s from an instant of a mode on, by what slides and pushes most; None where nothing does."""
+    rows = now.program.mechanism.rows
+    _, pushes, _ = now.problem.pushed(facts.t, np.concatenate([facts.q, facts.u]))
     slides = {row.name: row for row in now.program.entered.rows if isinstance(row, SlidingRow)}
     sliding = [k for k, row in enumerate(rows) if row.name in slides]
     if not sliding or not np.isfinite(pushes).all():
         return None
     row = max(sliding, key=lambda k: abs(float(pushes[k])))
-    with np.errstate(all="ignore"):
-        sizes = _slip(facts, slides[rows[row].name]) * facts.sizes[-len(facts.u) :]
-        there = _Way(now, row, float(pushes[row]), sizes).beyond(y)
-    if there is None or not there[0] - facts.t <= _SOON * facts.scale.time:
-        return None
-    q, u = np.split(there[1:], [len(facts.q)])
-    time = max(facts.t, float(there[0]))  # from where m is zero on the way leads back in time
-    return Jam(rows[row].name, facts.laws.at(time, q, u, facts.scale))
+    sizes = _slip(facts, slides[rows[row].name]) * facts.sizes[-len(facts.u) :]
+    return _Way(now, row, float(pushes[row]), sizes)
 
 
 def _slip(facts: Facts, row: SlidingRow) -> float:
@@ -88,6 +113,41 @@ def jams(now: Stretch, t: float, x: Floats) -> bool:
         return False
     *_, left = now.problem.pushed(t, x)
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
+
+
+def before_jam(now: Stretch, facts: Facts) -> float | None:
+    """Return a time up to an instant near which what slides jams, so long before that times can be told apart.
+
+    None where nothing does, or in a mode of Programs of its own, without multipliers of friction.
+    """
+    way = _way_from(now, facts) if now.program.mechanism.mode_numbers else None
+    return None if way is None else way.before(np.concatenate([[facts.t], facts.q, facts.u]), _BACK * facts.scale.time)
+
+
+def slip_stopped(now: Stretch, facts: Facts) -> Blow | None:
+    """Return the impact in which slip stops where m, from an instant of a mode on, only fades; None if it does not."""
+    way = _way_from(now, facts)
+    posed = facts.posed([x.name for x in facts.laws.unilateral if x.name in now.active])
+    rows = [part.rows for part in posed.parts if now.mode.slips.get(part.name, STICKS)]
+    slides = [each[0].name for each in rows]
+    if way is None or any(len(each) > 1 for each in rows):  # slip turns in space
+        return None
+    stopped = way.stopped(facts, slides)
+    if stopped is None or stopped[0][0] - facts.t > _AT_ONCE * facts.scale.time:
+        return None
+    after, pushed, took = stopped
+    lost = dict(zip(slides, took.tolist(), strict=True))
+    names = [row.name for row in now.program.mechanism.rows]
+    impulses = dict.fromkeys(posed.names, 0.0) | dict(zip(names, pushed.tolist(), strict=True))
+    return Blow(
+        after[1 + len(facts.q) :] - facts.u,
+        {x.name: impulses[x.normals[0].name] for x in posed.elements if x.unilateral},
+        {x.name: sum(lost.get(row.name, 0.0) for row in x.rows) for x in posed.elements},
+        facts.t,
+        facts.q,
+        facts.u,
+        {name: impulses[name] for name in posed.names},
+    )
 
 
 def feeds_itself(now: Stretch, facts: Facts) -> str | None:
@@ -136,6 +196,62 @@ class _Way:
             if found <= 0.0:
                 return self.step(y, step * m / (m - found) + _BEYOND * self.pace(y))
             part, y, m = 2.0 * part, ahead, found
+        return None
+
+    def before(self, y: Floats, time: float) -> float | None:
+        """Return a time up to some `time` (s) before y, within the mode; None where m does not grow on the way back."""
+        begun = float(y[0])
+        for _ in range(_STEPS):
+            pace = self.pace(y)
+            if not math.isfinite(pace):
+                return None
+            ago = self.step(y, -_FARTHEST * pace)
+            if begun - float(ago[0]) > time or ago[0] < self.now.problem.start:
+                return float(y[0])
+            y = ago
+        return None
+
+    def stopped(self, facts: Facts, slides: Sequence[str]) -> tuple[Floats, Floats, Floats] | None:
+        """Return y where the first of the rows that `slides` stops, impulses (rows), and what slip took (J); or None.
+
+        Once m has faded rounding decides what is left of it, and the way goes straight on.
+        """
+        from scipy.optimize import brentq  # takes long to import
+
+        y, nq = np.concatenate([[facts.t], facts.q, facts.u]), len(facts.q)
+        names, ny = [row.name for row in self.now.program.mechanism.rows], len(y)
+        pushing, places = [names.index(name) for name in slides], [facts.laws.places[name] for name in slides]
+        jacobian, begun, straight = facts.known["jacobian"][places], facts.known["phidot"][places], list[Floats]()
+
+        def slips(z: Floats) -> Floats:
+            found: Floats = begun + jacobian @ (z[1 + nq : ny] - facts.u)
+            return found
+
+        def onward(_: float, z: Floats) -> Floats:
+            if straight:
+                way = straight[0]
+            else:
+                rates, pushes, _ = self.now.problem.pushed(float(z[0]), z[1:ny])
+                way = self.push / float(pushes[self.row]) * np.concatenate([[1.0], rates, pushes])
+            return np.append(way, -way[ny:][pushing] * slips(z))
+
+        def least(z: Floats) -> float:
+            return float(np.min(np.sign(begun) * slips(z), where=begun != 0.0, initial=math.inf))
+
+        z = np.concatenate([y, np.zeros(len(names) + len(slides))])
+        faded = _FADED * onward(0.0, z)[0]
+        for _ in range(_STEPS):
+            if not straight and (way := onward(0.0, z))[0] <= faded:
+                straight.append(way[: ny + len(names)])
+            step = _FARTHEST * self.pace(z[:ny])
+            if not math.isfinite(step):
+                return None
+            ahead = partial(stepped, onward, 0.0, z)
+            if least(ahead(step)) <= 0.0:
+                step = brentq(lambda part, ahead=ahead: least(ahead(part)), 0.0, step, xtol=_ROUNDED * step)
+                after, pushed, took = np.split(ahead(step), [ny, ny + len(names)])
+                return after, pushed, took
+            z = ahead(step)
         return None
 
     def pace(self, y: Floats) -> float:

@@ -22,7 +22,7 @@ from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mass import used_up
+from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
@@ -46,7 +46,7 @@ _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
 _TIGHT: Final = 0.9
 """The part of a radius of curvature from which a wheel in a hollow is what a run fails on."""
-_SUDDEN: Final = 1e-9
+_SUDDEN: Final = 1e-6
 """The part of a run's time within which a speed that grows without bound doubles where the run fails."""
 _GROWN: Final = 1e3
 """By how much it is then above the mean speed since the start."""
@@ -119,7 +119,7 @@ def _in_line(first: Motion, last: Motion) -> str | None:
     """Return that massless bodies have come into line, so that next to nothing resists a speed; None for nothing."""
     mechanism = last.mechanism
     declared = (body for body in mechanism.bodies if not (body.is_double or body.is_foot))
-    massless = [body.name for body in declared if body.mass.mass is ZERO]
+    massless = [body.name for body in declared if body.mass.mass is ZERO and body.name != GROUND]
     if not massless:
         return None
     try:
@@ -330,9 +330,11 @@ def _is_too_long(problem: Problem, failed: float) -> bool:
 def _singular(run: Trajectory, time: float) -> str:
     """Return that rows become dependent at a time near the end of a run, and which; or that friction jams there."""
     mechanism, parameters = _ended_in(run)
-    motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
-        run.integration.q_final, run.integration.u_final
-    )
+    rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
+    motion = rows.motion(run.integration.q_final, run.integration.u_final)
+    first = rows.motion(run.ready.q0, run.ready.u0)
+    if vanishing := _in_line(first, motion) or _grown(run, time, motion):
+        return f"no step was found that leads on from t = {time:.6g} s: {vanishing}"
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
     if run.modes is not None and run.modes.stretches and _jams(run, time):
