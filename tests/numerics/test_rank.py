@@ -16,7 +16,7 @@ from multibody_sym.numerics.least_norm import independent_rows, solve
 from multibody_sym.numerics.rank import CLOSED, DRAWN, damped, exact, idle, leading_columns, least_squares, null_space
 from multibody_sym.numerics.rank import rank as rank_of
 
-DECIDING = {"matrix_rank", "svd", "lstsq", "pinv", "pinvh", "qr", "null_space", "orth", "cond"}
+DECIDING = {"dgeqp3", "matrix_rank", "svd", "lstsq", "pinv", "pinvh", "qr", "null_space", "orth", "cond"}
 """Functions of NumPy and SciPy that judge, or serve to judge, how many directions count."""
 
 

@@ -68,15 +68,19 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
     trial = solution.trial
     if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
         return _unsolved(trial)
-    for k in range(TURNS if turning else PASSES if norms else 0):
-        change = _press(norms, trial, pressing)
-        if turning:
-            solution = equations.solved(mode, pressing) if norms else solution
-            mode, turned = _turned(turning, solution)
-            if k >= LOST and turned > TURN_LOST:
-                return _unsolved(trial)
-            # Newton's method has converged where its step is small: what is left is the step's square.
-            change = max(change, turned if turned > TURNED else 0.0)
+    if norms and not turning:
+        settled = _pressed(equations, mode, norms, trial.z, pressing)
+        trial = equations.solved(mode, pressing).trial
+        if settled:
+            return trial
+    for k in range(TURNS if turning else 0):
+        change = _press(norms, trial.z, pressing)
+        solution = equations.solved(mode, pressing) if norms else solution
+        mode, turned = _turned(turning, solution)
+        if k >= LOST and turned > TURN_LOST:
+            return _unsolved(trial)
+        # Newton's method has converged where its step is small: what is left is the step's square.
+        change = max(change, turned if turned > TURNED else 0.0)
         solution = equations.solved(mode, pressing)
         trial = solution.trial
         if change < SETTLED:
@@ -91,11 +95,23 @@ def roughly(problem: Scaled, mode: Modes, mu: Floats) -> Trial:
     return _equations(problem, mode, mu, None).solved(mode, {}).trial
 
 
-def _press(norms: list[Part], trial: Trial, pressing: dict[int, Floats]) -> float:
+def _pressed(
+    equations: _Equations, mode: Modes, norms: list[Part], z: Floats, pressing: dict[int, Floats]
+) -> bool:
+    """Take the directions of pressing forces from passes that begin with z (m), and return whether they settle."""
+    for _ in range(PASSES):
+        change = _press(norms, z, pressing)
+        z = equations.forces(mode, pressing)
+        if change < SETTLED:
+            return True
+    return False
+
+
+def _press(norms: list[Part], z: Floats, pressing: dict[int, Floats]) -> float:
     """Take the directions of pressing forces from the last pass, and return by how much they moved."""
-    change, largest = 0.0, float(np.abs(trial.z).max(initial=0.0))
+    change, largest = 0.0, float(np.abs(z).max(initial=0.0))
     for part in norms:
-        loads = part.base * trial.z[part.normals]
+        loads = part.base * z[part.normals]
         size = float(np.linalg.norm(loads))
         new = loads / size if size > VANISHING * largest else np.zeros(len(loads))
         before = pressing.get(part.number)
@@ -108,7 +124,7 @@ def _settled(
     problem: Scaled, norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]
 ) -> bool:
     """Accept what rounding keeps from settling altogether."""
-    if norms and _press(norms, trial, dict(pressing)) > 1e-10:
+    if norms and _press(norms, trial.z, dict(pressing)) > 1e-10:
         return False
     terms = problem.terms(trial.x, trial.z)
     sizes = [1e-10 * float(np.linalg.norm(trial.a[p.rows])) + 1e-13 * float(terms[p.rows].max()) for p in turning]
@@ -212,20 +228,43 @@ def active_rows(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
 
 def forces_of(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
     """Return S (m, k): all forces of free ones, which sliding friction follows."""
-    S = np.zeros((problem.count, len(free)))
-    S[free, np.arange(len(free))] = 1.0
-    place = np.full(problem.count, -1)
-    place[free] = np.arange(len(free))
-    slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.touching(mode.sides)
-    lines = slides & (problem.table.sizes == 1) & ~problem.table.norm
-    _on_lines(problem, mode, mu, lines, S, place)
-    for number in np.flatnonzero(slides & ~lines):
-        part, slip = problem.parts[number], int(mode.slips[number])
-        weights, way = weights_of(part, mode, pressing), _way(part, mode, slip)
-        columns = place[part.normals]
-        there = columns >= 0
-        S[np.ix_(part.rows, columns[there])] = -mu[part.number] * np.outer(way, weights[there])
-    return S
+    return _Following.of(problem, mode, mu, free).forces(mode, pressing)
+
+
+@dataclass(frozen=True, eq=False)
+class _Following:
+    """What sliding friction follows: S (m, k) but for its `parts` that turn or that a length presses.
+
+    `place` (m) is that of each free force, -1 for others.
+    """
+
+    problem: Scaled
+    mu: Floats
+    place: Places
+    parts: tuple[int, ...]
+    fixed: Floats
+
+    @staticmethod
+    def of(problem: Scaled, mode: Modes, mu: Floats, free: Places) -> _Following:
+        """Return it by what slides in a mode, whatever its directions."""
+        S, place = np.zeros((problem.count, len(free))), np.full(problem.count, -1)
+        S[free, np.arange(len(free))] = 1.0
+        place[free] = np.arange(len(free))
+        slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.touching(mode.sides)
+        lines = slides & (problem.table.sizes == 1) & ~problem.table.norm
+        _on_lines(problem, mode, mu, lines, S, place)
+        return _Following(problem, mu, place, tuple(np.flatnonzero(slides & ~lines).tolist()), S)
+
+    def forces(self, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+        """Return S (m, k) by the directions of a mode, and of what presses."""
+        S = self.fixed.copy()
+        for number in self.parts:
+            part = self.problem.parts[number]
+            weights, way = weights_of(part, mode, pressing), _way(part, mode, int(mode.slips[number]))
+            columns = self.place[part.normals]
+            there = columns >= 0
+            S[part.rows[:, None], columns[there]] = -self.mu[number] * (way[:, None] * weights[there])
+        return S
 
 
 def weights_of(part: Part, mode: Modes, pressing: Mapping[int, Floats]) -> Floats:
@@ -256,21 +295,28 @@ def _way(part: Part, mode: Modes, slip: int) -> Floats:
 class _Equations:
     """What a mode's equations are whatever its directions: (m) which rows restrict, `rows` of them, and `free` forces.
 
-    `still` (n) is the motion without forces beside the rows, `right` the right sides along these, then of forces.
+    `still` (n) is the motion without forces beside the rows, `right` the right sides along these, then of forces;
+    `following` what sliding friction follows.
     """
 
     problem: Scaled
     mu: Floats
     free: Places
+    following: _Following
     restricting: Flags
     rows: Restricted
     still: Floats
     right: Floats
 
+    def forces(self, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+        """Return the forces z (m) alone."""
+        S = self.following.forces(mode, pressing)
+        return np.asarray(S @ _basic(self.seen(S)[0]).solution(self.right[:, None])[:, 0], dtype=float)
+
     def solved(self, mode: Modes, pressing: dict[int, Floats]) -> _Solution:
         """Solve the mode with directions as they are."""
         problem, Q = self.problem, self.rows.Q
-        S = forces_of(problem, mode, self.mu, self.free, pressing)
+        S = self.following.forces(mode, pressing)
         seen, beside = self.seen(S)
         basic = _basic(seen)
         zeta = basic.solution(self.right[:, None])[:, 0]
@@ -302,9 +348,8 @@ def _equations(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None)
     y = rows.components(problem.r[restricting])
     still = rows.Q @ y
     F = problem.defining
-    return _Equations(
-        problem, mu, free, restricting, rows, still, np.concatenate([y, problem.r[F] - problem.A[F] @ still])
-    )
+    right = np.concatenate([y, problem.r[F] - problem.A[F] @ still])
+    return _Equations(problem, mu, free, _Following.of(problem, mode, mu, free), restricting, rows, still, right)
 
 
 @dataclass(frozen=True, eq=False)
@@ -401,8 +446,5 @@ class _Basic:
 def _basic(equations: Floats) -> _Basic:
     sizes = np.linalg.norm(equations, axis=0)
     sizes[sizes <= exact(equations) * float(sizes.max(initial=0.0))] = 1.0
-    rows, count = equations.shape
-    if not rows or not count:
-        return _Basic(equations, sizes, PivotedQr(np.zeros((rows, 0)), np.zeros((0, count)), np.arange(count), 0))
     unit = equations / sizes
     return _Basic(unit, sizes, pivoted_qr(unit))

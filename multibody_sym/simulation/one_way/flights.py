@@ -21,6 +21,9 @@ from multibody_sym.simulation.one_way.settling import named
 
 _MOST: Final = 150
 """Impacts that are followed."""
+_CYCLE: Final = 6
+"""Flights that take as long, but for `_SHRINKS` of it, as those before them, and these too, do not come to an end."""
+_SHRINKS: Final = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,7 @@ Strike = Callable[[Facts, list[str]], Instant]
 def rest_of(facts: Facts, touching: Collection[str], taking: Collection[str], strike: Strike) -> Facts | None:
     """Return the end of all impacts of `taking` that begin with those of what is `touching`; None where none is met."""
     gaps = {x.name: 0.0 if x.name in touching else max(facts.gap(x), 0.0) for x in named(facts, taking)}
-    now = facts
+    now, flights = facts, list[float]()
     for _ in range(_MOST):
         met = strike(now, [name for name, gap in gaps.items() if gap == 0.0])
         if met.udot is None:
@@ -55,12 +58,19 @@ def rest_of(facts: Facts, touching: Collection[str], taking: Collection[str], st
         first = min(flying, key=lambda name: flying[name].left)
         left = flying[first].left
         stops = _stops(met, left)
-        if not math.isfinite(left):
+        flights.append(min(left, stops))
+        if not math.isfinite(left) or _goes_on(flights):
             return None
-        now = _after(met, min(left, stops))
-        gaps |= {name: fall.gap(min(left, stops)) for name, fall in flying.items()}
+        now = _after(met, flights[-1])
+        gaps |= {name: fall.gap(flights[-1]) for name, fall in flying.items()}
         gaps |= {first: 0.0} if left <= stops else {}
     return None
+
+
+def _goes_on(flights: list[float]) -> bool:
+    """Return whether flights do not get shorter: such impacts have no end."""
+    first, second, third = (sum(flights[k * _CYCLE : (k + 1) * _CYCLE or None]) for k in (-3, -2, -1))
+    return len(flights) >= 3 * _CYCLE and third > _SHRINKS * second and second > _SHRINKS * first
 
 
 @dataclass(frozen=True)
