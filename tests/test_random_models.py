@@ -91,7 +91,9 @@ def test_motions_that_end_beside_friction_name_why(seed: int, words: str) -> Non
         mbs.simulate(mbs.loads(random_model(seed)), t_end=1.0)
 
 
-@pytest.mark.parametrize(("seed", "until"), [(1472071181, 0.2), (2246061038, 0.4), (2324990770, 0.18)])
+@pytest.mark.parametrize(
+    ("seed", "until"), [(1472071181, 0.2), (2246061038, 0.4), (2324990770, 0.18), (3388858395, 0.5)]
+)
 def test_slip_that_friction_stops_at_once_is_an_impact(seed: int, until: float) -> None:
     """Energy tells: friction took what is missing, before the impact and in it, down to 1e-6 of it."""
     run = mbs.simulate(mbs.loads(random_model(seed)), t_end=until)

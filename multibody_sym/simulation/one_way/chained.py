@@ -392,6 +392,7 @@ class OneWayRun:
         guess = None if cause.limits else self._usual.get((now.key, index))
         facts, closed = self._at(t, x, cause)
         beyond = [cause.element.name] if cause.ends == "leaves" else []
+        beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
         beyond += self._tips.aside(facts, now.active)
         before = Before(now.mode, now.udot_at(facts), now.problem.rates, guess, self._bounces)
         found = self._tips.resting(decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden)))
@@ -425,8 +426,8 @@ class OneWayRun:
         gap, rate, now = facts.gap(element), facts.rate(element), self.stretches[-1]
         if not (-2.0 * facts.rounded_gap(element) < gap < 0.0 and rate < 0.0):
             return facts
-        room = rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts))
-        ago = -2.0 * gap / (math.sqrt(room) - rate) if room > 0.0 else 0.0
+        room = max(rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts)), 0.0)  # a face it grazes: none
+        ago = -2.0 * gap / (math.sqrt(room) - rate)
         since = max(self._bounces.rhythm.last, now.problem.start)
         if not _PROMPT * abs(facts.t) < ago < facts.t - since:
             return facts

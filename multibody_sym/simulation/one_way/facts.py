@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -24,6 +24,8 @@ _BESIDE: Final = 1.37
 _ULPS: Final = 4.0
 ROUNDED_GAP: Final = 1e-14
 """The part of the largest length by which what touches may be off its face by rounding."""
+_TURNED: Final = 1e-5
+"""The angle between a corner and the face that begins there up to which it is at this corner that the face closes."""
 _NONE: Final = np.zeros(0)
 
 
@@ -158,6 +160,16 @@ class Facts(RowNumbers):
             for coordinate, speed in body.rate_pairs:
                 reached[speed] = abs(self.q[coordinate])
         return reached
+
+    def taken_over(self, element: OneWay, active: Collection[str]) -> list[str]:
+        """Return those `active` that an element replaces as it closes: a corner beside the face that begins there.
+
+        Their rows, of one contact, are alike there; that of the corner is at rest, and the face has begun to turn.
+        """
+        own, others = self.jacobian(element.normals[0]), (x for x in self.laws.unilateral if x.name in active)
+        near = _TURNED * float(np.abs(own).max(initial=0.0))
+        alike = (x for x in others if x is not element and x.group == element.group and x.group)
+        return [x.name for x in alike if np.abs(self.jacobian(x.normals[0]) - own).max() <= near]
 
     def farthest(self, element: OneWay) -> float:
         """Return the largest length (m), or angle where the gap is one, of which the gap of an element is made."""

@@ -241,9 +241,9 @@ class _Way:
         z = np.concatenate([y, np.zeros(len(names) + len(slides))])
         faded = _FADED * onward(0.0, z)[0]
         for _ in range(_STEPS):
-            if not straight and (way := onward(0.0, z))[0] <= faded:
-                straight.append(way[: ny + len(names)])
-            step = _FARTHEST * self.pace(z[:ny])
+            if not straight:
+                way, step = onward(0.0, z), _FARTHEST * self.pace(z[:ny])
+                straight += [way[: ny + len(names)]] if way[0] <= faded else []
             if not math.isfinite(step):
                 return None
             ahead = partial(stepped, onward, 0.0, z)
