@@ -73,8 +73,8 @@ class Script(ABC):
     def _written(self, e: Any) -> Piece:
         if e.is_Symbol:
             return Piece(self.spelling.get(e, e.name), ATOM)
-        if e.is_Rational:
-            return self._rational(e)
+        if e.is_Rational or e.is_Float:
+            return self._number(e)
         if e.is_Add:
             return self._sum(e)
         if e.is_Mul or (e.is_Pow and _is_below(e)):
@@ -195,7 +195,7 @@ class Script(ABC):
         """Return the parenthesis behind a sum that may have begun in another line, and its power."""
         return ")" if exponent == 1 else f")^{exponent}"
 
-    def _rational(self, e: Any) -> Piece:
+    def _number(self, e: Any) -> Piece:
         return self._signed(e) if e < 0 else self._quotient_of(e, [])
 
     def _product(self, e: Any) -> Piece:
@@ -208,7 +208,7 @@ class Script(ABC):
     def _quotient_of(self, number: Any, factors: Sequence[Any]) -> Piece:
         above = [f for f in factors if not _is_below(f) and f != 1]
         below = [1 / f for f in factors if _is_below(f)]
-        given = Fraction(int(number.p), int(number.q))
+        given = Fraction(int(number.p), int(number.q)) if number.is_Rational else Fraction(float(number))
         shown, places = nearest_double(given), _LONGEST_DOUBLE if is_long(given) else _LONGEST_DECIMAL
         number = sympy.Rational(shown.numerator, shown.denominator)
         point = decimal(number, places) if max(number.p, number.q) > _LARGEST_IN_FRACTION else None
