@@ -71,7 +71,7 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     if way is None:
         return None
     with np.errstate(all="ignore"):
-        there = way.beyond(np.concatenate([[facts.t], facts.q, facts.u]))
+        there = way.beyond(_state(facts))
     if there is None or not there[0] - facts.t <= _SOON * facts.scale.time:
         return None
     q, u = np.split(there[1:], [len(facts.q)])
@@ -82,7 +82,7 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
 def _way_from(now: Stretch, facts: Facts) -> _Way | None:
     """Return the way in s from an instant of a mode on, by what slides and pushes most; None where nothing does."""
     rows = now.program.mechanism.rows
-    _, pushes, _ = now.problem.pushed(facts.t, np.concatenate([facts.q, facts.u]))
+    _, pushes, _ = now.problem.pushed(facts.t, _state(facts)[1:])
     slides = {row.name: row for row in now.program.entered.rows if isinstance(row, SlidingRow)}
     sliding = [k for k, row in enumerate(rows) if row.name in slides]
     if not sliding or not np.isfinite(pushes).all():
@@ -90,6 +90,11 @@ def _way_from(now: Stretch, facts: Facts) -> _Way | None:
     row = max(sliding, key=lambda k: abs(float(pushes[k])))
     sizes = _slip(facts, slides[rows[row].name]) * facts.sizes[-len(facts.u) :]
     return _Way(now, row, float(pushes[row]), sizes)
+
+
+def _state(facts: Facts) -> Floats:
+    """Return y = t, q, u (1 + nq + nu,)."""
+    return np.concatenate([[facts.t], facts.q, facts.u])
 
 
 def _slip(facts: Facts, row: SlidingRow) -> float:
@@ -121,7 +126,7 @@ def before_jam(now: Stretch, facts: Facts) -> float | None:
     None where nothing does, or in a mode of Programs of its own, without multipliers of friction.
     """
     way = _way_from(now, facts) if now.program.mechanism.mode_numbers else None
-    return None if way is None else way.before(np.concatenate([[facts.t], facts.q, facts.u]), _BACK * facts.scale.time)
+    return None if way is None else way.before(_state(facts), _BACK * facts.scale.time)
 
 
 def slip_stopped(now: Stretch, facts: Facts) -> Blow | None:
@@ -199,7 +204,7 @@ class _Way:
         return None
 
     def before(self, y: Floats, time: float) -> float | None:
-        """Return a time up to some `time` (s) before y, within the mode; None where m does not grow on the way back."""
+        """Return a time up to some `time` (s) before y, within the mode; None where steps do not lead so far back."""
         begun = float(y[0])
         for _ in range(_STEPS):
             pace = self.pace(y)
@@ -218,7 +223,7 @@ class _Way:
         """
         from scipy.optimize import brentq  # takes long to import
 
-        y, nq = np.concatenate([[facts.t], facts.q, facts.u]), len(facts.q)
+        y, nq = _state(facts), len(facts.q)
         names, ny = [row.name for row in self.now.program.mechanism.rows], len(y)
         pushing, places = [names.index(name) for name in slides], [facts.laws.places[name] for name in slides]
         jacobian, begun, straight = facts.known["jacobian"][places], facts.known["phidot"][places], list[Floats]()
@@ -228,11 +233,7 @@ class _Way:
             return found
 
         def onward(_: float, z: Floats) -> Floats:
-            if straight:
-                way = straight[0]
-            else:
-                rates, pushes, _ = self.now.problem.pushed(float(z[0]), z[1:ny])
-                way = self.push / float(pushes[self.row]) * np.concatenate([[1.0], rates, pushes])
+            way = straight[0] if straight else np.concatenate(self._pushed(z[:ny])[:2])
             return np.append(way, -way[ny:][pushing] * slips(z))
 
         def least(z: Floats) -> float:
@@ -262,9 +263,14 @@ class _Way:
 
     def slope(self, y: Floats) -> tuple[Floats, float]:
         """Return dy/ds, and m."""
+        rates, _, m = self._pushed(y)
+        return rates, m
+
+    def _pushed(self, y: Floats) -> tuple[Floats, Floats, float]:
+        """Return dy/ds, the rates in s of the impulses of all rows, and m."""
         rates, pushes, _ = self.now.problem.pushed(float(y[0]), y[1:])
         m = self.push / float(pushes[self.row])
-        return m * np.concatenate([[1.0], rates]), m
+        return m * np.concatenate([[1.0], rates]), m * pushes, m
 
     def step(self, y: Floats, s: float) -> Floats:
         """Return y a step on, of order 4."""
