@@ -19,6 +19,8 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.sampling import sampled_states
 from multibody_sym.dynamics.start.start import start
+from multibody_sym.dynamics.start.state import state_at
+from multibody_sym.kinematics.state import state_of
 from multibody_sym.scalars.ldl import factorized
 
 BALL = """
@@ -192,3 +194,41 @@ def test_a_position_in_which_ropes_are_in_line_is_no_disagreement() -> None:
     report = mbs.check(mbs.loads(HELD))
     assert report.agrees
     assert "work" not in report.theorems
+
+
+LEVER = """
+multibody_sym: 1
+name: lever
+gravity: [0, 0, 0]
+parameters: {alpha: 0.3, turn: 2}
+bodies:
+  ground: {points: {o: [1 + cos(alpha), sin(alpha), 0]}}
+  slider: {mass: 1}
+  link: {mass: 0, points: {e: [1, 0, 0]}}
+  rocker: {mass: 1, inertia: {Izz: 1}, points: {e: [1, 0, 0]}}
+joints:
+  j1: {type: prismatic, parent: ground, child: slider, axis: x,
+        motion: sin(alpha)*t + (turn*sin(alpha) + cos(alpha)^2 + cos(alpha))*t^2/2}
+  j2: {type: revolute, parent: slider, child: link, q: a}
+  j3: {type: revolute, parent: ground.o, child: rocker, q: b, initial: {q: pi + alpha, u: 1}}
+  j4: {type: revolute, parent: link.e, child: rocker.e, cut: true}
+forces:
+  rub: {type: friction, joint: j3, static: 0.8, radius: 0.1}
+"""
+
+
+@pytest.mark.parametrize("turn", [2.0, -2.0])
+def test_friction_of_a_pin_settles_where_the_lever_of_what_presses_it_is_longer_than_that_of_friction(
+    turn: float,
+) -> None:
+    """With s along the link, sin(alpha) s - 0.08 |s| = turn has no s where sin(alpha) < 0.08 and turn > 0."""
+    model = mbs.loads(LEVER)
+    slides = state_at(mbs.mechanism(model), project=False).mechanism
+    place = [speed.name for speed in slides.speeds].index("u_b")
+    for lever in (0.02, 0.07, 0.09, 0.3):
+        alpha = float(np.arcsin(lever))
+        state = state_of(slides, float, 0.0, [0.0, np.pi + alpha], [-np.cos(alpha), 1.0], [alpha, turn])
+        found = forward_dynamics(FORMALISMS["composite_body"](slides, state))
+        assert found.settled == (lever > 0.08 or turn < 0)
+        if found.settled:
+            assert found.udot[place] == pytest.approx(turn)

@@ -17,6 +17,7 @@ lambda are found together, which squares nothing either:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import reduce
 from typing import Final, Protocol
 
@@ -82,11 +83,12 @@ class Sharing:
 
 @dataclass(frozen=True)
 class Constrained:
-    """udot (n), multipliers (s) and the report (3) of the solve."""
+    """udot (n), multipliers (s) and the report (3) of the solve; C (s x n) where reactions gave it a direction."""
 
     udot: list[S]
     multipliers: list[S]
     report: Iterable[S]
+    along: Matrix | None = None
 
 
 def constrained(
@@ -111,7 +113,8 @@ def constrained(
         return _rubbing_shared(factors, free, rows, wanted, friction, solve, sharing)
     if friction is not None:
         exerts = _along_reactions(factors, free, rows, wanted, friction, solve) if friction.beside else friction.exerts
-        return _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve)
+        found = _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve)
+        return replace(found, along=exerts) if friction.beside else found
     matrix = [factors.weighted(row) for row in rows]
     first = solve(matrix, _missing(wanted, matrix, free), len(free))
     near = factors.unweighted(_sums(free, first.solution))

@@ -6,15 +6,17 @@ Rows are equalities here. What holds one way only has become such rows in a mode
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal, mass_matrix
-from multibody_sym.dynamics.formalisms.constrained import constrained
-from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.formalisms.constrained import Constrained, constrained
+from multibody_sym.dynamics.formalisms.equations import Friction, TreeDynamics
 from multibody_sym.dynamics.formalisms.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.rows import constraint_jacobian, row_motions
@@ -23,14 +25,22 @@ from multibody_sym.numerics.least_norm import Solution, solve
 from multibody_sym.numerics.rank import PIVOT, vanishes
 from multibody_sym.records import dataclass
 
+_SETTLED: Final = 1e-6
+"""The part of friction's largest force by which one with the direction of the reactions found may differ."""
+
 
 @dataclass(frozen=True)
 class Accelerations:
-    """What forward dynamics finds: udot (nu), multipliers (ns), and the solve's report (3)."""
+    """What forward dynamics finds: udot (nu), multipliers (ns), and the solve's report (3).
+
+    `settled`: friction of joints goes along the reactions that were found. It does not where no reactions satisfy its
+    law, as where it jams.
+    """
 
     udot: Floats
     multipliers: Floats
     report: Floats
+    settled: bool = True
 
 
 def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> Accelerations:
@@ -51,7 +61,18 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
         minimum_norm=minimum_norm,
         friction=dynamics.friction,
     )
-    return Accelerations(*(np.array(list(x), dtype=float) for x in (found.udot, found.multipliers, found.report)))
+    udot, multipliers, report = (np.array(list(x), dtype=float) for x in (found.udot, found.multipliers, found.report))
+    return Accelerations(udot, multipliers, report, _settled(dynamics.friction, found))
+
+
+def _settled(friction: Friction | None, found: Constrained) -> bool:
+    """Return whether friction goes along the reactions that were found with it."""
+    if friction is None or found.along is None:
+        return True
+    along = along_reactions(friction.exerts, friction.beside, found.multipliers)
+    multipliers = np.array(found.multipliers, dtype=float)[:, None]
+    before, after = (np.array(exerts, dtype=float) * multipliers for exerts in (found.along, along))
+    return bool(np.abs(after - before).max() <= _SETTLED * np.abs(before).max())
 
 
 # --- is there inertia in every direction? ---------------------------------------------------------------------------

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near, moved
-from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics, verify_inertia
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import MultibodyError
 from multibody_sym.kinematics.loads import applied
@@ -27,7 +28,8 @@ def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0
     """Return the state at the start and up to `count` random ones around it, over floats.
 
     Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
-    hold without). States at which something declared has no value, or M is singular, are passed over.
+    hold without). States are passed over at which something declared has no value, M is singular, or no reactions satisfy
+    the law of friction.
     """
     rng = np.random.default_rng(seed)
     states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]
@@ -54,6 +56,7 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State
     verify_inertia(motion)
     _verify_regular(motion)
     applied(motion)
+    _verify_friction(motion)
     return motion.state
 
 
@@ -69,6 +72,13 @@ def _verify_regular(motion: Motion) -> None:
     sizes = worth(_restricting(motion)[0])
     if ((sizes > ROUNDED) & (sizes < GROWING)).any():
         raise ValueError("a nearly singular position")
+
+
+def _verify_friction(motion: Motion) -> None:
+    """Raise ValueError where friction of joints has no direction, as reactions grow with it without end."""
+    dynamics = composite_body(motion.mechanism, motion.state)
+    if dynamics.friction is not None and dynamics.friction.beside and not forward_dynamics(dynamics).settled:
+        raise ValueError("friction jams")
 
 
 def _correction(motion: Motion) -> Floats:

@@ -225,7 +225,13 @@ def _not_finite(run: Trajectory, time: float) -> str:
     """Return which inputs have no finite value at a time near the end of a run, or else what may have none."""
     problem, end = run.problem, run.integration
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
-    if not run.ready.mechanism.inputs or end.q_final is None or end.u_final is None:
+    if end.q_final is None or end.u_final is None:
+        return unknown
+    if len(end.u_final):
+        k = int(np.argmax(np.abs(end.u_final)))
+        speed = run.ready.mechanism.speeds[k]
+        unknown += f": the largest speed, {speed.name}, is {end.u_final[k]:.3g} {speed.unit}"
+    if not run.ready.mechanism.inputs:
         return unknown
     (values,) = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)
     names = [name for name, x in zip(run.ready.mechanism.inputs, values, strict=True) if not np.isfinite(x)]
