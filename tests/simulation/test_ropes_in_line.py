@@ -37,6 +37,19 @@ constraints:
   rope1: {{type: rope, path: [ground.s, ball], slack: true}}
   rope2: {{type: rope, path: [ball, ground.o], slack: true}}
 """
+NESTED = f"""{HEAD}
+bodies:
+  ground: {{points: {{o: [0, 0, 0], s: [0.5, 0, 0]}}, surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+  bob: {{mass: {M_BALL}}}
+  block: {{mass: {M_BLOCK}}}
+joints:
+  j1: {{type: point, parent: ground, child: bob, q: [x, y], initial: {{q: [1, 0]}}}}
+  j2: {{type: prismatic, parent: ground, child: block, axis: y, q: h, initial: {{q: 0.1}}}}
+contacts: {{c: {{between: [block, ground.floor], static: 0, restitution: 0}}}}
+constraints:
+  outer: {{type: rope, path: [ground.o, bob], slack: true}}
+  inner: {{type: rope, path: [ground.s, bob], slack: true}}
+"""
 
 
 def test_a_block_is_drawn_off_its_stop() -> None:
@@ -65,3 +78,13 @@ def test_a_wire_holds_what_hangs_on_it() -> None:
     run = mbs.simulate(mbs.loads(WIRE), t_end=0.2, samples=21)
     assert np.abs(run["x"] + 1.0).max() < 1e-13
     assert np.abs(run["y"]).max() == pytest.approx(0.0, abs=3e-7)
+
+
+def test_the_longer_of_two_ropes_is_slack_once_the_bob_swings_on_the_shorter() -> None:
+    """It is taut at the start alone: what falls elsewhere, while it hangs, does not draw the bob back to it."""
+    run = mbs.simulate(mbs.loads(NESTED), t_end=0.4, samples=41)
+    height, speed = run["y"], np.hypot(run["u_x"], run["u_y"])
+    np.testing.assert_allclose(np.hypot(run["x"] - 0.5, height), 0.5, atol=1e-12)
+    np.testing.assert_allclose(speed**2, -2.0 * G * height, atol=1e-8)
+    assert run.events[-1]["element"] == "outer" and run.events[-1]["kind"] == "slack"
+    assert run["h"][-1] == 0.0 and height[-1] < -0.45

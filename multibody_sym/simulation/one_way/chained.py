@@ -411,7 +411,8 @@ class OneWayRun:
         now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
         x = x if now.problem.project else put_back(now.problem, t, x)
         self._scale = larger(self._scale, x[nq:], self.laws.slides)
-        closed = [name for name in now.active if not (cause.ends == "leaves" and name == cause.element.name)]
+        apart = {*now.mode.idle, *([cause.element.name] if cause.ends == "leaves" else [])}
+        closed = [name for name in now.active if name not in apart]  # what is idle may have opened: its gap tells
         facts = self._seen(t, x)
         touches = cause.ends == "closes" and not is_tip(cause.element)
         touches = touches and not thin_bars.is_behind(facts, cause.element)
