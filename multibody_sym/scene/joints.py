@@ -15,7 +15,7 @@ from multibody_sym.model.declaration.joints import CurveJoint, Custom
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.resolution.spanning_tree import coordinate_names
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scene.forms import Axes, Form, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item, Role
 from multibody_sym.scene.stage import Place, Stage
@@ -178,7 +178,7 @@ def is_ball(stage: Stage, name: str) -> bool:
 
 def bounces(contact: Contact) -> bool:
     """Return whether what touches bounces without rubbing, as a ball does."""
-    return contact.restitution.shadow != 0 and contact.static is None and contact.kinetic is None
+    return contact.restitution not in (None, ZERO) and contact.static is None and contact.kinetic is None
 
 
 def _screw(joint: Held) -> Iterator[Item]:

@@ -39,17 +39,18 @@ def sliding() -> Facts:
     return slides(0.4)
 
 
-def slides(restitution: float) -> Facts:
+def slides(restitution: float | None) -> Facts:
     """Return the rod with its tip on the floor, where K_nn - mu K_nt, the inverse of its apparent mass, is negative."""
-    run = mbs.simulate(mbs.loads(ROD), parameters={"e": restitution})
+    given = mbs.loads(ROD if restitution is not None else ROD.replace("restitution: e, ", ""))
+    run = mbs.simulate(given, parameters={"e": restitution or 0.0})
     assert run.modes is not None
     q, u = np.array([0.0, math.sin(1.3), 1.3]), np.array([-8.0, 0.0, 0.0])
     return run.modes.laws.at(0.0, q, u, Scale(1.0, 8.0))
 
 
-def routh() -> tuple[np.ndarray, np.ndarray]:
+def routh(e: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
     """Return the impulses (p_n, p_t) of the rod and its speeds after them."""
-    c, s, e = math.cos(1.3), math.sin(1.3), 0.4
+    c, s = math.cos(1.3), math.sin(1.3)
     K = np.array([[1 + 3 * c * c, -3 * s * c], [-3 * s * c, 1 + 3 * s * s]])
     assert K[0, 0] + 2 * K[0, 1] < 0.0
     compressed = np.linalg.solve(K, [0.0, 8.0])
@@ -72,10 +73,22 @@ def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(slidi
 
 
 def test_without_a_restitution_there_is_no_state_and_it_is_proved() -> None:
-    found = decided(slides(0.0), ["c"])
+    found = decided(slides(None), ["c"])
     assert (found.mode, found.blow) == (None, None)
     assert found.found is not None
     assert found.found.proved
+    assert "declare a restitution" in found.why_none
+
+
+def test_with_a_restitution_of_zero_nothing_is_given_back() -> None:
+    """Routh: its tip has stopped after the compression, and leaves, as the rod turns with w^2 sin(th) > g."""
+    p, u = routh(0.0)
+    found = decided(slides(0.0), ["c"])
+    assert found.mode is not None and found.blow is not None
+    np.testing.assert_allclose(found.facts.u, u, rtol=0, atol=1e-7)
+    assert found.blow.impulses["c"] == pytest.approx(p[0], rel=1e-7)
+    assert u[2] ** 2 * math.sin(1.3) > 9.81
+    assert found.mode.sides["c"] == 0
 
 
 @pytest.mark.parametrize("method", ["dormand_prince", "radau_5"])
@@ -88,10 +101,10 @@ def test_a_run_may_begin_with_it(method: str) -> None:
     assert run["u_y"][-1] == pytest.approx(u[1] - 9.81e-3, abs=1e-7)
     assert run["u_th"][-1] == pytest.approx(u[2], abs=1e-7)
     assert run.energy_residual == pytest.approx(0.0, abs=1e-12)
-    with pytest.raises(mbs.NoSolutionError, match=r"fulfils the laws.*as it bounces, a run begins with an impact"):
+    with pytest.raises(mbs.NoSolutionError, match=r"fulfils the laws.*as a restitution is declared, a run begins with an"):
         mbs.solve(system)
     with pytest.raises(mbs.NoSolutionError, match=r"all 2 modes$"):
-        mbs.simulate(system, parameters={"e": 0})
+        mbs.simulate(mbs.loads(ROD.replace("[0, 2, 1.3]", "[0, sin(1.3), 1.3]").replace("restitution: e, open: true", "")))
 
 
 def test_a_prepared_run_may_begin_with_it_at_another_start() -> None:
@@ -157,7 +170,7 @@ def test_a_sliding_corner_that_friction_jams_is_named_and_no_constraint_is_blame
     """Its apparent mass grows without bound: (n + r x n) . M^-1 (n - mu v/|v|) is zero there, by hand."""
     why = r"friction jams: the force at c\.corner4\.normal .*Painleve.* all 2 modes .* at t = 0\.00081"
     with pytest.raises(FailedRunError, match=why) as failed:
-        mbs.simulate(mbs.loads(CRATE.replace("REBOUND", "0")))
+        mbs.simulate(mbs.loads(CRATE.replace(", restitution: REBOUND", "")))
     end = failed.value.trajectory.integration
     corner, u = Corner(end.q_final), end.u_final
     smooth, rough = (corner.velocity(corner.pushed(u, mu))[2] for mu in (0.0, 1.5))

@@ -196,14 +196,14 @@ class RowNumbers(ABC):
     def wedged(self, touching: Iterable[OneWay], found: Found) -> bool:
         """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.
 
-        Some of it bounces, and each can be moved: impulses may stop its slip.
+        Some of it collides, and each can be moved: impulses may stop its slip.
         """
         if found.states or not found.proved:
             return False
         elements = list(touching)
         rest = all(self.standing(x) == "touching" and self.allowed_speed(x.normals[0]) > 0.0 for x in elements)
         rubs = any(part.rubs for x in elements for part in x.frictions)
-        return rest and rubs and any(self.restitution(x) > 0.0 for x in elements)
+        return rest and rubs and any(x.collides for x in elements)
 
     def posed(self, closed: Collection[str]) -> PosedLaws:
         """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""

@@ -41,7 +41,7 @@ _CLOSED: Final = 1e-12
 _IN_SPACE: Final = 4
 """With more friction at rest in space one state is enough, and that others were not searched is told."""
 _BEYOND: Final = "; start from a little beyond, or with the speed at which it slides"
-_STRIKES: Final = "; as it bounces, a run begins with an impact without collision (simulate)"
+_STRIKES: Final = "; as a restitution is declared, a run begins with an impact without collision (simulate)"
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),

@@ -74,9 +74,9 @@ class Rope(Element):
         says="full turns more that it lies around pulleys, for all or by name",
     )
     label: str | None = holds(Text(), None, says="the letter of its tension in formulas", such="T_1")
-    restitution: Node = holds(
-        Scalar(""), 0, keyword=True, such="0.5",
-        says="the part, 0 to 1, of the speed with which it goes taut that it gives back; with slack: true",
+    restitution: Node | None = holds(
+        Scalar(""), None, keyword=True, such="0.5",
+        says="the part, 0 to 1, of the speed with which it goes taut that it gives back, 0 if left out; with slack: true",
     )
 
     def verify(self) -> None:

@@ -83,8 +83,9 @@ class Contact(Element):
         KineticField(""), None, keyword=True, such="0.3",
         says="coefficient of friction while it slides; the static one if left out",
     )
-    restitution: Node = holds(
-        Scalar(""), 0, keyword=True, says="which part of the normal speed an impact gives back, 0 to 1", such="0.5"
+    restitution: Node | None = holds(
+        Scalar(""), None, keyword=True, such="0.5",
+        says="which part of the normal speed an impact gives back, 0 to 1; 0 if left out",
     )
     tangential_restitution: Node | None = holds(
         Scalar(""), None, keyword=True, such="0.5",

@@ -139,7 +139,9 @@ class Limits(Element):
         Scalar(), None, such="50",
         says="the largest force or moment of a drive, in N or N*m; kept for programs that choose one",
     )
-    restitution: Node = holds(Scalar(""), 0, says="which part of the speed a stop gives back, 0 to 1", such="0.3")
+    restitution: Node | None = holds(
+        Scalar(""), None, says="which part of the speed a stop gives back, 0 to 1; 0 if left out", such="0.3"
+    )
     acts: bool = holds(
         Flag(), True, says="whether the stops hold; else runs only tell when they are passed", such="false"
     )

@@ -66,8 +66,9 @@ class OneWay:
     on several wheels has others, which define what presses on each. Otherwise `normals` define components of a joint's
     reaction, of either sign. `words` tell whether it is active or not; `path` is where
     the model declares it; parts of one declared element share a `group`. `open`: it does not touch at
-    the start. `joint`: the one in which a stop holds, or friction rubs. `tangential_restitution` is the part of the
-    tangential speed that an impact returns.
+    the start. `joint`: the one in which a stop holds, or friction rubs. `collides`: its `restitution` is declared, so
+    that there may be an impact without collision; `tangential_restitution` is the part of the tangential speed that an
+    impact returns.
     """
 
     name: str
@@ -77,6 +78,7 @@ class OneWay:
     unilateral: bool = True
     frictions: tuple[FrictionPart, ...] = ()
     restitution: Node = ZERO
+    collides: bool = False
     tangential_restitution: Node = ZERO
     words: tuple[str, str] = ("closed", "open")
     group: str = ""

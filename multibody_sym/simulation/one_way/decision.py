@@ -39,6 +39,7 @@ SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
 _WEDGED: Final = 3
 """Impacts without collision at one instant."""
+_COLLIDE: Final = "declare a restitution, 0 as well, by which an impact stops what slips, "
 _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
@@ -85,7 +86,9 @@ class Decided:
     def why_none(self) -> str:
         """Why there is no mode, in words, and what to do."""
         none = "" if self.found is None else self.found.why_none
-        return self.hindered or f"{none} (end the run before, lower the friction, or make it smooth by {_SMOOTH}),"
+        touching = [x for x in (self.posed.elements if self.posed else ()) if x.unilateral]
+        collide = "" if not touching or any(x.collides for x in touching) else _COLLIDE
+        return self.hindered or f"{none} (end the run before, lower the friction, {collide}or make it smooth by {_SMOOTH}),"
 
     @staticmethod
     def largest_of(forces: Floats, facts: Facts, rows: Sequence[int]) -> float:

@@ -31,7 +31,7 @@ def slackening(references: References) -> frozenset[str]:
     rough = {name for name, pulley in references.system.pulleys.items() if pulley.rough is not None}
     found = frozenset(name for name, rope in ropes.items() if rope.slack or rough.intersection(rope.route[1:-1]))
     for name, rope in ropes.items():
-        if name not in found and rope.restitution is not ZERO:
+        if name not in found and rope.restitution not in (None, ZERO):
             with at("constraints", name, "restitution"):
                 raise ModelError(
                     "a rope that is always taut never goes taut, so it does not rebound; add slack: true", number="M114"
@@ -65,13 +65,15 @@ def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
             for k, (part, slip, rough) in enumerate(slips, 1)
         )
         path, rope = ("constraints", name), references.system.constraints[name]
+        given = rope.restitution if isinstance(rope, Rope) else None
         yield OneWay(
             row.name,
             "rope",
             path,
             (row, *means),
             frictions=parts,
-            restitution=rope.restitution if isinstance(rope, Rope) else ZERO,
+            restitution=given or ZERO,
+            collides=given is not None,
             words=ROPE_WORDS,
             group=name,
         )

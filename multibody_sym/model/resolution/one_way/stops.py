@@ -9,7 +9,7 @@ from multibody_sym.model.declaration.joint import Limits, MovingJoint
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import ExpressionRow
 from multibody_sym.model.resolution.references import References
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ZERO, Node
 
 FREE: Final = "free"
 
@@ -34,7 +34,8 @@ def _stop(joint: str, side: str, gap: Node, limits: Limits) -> OneWay:
         "stop",
         ("joints", joint),
         (ExpressionRow(name, gap),),
-        restitution=limits.restitution,
+        restitution=limits.restitution or ZERO,
+        collides=limits.restitution is not None,
         words=(side, FREE),
         group=joint,
         joint=joint,
