@@ -84,7 +84,8 @@ def test_with_a_restitution_of_zero_nothing_is_given_back() -> None:
     """Routh: its tip has stopped after the compression, and leaves, as the rod turns with w^2 sin(th) > g."""
     p, u = routh(0.0)
     found = decided(slides(0.0), ["c"])
-    assert found.mode is not None and found.blow is not None
+    assert found.mode is not None
+    assert found.blow is not None
     np.testing.assert_allclose(found.facts.u, u, rtol=0, atol=1e-7)
     assert found.blow.impulses["c"] == pytest.approx(p[0], rel=1e-7)
     assert u[2] ** 2 * math.sin(1.3) > 9.81
@@ -94,17 +95,18 @@ def test_with_a_restitution_of_zero_nothing_is_given_back() -> None:
 @pytest.mark.parametrize("method", ["dormand_prince", "radau_5"])
 def test_a_run_may_begin_with_it(method: str) -> None:
     p, u = routh()
-    system = mbs.loads(ROD.replace("[0, 2, 1.3]", "[0, sin(1.3), 1.3]").replace(", open: true", ""))
+    text = ROD.replace("[0, 2, 1.3]", "[0, sin(1.3), 1.3]").replace(", open: true", "")
+    system = mbs.loads(text)
     run = mbs.simulate(system, method=method)
     assert run.modes is not None
     assert run.modes.blows[0].impulses["c.normal"] == pytest.approx(p[0], rel=1e-7)
     assert run["u_y"][-1] == pytest.approx(u[1] - 9.81e-3, abs=1e-7)
     assert run["u_th"][-1] == pytest.approx(u[2], abs=1e-7)
     assert run.energy_residual == pytest.approx(0.0, abs=1e-12)
-    with pytest.raises(mbs.NoSolutionError, match=r"fulfils the laws.*as a restitution is declared, a run begins with an"):
+    with pytest.raises(mbs.NoSolutionError, match=r"fulfils the laws.*as a restitution is declared, a run begins"):
         mbs.solve(system)
     with pytest.raises(mbs.NoSolutionError, match=r"all 2 modes$"):
-        mbs.simulate(mbs.loads(ROD.replace("[0, 2, 1.3]", "[0, sin(1.3), 1.3]").replace("restitution: e, open: true", "")))
+        mbs.simulate(mbs.loads(text.replace(", restitution: e", "")))
 
 
 def test_a_prepared_run_may_begin_with_it_at_another_start() -> None:

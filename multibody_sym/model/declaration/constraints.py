@@ -76,7 +76,7 @@ class Rope(Element):
     label: str | None = holds(Text(), None, says="the letter of its tension in formulas", such="T_1")
     restitution: Node | None = holds(
         Scalar(""), None, keyword=True, such="0.5",
-        says="the part, 0 to 1, of the speed with which it goes taut that it gives back, 0 if left out; with slack: true",
+        says="the part of the speed with which it goes taut that it gives back (0 to 1, 0 if left out); slack: true",
     )
 
     def verify(self) -> None:

@@ -88,7 +88,8 @@ class Decided:
         none = "" if self.found is None else self.found.why_none
         touching = [x for x in (self.posed.elements if self.posed else ()) if x.unilateral]
         collide = "" if not touching or any(x.collides for x in touching) else _COLLIDE
-        return self.hindered or f"{none} (end the run before, lower the friction, {collide}or make it smooth by {_SMOOTH}),"
+        cures = f"end the run before, lower the friction, {collide}or make it smooth by {_SMOOTH}"
+        return self.hindered or f"{none} ({cures}),"
 
     @staticmethod
     def largest_of(forces: Floats, facts: Facts, rows: Sequence[int]) -> float:
