@@ -98,7 +98,8 @@ def _least_for_motion(system: System, least: str, vary: str, formalism: str | No
     entry, other = varied(position.mechanism, least, "least"), varied(position.mechanism, vary)
     holding, moving = least_ends(position, entry.name, other.name)
     if moving is None:
-        raise NoSolutionError(f"rest is possible at every {least}, whatever {vary} is: nothing moves it", number="N110")
+        told = f"where rest is possible at a value of {vary}, it is so at every {least}: nothing moves it"
+        raise NoSolutionError(told, number="N110")
     for found in (moving, holding):
         if found is not None and found.falls:
             raise NoSolutionError(_falling(found, entry, other), number="N110")

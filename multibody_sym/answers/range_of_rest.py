@@ -37,7 +37,8 @@ class RestBound:
     `expression` is its closed form in the names of the model, `exact` the same with all declared numbers put in; None
     where none was found. Where there is no position beyond, as bodies would cross, `gives_way` says so; nothing gives
     way where the range ends with the values that were looked at. The value is known to within `error`; that of a closed
-    form has none. An end that is `open` does not belong to the range: towards it forces grow without bound.
+    form has none. An end that is `open` does not belong to the range: towards it forces grow without bound, or the
+    model has no start there.
     """
 
     value: float | None
@@ -192,6 +193,8 @@ def rest_bound(position: Position, found: Ranges, end: RestEnd, outward: int) ->
     exact = ExactEnd(position.mechanism, found.parameter, end)
     motion = position.motion({found.parameter: end.value}, moves=True)
     named = causes(position.statics, end.limits, motion)
+    if not position.has_start({found.parameter: end.value}):
+        return RestBound(end.value + 0.0, gives_way=named, error=_SETTLED * abs(end.value), open=True)
     forms = exact.symbolic(), exact.exact()
     pole = open_end(position, found.parameter, end, outward) if forms == (None, None) else None
     value, error = pole or (end.value, _SETTLED * abs(end.value))

@@ -159,6 +159,23 @@ def test_what_no_force_holds_is_refused() -> None:
         mbs.least_for_motion(pressed, "F", "beta", parameters={"mu": 0})
 
 
+def test_values_at_which_the_model_has_no_start_are_no_rest() -> None:
+    """m*g*l*sin(th) = 0: neither a mass point on its hinge nor a body without mass is a pendulum; g = 0 is."""
+    pendulum = mbs.loads("""\
+multibody_sym: 1
+name: pendulum
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, l: 0.5 m, g: 9.81 m/s^2}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {H: {type: revolute, parent: ground, child: bob, initial: {q: 120 deg}}}
+""")
+    with pytest.raises(NoSolutionError, match="rest is possible at no m >= 0, whatever l is"):
+        mbs.least_for_motion(pendulum, "m", "l")
+    with pytest.raises(NoSolutionError, match="where rest is possible at a value of g, it is so at every m"):
+        mbs.least_for_motion(pendulum, "m", "g")
+    assert mbs.least_for_motion(pendulum, "g", "l").value.value == 0.0
+
+
 def test_what_falls_without_end_has_no_least_value() -> None:
     """Pushed at height y a box tips at m g b / (2 y), ever sooner: zero is not reached, least of all at y = 0."""
     level = BOX.replace("a: 0, ", "y: 1 m, ").replace("-sin(a), cos(a)", "0, 1").replace("a + beta", "0")

@@ -366,6 +366,34 @@ forces: {drive: {type: torque, joint: hinge, value: M}}
     assert [x for pair in angles for x in pair] == pytest.approx([low, low, math.pi - low, math.pi - low], rel=1e-12)
 
 
+POINT_ON_A_ROD = """\
+multibody_sym: 1
+name: pendulum
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, l: 0.5 m, e: 0.1 m, g: 9.81 m/s^2}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {H: {type: revolute, parent: ground, child: bob, q: th, initial: {q: 30 deg}}}
+"""
+
+
+def test_no_rest_is_told_at_a_value_at_which_the_model_has_no_start() -> None:
+    """A mass point on its hinge resists no rotation: m*g*l*sin(th) = 0 has no root l of a pendulum that is aside."""
+    rod = mbs.loads(POINT_ON_A_ROD)
+    with pytest.raises(NoSolutionError, match="no inertia"):
+        mbs.simulate(rod, t_end=0.1, parameters={"l": 0})
+    assert [mbs.range_of_rest(rod, name).rest for name in "lmg"] == [[], [], [(0.0, 0.0)]]
+    assert mbs.range_of_rest(rod, "l", initial={"th": 0}).rest == [(None, None)]
+    aside = mbs.loads(POINT_ON_A_ROD.replace("[0, -l, 0]", "[0, -(l - e), 0]"))
+    assert mbs.range_of_rest(aside, "l").rest == []
+
+
+def test_an_end_at_which_the_model_has_no_start_does_not_belong_to_the_range() -> None:
+    stop = mbs.loads(POINT_ON_A_ROD.replace("q: th", "q: th, limits: {lower: 30 deg}"))
+    found = mbs.range_of_rest(stop, "l")
+    assert [(low.value, low.open, high.value) for low, high in found.ends] == [(0.0, True, None)]
+    assert rest_text(found) == "rest is possible for l > 0 m (H leaves its stop)"
+
+
 @pytest.mark.parametrize(("slope", "least"), [("0", 0.0), ("0.1", 0.1)])
 def test_a_coefficient_that_does_not_grow_for_ever_has_no_ray_of_rest(slope: str, least: float) -> None:
     """tan(a) >= tan(slope) up to pi/2, beyond which the coefficient is negative, and again in the third quadrant."""

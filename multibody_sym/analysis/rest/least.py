@@ -76,10 +76,10 @@ def first_range(position: Position, least: str, others: dict[str, float]) -> Ran
     None where there is no such position, or no rest.
     """
     search = search_of(position, least, others)
-    if all(look is None for look in search.looks):
+    if all(look is None for look in search.looks) or not position.has_start(others):
         return None
     for low, high in search.ranges():
-        if high.value >= 0.0:
+        if high.value > 0.0 or (high.value == 0.0 and search.has_start(0.0)):
             is_last = not (high.limits or high.equal) and high.value >= search.searched[1]
             return low if low.value > 0.0 else RestEnd(0.0), RestEnd(inf) if is_last else high
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -72,6 +72,14 @@ class Position:
         except (*UNDEFINED, MultibodyError):
             return True
         return not np.allclose(found.q, self.begin.q, rtol=_SAME, atol=_SAME)
+
+    def has_start(self, values: Mapping[str, float]) -> bool:
+        """Return whether the model has a start at these values: no inertia is missing, constraints close."""
+        try:
+            start(self.mechanism, values)
+        except (*UNDEFINED, MultibodyError):
+            return False
+        return True
 
     def motion(self, values: dict[str, float], moves: bool) -> Motion | None:
         """Return the motion at rest for values of parameters, None where they allow no such position."""

@@ -111,9 +111,14 @@ class Search:
         return Ranges(self.name, kind, tuple(united_ranges), told)
 
     def ranges(self) -> list[Range]:
-        """Return the ranges for all choices of what presses, put together."""
+        """Return the ranges for all choices of what presses, put together, but for values without a start."""
         choices, searched = self.position.statics.choices(), self.searched
-        return united([found for choice in choices for found in self.widened(choice, self.kind, searched)])
+        found = united([found for choice in choices for found in self.widened(choice, self.kind, searched)])
+        return [x for x in found if x[0].value < x[1].value or self.has_start(x[0].value)]
+
+    def has_start(self, value: float) -> bool:
+        """Return whether the model has a start at a value of the parameter."""
+        return self.position.has_start({**self.others, self.name: value})
 
     @cached_property
     def least(self) -> float:
