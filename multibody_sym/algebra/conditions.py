@@ -269,14 +269,13 @@ def _without_root(field: Field, p: Poly) -> Poly:
 def _known_sign(field: Field, p: Poly, said: Condition, assumed: Collection[int] | None) -> int | None:
     """Return the sign that a factor has whatever its letters are (that of the sample, for numbers), None if it varies.
 
-    What can be zero is undecided only where zero is not enough; what stands under a root is positive, unless it is that
-    which is to be said.
+    What can be zero is undecided only where zero is not enough; what stands under a root of the condition itself is
+    positive, unless it is that which is to be said.
     """
     p = field.in_ring(p)
     if not field.whole(p).symbols:
         return 1 if field.value(p) > 0 else -1
-    roots = () if said.under_root else (letter for letter in field.letters if letter.node is None)
-    radicands = [field.in_ring(letter.square) for letter in roots]
+    radicands = [] if said.under_root else [field.in_ring(each.value.above) for each in under_roots([said.value])]
     for sign, q in ((1, p), (-1, -p)):
         least = 1 if q in radicands else least_sign(field, q, assumed)
         if least == 1 or (least == 0 and not said.strict):

@@ -87,3 +87,53 @@ def test_formulas_hold_where_their_conditions_do_and_only_there(name: str, least
         for key, node in named.items() if holds else ():
             assert evaluate_float([node], letters)[0] == pytest.approx(values[key], rel=1e-9, abs=1e-9 * size), key
     assert inside >= least
+
+
+SLOPE = """
+multibody_sym: 1
+name: slope
+gravity: [0, -g, 0]
+parameters: {m: {value: 2 kg, positive: true}, alpha: 30 deg, mu: 0.4, g: {value: 9.81 m/s^2, positive: true}}
+bodies: {block: {mass: m}, ground: {frames: {slope: {rotate: [{axis: z, angle: -alpha}]}}}}
+joints: {slide: {type: prismatic, parent: ground.slope, child: block, axis: x, q: s}}
+forces: {rub: {type: friction, joint: slide, static: mu}}
+"""
+PULLED = """
+multibody_sym: 1
+name: pulled
+gravity: [0, -g, 0]
+parameters: {m: {value: 5 kg, positive: true}, F: 20 N, mu: 0.3, g: {value: 9.81 m/s^2, positive: true}}
+bodies: {block: {mass: m}}
+joints: {slide: {type: prismatic, parent: ground, child: block, axis: x, q: s}}
+forces: {rub: {type: friction, joint: slide, static: mu}, pull: {type: torque, joint: slide, value: F}}
+"""
+WEDGE = """
+multibody_sym: 1
+name: wedge
+gravity: [0, -g, 0]
+parameters: {M: {value: 3 kg, positive: true}, m: {value: 1 kg, positive: true}, alpha: 30 deg, mu: 0.4,
+  g: {value: 9.81 m/s^2, positive: true}}
+bodies: {wedge: {mass: M, frames: {face: {rotate: [{axis: z, angle: -alpha}]}}}, block: {mass: m}}
+joints:
+  floor: {type: prismatic, parent: ground, child: wedge, axis: x, q: X}
+  slide: {type: prismatic, parent: wedge.face, child: block, axis: x, q: s}
+forces: {rub: {type: friction, joint: slide, static: mu}}
+"""
+
+
+@pytest.mark.parametrize("question", ["T: {when: {s: 0.5 m}}", "v: {of: block, at: {s: 0.5 m}}"])
+@pytest.mark.parametrize("model", [SLOPE, PULLED, WEDGE], ids=["slope", "pulled", "wedge"])
+def test_a_question_leaves_the_conditions_of_the_state(model: str, question: str) -> None:
+    system = mbs.loads(f"{model}ask: {{{question}}}\n")
+    solution, declared = mbs.solve(system), examined(system)
+    conditions = [parse(condition) for condition in solution.conditions]
+    sample = {p: evaluate_float([x.value], {})[0] for p, x in system.parameters.items()}
+    at_sample, _ = found_in_floats(declared, sample)
+    rng, inside = np.random.default_rng(12), 0
+    for _ in range(SETS):
+        given = {p: value * 10 ** rng.uniform(-0.3, 0.3) for p, value in sample.items()}
+        words, _ = found_in_floats(declared, given)
+        holds = all(evaluate_float(conditions, {symbol(p): value for p, value in given.items()}))
+        assert holds == (words == at_sample), (given, words)
+        inside += holds
+    assert 10 < inside < SETS - 10
