@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -25,6 +26,10 @@ _SHORT: Final = 1e-14
 """The part of a time of which nothing is left to halve."""
 _MOST_HALVINGS: Final = 60
 """How often stretches are halved in all where places are too far apart."""
+_UNKNOWN: Final = 1e-3
+"""Part of the work in a run by which half as many places change it where it is not told at all."""
+_MOST_STEPS: Final = 100_000
+"""Steps of all the stretches that are halved: each is run twice more for that."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +47,16 @@ class _Work:
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
-    """Return the work of the friction and of the loads of a run."""
+    """Return the work of the friction and of the loads of a run; nan where powers change faster than places tell."""
     parts = friction_parts(mechanism)
     names = [body.name for body in mechanism.bodies]
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    for one in _works(stretches):
+    works = list(_works(stretches))
+    if sum(one.unsure for one in works) > _UNKNOWN * sum(one.size for one in works):
+        return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
+    for one in works:
         account.loads += float(one.loads[0])
         for k, (_, part) in enumerate(parts):
             work = found[part.name]
@@ -63,13 +71,13 @@ def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
     """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end."""
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
     each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
-    total, left = sum(work.size for *_, work in each), _MOST_HALVINGS
+    total, left, steps = sum(work.size for *_, work in each), _MOST_HALVINGS, _MOST_STEPS
     while each:
         stretch, program, work = each.pop(0)
-        if work.unsure <= _SETTLED * total or not left:
+        if work.unsure <= _SETTLED * total or not left or stretch.steps > steps:
             yield work
             continue
-        left -= 1
+        left, steps = left - 1, steps - stretch.steps
         halves = [(half, program, _work(half, program)) for half in stretch.halves()]
         total += sum(half.size for *_, half in halves) - work.size
         each[:0] = halves
