@@ -82,11 +82,25 @@ def test_what_holds_at_the_start_begins_when_it_comes_back() -> None:
 
 
 def test_what_holds_from_the_start_and_never_begins_is_told() -> None:
-    model = SLING.replace("t_end: 1.2", "t_end: 0.2") + "ask: {back: s tautens, at: {of: p, at: s tautens}}"
+    asked = "ask: {back: s tautens, at: {of: p, at: s tautens}, x: {max: x, until: s tautens}, end: {max: x}}"
+    model = SLING.replace("t_end: 1.2", "t_end: 0.2") + asked
     solution = mbs.solve(mbs.loads(HEAD + model))
     assert [solution.answers[name].value for name in ("back", "at")] == pytest.approx([0.0, 5.0], rel=1e-12)
+    assert solution.answers["x"].value == solution.answers["end"].value
     said = "s tautens from the start on, and does not begin to later, before t_end of the simulation"
     assert [f"{name}: {said}" for name in ("back", "at")] == [x for x in solution.conditions if said in x]
+
+
+def test_a_body_at_rest_closes_at_the_start() -> None:
+    """It has no freedom left, so that no energy tells its speed by its place."""
+    model = """
+bodies: {b: {mass: 1}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {J: {type: prismatic, parent: ground, child: b, axis: y, q: y}}
+contacts: {c: {between: [b, ground.floor]}}
+ask: {T: c closes, v: {of: b, at: c closes}}
+"""
+    answers = mbs.solve(mbs.loads(HEAD + model)).answers
+    assert [answers[x].value for x in "Tv"] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("section", ["stop: {a: string slackens}", "ask: {a: string slackens}"])

@@ -40,6 +40,60 @@ def test_what_bounces_and_never_closes_is_told_to_strike() -> None:
     assert "c strikes at t = 0.451524 s and bounces: ask c strikes" in "\n".join(solution.conditions)
 
 
+FALLING = """
+gravity: [0, -9.81, 0]
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b: {mass: 1}}
+joints: {s: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {u: -2}}}
+"""
+AT_THE_START = {
+    "c": FALLING + "contacts: {c: {between: [b, ground.floor], restitution: E}}\n",
+    "s.lower": FALLING.replace("{u: -2}", "{u: -2}, limits: {lower: 0, restitution: E}"),
+}
+
+
+@pytest.mark.parametrize("name", AT_THE_START)
+def test_what_strikes_at_the_start_is_asked_when_it_strikes_again(name: str) -> None:
+    """It rises with e v = 1 m/s, comes back after 2 e v/g with that speed, and is (e v)^2/(2 g) high meanwhile."""
+    asked = f"ask: {{T: {name} strikes, v: {{value: u_y, when: {name} strikes}}, w: {{of: b, at: {name} strikes}}, "
+    asked += f"top: {{max: y, until: {name} strikes}}}}"
+    answers = mbs.solve(mbs.loads(HEAD + AT_THE_START[name].replace("E", "0.5") + asked)).answers
+    assert answers["T"].value == pytest.approx(2 * 1.0 / G, rel=1e-10)
+    assert [answers[x].value for x in "vw"] == pytest.approx([-1.0, 1.0], rel=1e-10)
+    assert answers["top"].value == pytest.approx(1.0 / (2 * G), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", AT_THE_START)
+def test_what_strikes_at_the_start_alone_is_told(name: str) -> None:
+    asked = f"ask: {{T: {name} strikes, v: {{value: u_y, when: {name} strikes}}, w: {{of: b, at: {name} strikes}}}}"
+    solution = mbs.solve(mbs.loads(HEAD + AT_THE_START[name].replace("E", "0") + asked))
+    assert [solution.answers[x].value for x in "Tvw"] == [None, None, None]
+    said = f"{name} strikes at the start, and not again before t_end of the simulation"
+    assert [f"{x}: {said}" for x in "Tvw"] == [x for x in solution.conditions if said in x]
+
+
+def test_a_table_that_throws_a_block_at_the_start_strikes_it_again() -> None:
+    """The table A sin(w t) leaves with A w = 0.85 m/s, the block with (1 + e) A w on its parabola."""
+    model = f"""
+gravity: [0, -{G}, 0]
+bodies: {{table: {{mass: 0, surfaces: {{top: {{plane: [0, 0, 0], normal: y}}}}}}, b: {{mass: 1}}}}
+joints:
+  T: {{type: prismatic, parent: ground, child: table, axis: y, motion: 0.05*sin(17*t)}}
+  J: {{type: prismatic, parent: ground, child: b, axis: y, q: y}}
+contacts: {{c: {{between: [b, table.top], restitution: 0.4}}}}
+ask: {{T: c strikes}}
+"""
+
+    def gap(t: float) -> float:
+        return 1.4 * 0.85 * t - G * t * t / 2 - 0.05 * math.sin(17 * t)
+
+    low, high = 0.2, 0.3
+    assert gap(low) > 0.0 > gap(high)
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if gap(middle) > 0.0 else (low, middle)
+    assert mbs.solve(mbs.loads(HEAD + model)).answers["T"].value == pytest.approx(low, rel=1e-9)
+
+
 def test_what_an_impact_makes_true_is_found() -> None:
     """The ball rises with e v from the impact on; at y = 0.2 it was before, on its way down."""
     asked = "ask: {up: u_y > 0, v: {value: u_y, when: u_y > 1}, turns: {y: 0.2}, top: {max: y, after: 0.5 s}}"

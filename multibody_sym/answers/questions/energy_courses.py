@@ -59,7 +59,7 @@ def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
     energy = as_node(kinetic_energy(start)), as_node(potential_energy(start))
     moving, stored = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
     mass = multiply(TWO, put_in(moving, {speed: ONE}))
-    if put_in(moving, {speed: ZERO}) is not ZERO or leaves([mass, stored], "symbol").count(TIME):
+    if mass is ZERO or put_in(moving, {speed: ZERO}) is not ZERO or leaves([mass, stored], "symbol").count(TIME):
         return None
     granted = _energy_kept(there, mass, stored)
     if granted is None:

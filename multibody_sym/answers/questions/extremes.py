@@ -144,7 +144,7 @@ def _run(motion: Simulated, asked: Node, question: Ask) -> tuple[Trajectory, boo
     if until is None or isinstance(until, Node):
         run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: until}))
         return run, run.stop is None
-    time = motion.moment(until)
+    time = motion.moment(until) or None  # a state that is there from the start ends nothing
     return motion.along(asked, time), time is None
 
 

@@ -122,11 +122,14 @@ class InNumbers:
         return time
 
     def _never(self, moment: Moment) -> NeverError:
-        told = f"{_told(moment)} at no time before t_end of the simulation"
+        at_start = False
         if isinstance(moment, Mapping):
             ((coordinate, value),) = moment.items()
-            if self.motion.starts_at(coordinate, self.motion.number(value)):
-                told = f"{_told(moment)} at the start, and not again before t_end of the simulation"
+            at_start = self.motion.starts_at(coordinate, self.motion.number(value))
+        elif isinstance(moment, StateCondition) and moment.strikes:
+            at_start = self.motion.strikes_at_start(moment.element)
+        when = "at the start, and not again" if at_start else "at no time"
+        told = f"{_told(moment)} {when} before t_end of the simulation"
         if isinstance(moment, StateCondition) and moment.closes:
             struck = self.motion.strikes(moment.element)
             if struck is not None:

@@ -213,12 +213,20 @@ class Simulated:
         return 0.0 if from_start else None
 
     def strikes(self, element: str) -> float | None:
-        """Return when an element first strikes, None if not before `t_end`."""
-        run, failure = self._as_far_as_known()
-        struck = next((float(x["t"]) for x in run.changes if x["element"] == element and x.get("impulse")), None)
+        """Return when an element first strikes after the start, None if not before `t_end`."""
+        failure = self._as_far_as_known()[1]
+        struck = next((t for t in self._impacts(element) if t > 0.0), None)
         if struck is None and failure is not None:
             raise failure
         return struck
+
+    def strikes_at_start(self, element: str) -> bool:
+        """Return whether an element strikes at the start."""
+        return 0.0 in self._impacts(element)
+
+    def _impacts(self, element: str) -> list[float]:
+        run = self._as_far_as_known()[0]
+        return [float(change["t"]) for change in run.changes if change["element"] == element and change.get("impulse")]
 
     def _begins(self, condition: StateCondition, asked: Node) -> float | None:
         run = self._until(condition, asked)
