@@ -94,6 +94,7 @@ def test_what_holds_from_the_start_and_never_begins_is_told() -> None:
 def test_a_body_at_rest_closes_at_the_start() -> None:
     """It has no freedom left, so that no energy tells its speed by its place."""
     model = """
+parameters: {g: 9.81 m/s^2}
 bodies: {b: {mass: 1}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
 joints: {J: {type: prismatic, parent: ground, child: b, axis: y, q: y}}
 contacts: {c: {between: [b, ground.floor]}}
