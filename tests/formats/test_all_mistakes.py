@@ -269,3 +269,31 @@ def test_nothing_that_was_mended_hides_what_is_declared(tmp_path: Path, capsys: 
     places = ["parameters.m", "bodies.c.shape.box", "joints.H.type", "joints.K.axis", "joints.K.child"]
     places += ["forces.f.value", "forces.f.value.0", "forces.s.stiffness", "ask.t.when", "ask.s.formula"]
     assert told == [*places, "ask.z.find", "ask.z.so", "ask.y.so"]
+
+
+TWO_BODIES = """\
+multibody_sym: 1
+name: two
+bodies: {a: {mass: 1, points: {tip: [0, 1, 0]}}, b: {mass: 1}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: y, q: y}
+  B: {type: prismatic, parent: ground, child: b, axis: y, q: z}
+constraints: {c: CONSTRAINT}
+"""
+
+
+@pytest.mark.parametrize(
+    ("constraint", "told"),
+    [
+        ("{type: rope, path: [a]}", ["path: expected a list of at least 2, got 1"]),
+        (
+            "{type: rolling, body: a, on: ground.floor}",
+            ["body: a is neither a ball nor a disc", "on: 'ground.floor' is no surface and no point"],
+        ),
+    ],
+)
+def test_each_part_of_a_constraint_is_told_once_and_what_is_not_written_never(constraint: str, told: list[str]) -> None:
+    with pytest.raises(ModelError) as raised:
+        check(loads(TWO_BODIES.replace("CONSTRAINT", constraint)))
+    assert len([raised.value, *raised.value.others]) == len(told)
+    assert all(f"constraints.c.{each}" in str(raised.value) for each in told)

@@ -139,7 +139,7 @@ class _MendedCopy:
         instead = _INSTEAD.get(path[-1], _NUMBER)
         if not isinstance(part, str):
             short = isinstance(part, list) and part and len(part) < _VECTOR and path not in self._paths
-            return [*part, *["0"] * (_VECTOR - len(part))] if short else None if instead == _NUMBER else instead
+            return [*part, *[_NUMBER] * (_VECTOR - len(part))] if short else None if instead == _NUMBER else instead
         if error.word and (error.meant or error.number in _UNKNOWN_WORDS):
             if error.meant is None:  # else it is misspelt, which may be in several places
                 self._words.update({*_names_in(error.word)} - _declared(self.content))

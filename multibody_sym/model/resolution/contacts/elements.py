@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import product
 from typing import Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.model.declaration.constraints import Rolling, row_names
 from multibody_sym.model.declaration.contacts import ENOUGH, Contact
 from multibody_sym.model.declaration.joints import Fixed
@@ -119,15 +119,18 @@ def rolling_rows(name: str, element: Rolling, references: References) -> Iterato
 
 def _rolling_skins(name: str, element: Rolling, references: References, flat: bool) -> tuple[Skin, Skin]:
     """Return the skins of what rolls, and of what it rolls on. Raises ModelError for what does not roll there."""
-    with at("body"):
+    wrong = gathered()
+    with wrong, at("body"):
         wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
         if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], (Rim, Bent))):
             what = "a plane" if isinstance(wheels[0], Flat) else "neither a ball nor a disc"
             raise ModelError(f"{element.body} is {what}; a ball or a disc rolls", number="M112")
-    with at("on"):
+    with wrong, at("on"):
         word, under = solid_of(element.on, references, flat=flat).skins[0]
         if word or is_point(under):
             raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on", number="M114")
+    wrong.told()
+    with at("on"):
         if not _may_touch(wheels[0], under):
             raise ModelError(_cannot_touch(wheels[0], under, f"{element.body} and {element.on}"), number="M114")
     return footed(name, (wheels[0], under), references)
