@@ -32,6 +32,7 @@ def declared_hints(system: System) -> list[Hint]:
     """Return what the declaration alone suggests was forgotten or confused."""
     known = known_values(system)
     return [
+        *_bodies(system),
         *_gravity(system),
         *_unused(system),
         *number_hints(system, known),
@@ -42,6 +43,11 @@ def declared_hints(system: System) -> list[Hint]:
         *_nearly_parallel(system, known),
         *_pulled_off(system, known),
     ]
+
+
+def _bodies(system: System) -> Iterator[Hint]:
+    if not set(system.bodies) - {GROUND}:
+        yield Hint("no body is declared, and nothing moves; write bodies: {bob: {mass: 1 kg}} or the like", "bodies")
 
 
 def _gravity(system: System) -> Iterator[Hint]:

@@ -28,6 +28,7 @@ joints: {hinge: {type: revolute, parent: ground, child: bob, q: phi, initial: {q
         ("{q: 0.5}", "{q: 30}", "joint hinge starts at 30, which counts as 30 rad, 4.77 turns"),
         ("gravity: [0, -g, 0]\n", "", "no gravity is declared; write gravity: [0, -9.81, 0]"),
         ("gravity: [0, -g, 0]\n", "", "parameter g is not used"),
+        (PENDULUM, "multibody_sym: 1\nname: n\n", "no body is declared, and nothing moves; write bodies: {"),
         ("m: 1 kg", "m: 500", "counts as 500 kg; if grams are meant: 500 g"),
         ("com: [0, -l, 0]", "com: [0, -l/2, 0], inertia: {Izz: m*l^2/3}", "Izz of body bob is that about an end"),
         ("{mass: m, com: [0, -l, 0]}", "{shape: {rod: l, mass: m}, points: {a: [-l/2, 0, 0]}}", "a rod begins at the"),
