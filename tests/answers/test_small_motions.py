@@ -190,6 +190,13 @@ def test_an_equilibrium_is_found_beside_the_start_with_its_formula() -> None:
     assert modes.frequencies == found("bead_on_a_turning_hoop").frequencies
 
 
+@pytest.mark.parametrize("start", [1.3, 2.0, 120 * math.pi / 180])
+def test_a_place_with_a_formula_has_its_value(start: float) -> None:
+    """What a search leaves of its way to theta = 0 is not told as the number of 0."""
+    place = mbs.modes(mbs.loads(BY_NAME["simple_pendulum"].text), initial={"theta": start}).at["theta"]
+    assert (text(place.expression), place.value, str(place)) == ("0", 0.0, "0 rad")
+
+
 def test_a_steady_motion_is_found_with_the_momenta_of_the_start() -> None:
     """From r = R a little faster than a circular orbit: the circle of the same p has radius p^2/(m k)."""
     system = mbs.loads(BY_NAME["circular_orbit_of_keplers_force"].text)

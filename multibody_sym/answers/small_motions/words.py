@@ -13,23 +13,28 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node, multiply, symbol
 
 _ZERO = 1e-12
 
 
 def state_told(mechanism: Mechanism, begin: Start, state: SymbolicState | None) -> dict[str, Value]:
-    """Return the coordinates, and the speeds that do not vanish, with their formulas."""
+    """Return the coordinates, and the speeds that do not vanish: formulas with their values, else numbers."""
     units = MechanismUnits(mechanism).state
     count = len(mechanism.coordinates)
     formulas = [None] * (count + len(mechanism.speeds)) if state is None else [*state.state.q, *state.state.u]
     declared: list[Coordinate | Speed] = [*mechanism.coordinates, *mechanism.speeds]
-    pairs = zip(declared, (*begin.q, *begin.u), formulas, strict=True)
+    numbers = {each.name: x for each, x in zip(declared, (*begin.q, *begin.u), strict=True)}
+    letters = {} if state is None else {node: float(letter.sample) for node, letter in state.letters.items()}
+    sample = {symbol(name): x for name, x in numbers.items()} | letters
     found = {}
-    for k, (each, number, formula) in enumerate(pairs):
+    for k, ((name, x), formula) in enumerate(zip(numbers.items(), formulas, strict=True)):
+        node = _formula(name, formula)
+        number = x if node is None else evaluate_float([node], sample)[0]
         number = 0.0 if abs(number) <= _ZERO else number
         if k < count or number:
-            found[each.name] = Value(number, _formula(each.name, formula), units[each.name])
+            found[name] = Value(number, node, units[name])
     return found
 
 
