@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Collection
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from itertools import pairwise
 from typing import Final
@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from multibody_sym.answers.questions.bends import bends
+from multibody_sym.answers.questions.bends import Crossing, bends
+from multibody_sym.answers.questions.sides import Sides
 from multibody_sym.answers.questions.simulated_motion import ASKED, Simulated
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.settings import Ask
@@ -50,14 +51,14 @@ class Extreme:
 
 @dataclass(frozen=True)
 class _Place:
-    """A time `t` that may have the extreme, as the value `at` a time has it, which is beside `t` where that jumps.
+    """A time `t` that may have the extreme, before (`side` -1) or behind (1) a bend or jump there; 0 where none is.
 
     It is about `value`, and may be larger by `unsure` where few samples tell.
     """
 
     t: float
-    at: float
     value: float
+    side: int = 0
     unsure: float = 0.0
 
     @property
@@ -69,22 +70,18 @@ class _Place:
 def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     """Return the extreme of a question, from its `after` to its `until` or the end of the run; None if that is before.
 
-    The samples tell where to look, a polynomial through those near by when, and a run to that time how much.
+    The samples tell where to look, a polynomial through those near by when, and the run to that time how much.
     """
     largest = question.max is not None
-    asked, run, is_cut_off = _searched(motion, question)
+    run, is_cut_off = _searched(motion, question)
     begin = 0.0 if question.after is None else motion.number(question.after)
     y = run[ASKED]
     inside = (run.t >= begin) & np.isfinite(y)
     if not inside.any():
         return None
-    ends = {float(run.t[0]): float(y[0]), float(run.t[-1]): float(y[-1])}
-    found = _first(
-        _likely(run, y, inside, begin),
-        lambda t: ends[t] if t in ends else motion.value(asked, t),
-        motion.rtol * float(np.ptp(y[inside])),
-        {float(change["t"]) for change in run.changes},
-    )
+    rounding, changes = motion.rtol * float(np.ptp(y[inside])), bends(run)
+    likely = _likely(run, y, inside, begin, list(changes))
+    found = _first(likely, _Reached(run, changes, rounding), rounding)
     told = _cut_off(run, found.t, "largest" if largest else "least") if is_cut_off else ()
     told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
     return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
@@ -92,34 +89,65 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
 
 def size(motion: Simulated, question: Ask) -> float:
     """Return the largest absolute value in the run that is searched for an extreme."""
-    y = _searched(motion, question)[1][ASKED]
+    y = _searched(motion, question)[0][ASKED]
     return float(np.abs(y[np.isfinite(y)]).max(initial=0.0))
 
 
-def _searched(motion: Simulated, question: Ask) -> tuple[Node, Trajectory, bool]:
-    """Return what is to be largest, the run that is searched, and whether nothing but its time ends that."""
-    asked = question.max if question.max is not None else negate(_given(question.min))
-    return asked, *_run(motion, asked, question)
+def _searched(motion: Simulated, question: Ask) -> tuple[Trajectory, bool]:
+    """Return the run that is searched for what is to be largest, and whether nothing but its time ends that."""
+    return _run(motion, question.max if question.max is not None else negate(_given(question.min)), question)
 
 
-def _first(
-    likely: list[_Place], value: Callable[[float], float], rounding: float, changes: Collection[float]
-) -> Extreme:
+class _Reached:
+    """The time and value of each place, as a run has them."""
+
+    def __init__(self, run: Trajectory, changes: Mapping[float, Crossing | None], rounding: float) -> None:
+        self._sides, self._changes, self._rounding = Sides(run), changes, rounding
+        self._ends = {float(run.t[k]): float(run[ASKED][k]) for k in (0, -1)}
+        self._apart = _APART * run.t_final
+        self.states = {float(change["t"]) for change in run.changes}
+        self._known: dict[_Place, tuple[float, float]] = {}
+
+    def __call__(self, place: _Place) -> tuple[float, float]:
+        """Return the time and the value; what has none is least."""
+        if place not in self._known:
+            t, value = self._of(place)
+            self._known[place] = t, -np.inf if np.isnan(value) else value
+        return self._known[place]
+
+    def _of(self, place: _Place) -> tuple[float, float]:
+        t, side = place.t, place.side
+        if side == 0:
+            return t, self._ends[t] if t in self._ends else self._sides.value(t)
+        if t in self.states:
+            return t, self._sides.beside(t, side)
+        crossing = self._changes[t]
+        t = t if crossing is None else self._sides.when(crossing)
+        at, beside = self._sides.value(t), self._sides.value(t + side * self._apart)
+        return t, max(at, beside) if abs(at - beside) <= _SAME * self._rounding else beside
+
+
+def _first(likely: list[_Place], reached: _Reached, rounding: float) -> Extreme:
     """Return the largest value, and the first of the `likely` times that have it.
 
-    At `changes` of state a run has the values of the state before, a little beyond what ends it: those of times within
-    a state count where they differ by no more than `rounding`.
+    Where a mode ends a run is a little beyond what ends it: of values that differ by no more than `rounding` those
+    within a mode count before those with which one begins, and these before those with which one ends.
     """
     best = sorted(likely, key=lambda each: -each.value)[:_EXACTLY]
-    best += sorted(likely, key=lambda each: -each.most)[:_EXACTLY]
-    largest = max(value(place.at) for place in best)
-    within = max((value(place.at) for place in best if place.t not in changes), default=-np.inf)
-    clear = within if within >= largest - rounding else None
+    best += [*sorted(likely, key=lambda each: -each.most)[:_EXACTLY], likely[-1]]
+    largest = max(reached(place)[1] for place in best)
+    alike = [place for place in best if reached(place)[1] >= largest - rounding]
+    clear = max(alike, key=lambda place: (_clearness(place, reached.states), reached(place)[1]))
+    value = reached(clear)[1]
     for place in likely:
-        here = value(place.at)
+        t, here = reached(place)
         if here >= largest - _SAME * rounding:
-            return Extreme(max(here, largest) if clear is None else clear, place.t)
+            return Extreme(here if here > largest else value, t)
     raise AssertionError("one of the best is among them")
+
+
+def _clearness(place: _Place, states: Collection[float]) -> int:
+    return 2 if place.t not in states else max(place.side, 0)
 
 
 def _cut_off(run: Trajectory, time: float, which: str) -> tuple[str, ...]:
@@ -148,16 +176,16 @@ def _run(motion: Simulated, asked: Node, question: Ask) -> tuple[Trajectory, boo
     return motion.along(asked, time), time is None
 
 
-def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[_Place]:
+def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float, changes: list[float]) -> list[_Place]:
     """Return the places at which the largest value may be first, in their order.
 
     The begin, the end, where the polynomials through samples turn back, and both sides of changes and bends.
     """
     looked = np.where(inside, y, -np.inf)
     top, first = int(np.argmax(looked)), int(np.argmax(run.t >= begin))
-    legs, little = _Legs(run, y, looked, bends(run)), _LIKELY * float(np.ptp(y[inside]))
+    legs, little = _Legs(run, y, looked, changes), _LIKELY * float(np.ptp(y[inside]))
     about = 0.0 if run.t[first] == begin else float(legs.rises[first])
-    found = [_Place(begin, begin, float(np.interp(begin, run.t, y)), about), legs.sample(len(y) - 1)]
+    found = [_Place(begin, float(np.interp(begin, run.t, y)), unsure=about), legs.sample(len(y) - 1)]
     if not np.isfinite([place.value for place in found]).all():
         found.append(legs.sample(top))
     unseen = dict[tuple[float, float], None]()
@@ -167,13 +195,13 @@ def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> lis
     found = [place for place in found if place.t >= begin and np.isfinite(place.value)]
     least = max(place.value for place in found) - little
     for n, (a, b) in enumerate(unseen):
-        found += [*legs.beside(a, 1, least, np.inf), *legs.beside(b, -1, least, np.inf)]
-        found += [_Place((a + b) / 2, (a + b) / 2, least, np.inf)] if n < _EXACTLY else []
+        found += [_Place(a, least, 1, np.inf), _Place(b, least, -1, np.inf)]
+        found += [_Place((a + b) / 2, least, unsure=np.inf)] if n < _EXACTLY else []
     likely = [x for x in found if x.value >= least]
     unsure = [x for x in found if x.value < least <= x.most]
     likely += sorted(unsure, key=lambda x: -x.value)[:_MOST_UNSURE]
-    by_time = {x.at: x for x in sorted(likely, key=lambda x: x.most)}
-    return sorted(by_time.values(), key=lambda x: (x.t, x.at != x.t))
+    by_time = {(x.t, x.side): x for x in sorted(likely, key=lambda x: x.most)}
+    return sorted(by_time.values(), key=lambda x: (x.t, x.side))
 
 
 class _Legs:
@@ -181,8 +209,6 @@ class _Legs:
 
     def __init__(self, run: Trajectory, y: Floats, looked: Floats, changes: list[float]) -> None:
         self.t, self.y, self.looked, self.changes = run.t, y, looked, changes
-        self.apart = _APART * run.t_final
-        self.states = {float(each["t"]) for each in run.changes if each["kind"] != "impact"}
         self.number = np.searchsorted(changes, run.t, side="right")
         """Of each sample how many changes it has behind it: a change has the value before it, a sample there not."""
         self.begins = np.r_[True, self.number[1:] != self.number[:-1]]
@@ -220,27 +246,22 @@ class _Legs:
         found = list[_Place]()
         if self.begins[k] and k:
             low = self.changes[leg - 1]
-            found += self.beside(low, 1, float(fitted(low)), self._unsure(near, k, low))
+            found.append(_Place(low, float(fitted(low)), 1, self._unsure(near, k, low)))
         if self.ends[k] and k < len(t) - 1:
             high = self.changes[leg]
-            found += self.beside(high, -1, float(fitted(high)), self._unsure(near, k, high))
+            found.append(_Place(high, float(fitted(high)), -1, self._unsure(near, k, high)))
         roots = fitted.deriv().roots() if len(near) > 2 else np.array([])
         real = roots[np.abs(roots.imag) <= _REAL * (near[-1] - near[0])].real
-        found += [_Place(float(x), float(x), float(fitted(x))) for x in real if low <= x <= high]
+        found += [_Place(float(x), float(fitted(x))) for x in real if low <= x <= high]
         return found if found and not (self.begins[k] or self.ends[k]) else [*found, self.sample(k)]
 
     def sample(self, k: int) -> _Place:
         """Return the place of a sample."""
-        return _Place(float(self.t[k]), float(self.t[k]), float(self.y[k]))
+        return _Place(float(self.t[k]), float(self.y[k]))
 
     def _unsure(self, near: Floats, k: int, change: float) -> float:
         """Return how much more there may be at a change than the polynomial has that near samples make."""
         return 0.0 if len(near) > 2 or change == self.t[k] else float(self.rises[k])
-
-    def beside(self, change: float, side: int, value: float, unsure: float = 0.0) -> list[_Place]:
-        """Return the places at a change that may have the value on one side of it."""
-        times = [change] if side < 0 and change in self.states else [change, change + side * self.apart]
-        return [_Place(change, at, value, unsure) for at in times]
 
     def without_samples(self, k: int) -> list[tuple[float, float]]:
         """Return the changes near a sample between which there is none, in pairs."""
