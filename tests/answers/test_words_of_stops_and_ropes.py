@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.errors import InputError
 from multibody_sym.writing.solution import solution_text
 
 _STOP = """
@@ -63,3 +64,21 @@ ask: {closes: s closes, opens: s opens}
     found = mbs.solve(mbs.loads(model)).answers
     assert found["closes"].value == pytest.approx(0.4, rel=1e-9)  # it falls 0.8 m
     assert found["opens"].value == 0.0
+
+
+def test_a_stop_closes_as_it_holds_and_opens_as_it_frees() -> None:
+    """A force 4 t pulls it off against a weight of 10 N; it falls 0.2 m onto the other with 7 m/s^2."""
+    leaves = _STOP.replace("value: [F, 0, 0]", "value: [4*t, 0, 0]").replace("LIMITS", "{lower: 1}").replace("F: 3", "")
+    asks = "simulation: {t_end: 4}\nask: {opens: jb.lower opens, frees: jb.lower frees}\n"
+    found = mbs.solve(mbs.loads(leaves + asks)).answers
+    assert [found[name].value for name in ("opens", "frees")] == pytest.approx([2.5, 2.5], rel=1e-9)
+    arrives = _STOP.replace("LIMITS", "{lower: 0.8, restitution: 0}")
+    asks = "ask: {closes: jb.lower closes, stops: jb.lower stops}\n"
+    found = mbs.solve(mbs.loads(arrives + asks)).answers
+    moment = (2 * 0.2 / 7) ** 0.5
+    assert [found[name].value for name in ("closes", "stops")] == pytest.approx([moment, moment], rel=1e-9)
+
+
+def test_what_a_joint_with_stops_never_does_names_what_its_stops_do() -> None:
+    with pytest.raises(InputError, match=r"say jb\.lower opens or jb\.lower closes or jb\.lower stops"):
+        mbs.solve(mbs.loads(_STOP.replace("LIMITS", "{lower: 1}") + "ask: {a: jb sticks}\n"))

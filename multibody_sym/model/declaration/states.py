@@ -19,8 +19,8 @@ STRIKES: Final = "strikes"
 VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "sticks": ("stick",),
     "slides": ("slide", "slide+", "slide-"),
-    "opens": ("open", "slack"),
-    "closes": ("closed", "stick", "slide", "slide+", "slide-", "taut"),
+    "opens": ("open", "slack", "free"),
+    "closes": ("closed", "stick", "slide", "slide+", "slide-", "taut", "lower", "upper"),
     "tautens": ("taut",),
     "slackens": ("slack",),
     "grips": ("grip",),
@@ -30,7 +30,10 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "frees": ("free",),
     STRIKES: ("impact",),
 }
-"""What an element begins to do, and the words of the states in which it does: a rope closes as it becomes taut."""
+"""What an element begins to do, and the words of the states in which it does.
+
+A rope closes as it becomes taut, a stop as it holds.
+"""
 WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
 """Along an axis or tangent, or against it, in sentences: words of states end with these signs."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
@@ -63,7 +66,7 @@ class StateCondition:
     @property
     def closes(self) -> bool:
         """Whether it is a state in which an element is closed that may be open."""
-        return bool({*self.words} & {*VERBS["closes"], *VERBS["stops"]})
+        return bool({*self.words} & {*VERBS["closes"]})
 
     @property
     def strikes(self) -> bool:
@@ -85,7 +88,8 @@ class StateCondition:
             parts = [name for name in known if name.startswith(f"{self.element}.")]
             able = [name for name in parts if set(known[name]).intersection(self.words)]
             if parts and not able:
-                raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}", number="M106")
+                fitting = self._fitting(parts, known)
+                raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}; say {fitting}", number="M106")
             if parts:
                 raise ModelError(
                     f"{self.element!r} has no state of its own, its parts have; say {able[0]} {self.verb}"
@@ -98,10 +102,15 @@ class StateCondition:
                 word=self.element,
                 known=known,
             )
-        words = set(known[self.element])
-        if not words.intersection(self.words):
-            fitting = " or ".join(f"{self.element} {verb}" for verb, its in VERBS.items() if words.intersection(its))
+        if not set(known[self.element]).intersection(self.words):
+            fitting = self._fitting([self.element], known)
             raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}; say {fitting}", number="M106")
+
+    @staticmethod
+    def _fitting(names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
+        """Return what may be said of elements."""
+        pairs = ((name, verb) for name in names for verb, its in VERBS.items() if set(known[name]).intersection(its))
+        return " or ".join(f"{name} {verb}" for name, verb in pairs)
 
     @property
     def _smooth(self) -> str:
