@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
+from itertools import permutations
 from operator import mul
 from typing import Final
 
@@ -284,16 +285,20 @@ def _known_sign(field: Field, p: Poly, said: Condition, assumed: Collection[int]
 
 
 def _divided(said: Sequence[_Said]) -> list[_Said]:
-    """Return the conditions without factors of which another one says that they are positive."""
-    found = []
-    for each in said:
-        field = each.condition.value.field
-        left = list(each.factors)
-        for other in said:
-            if other is not each and len(other.factors) == 1 and len(left) > 1:
-                left = _without(field, left, other.factors[0])
-        found.append(_Said(each.condition, left))
-    return found
+    """Return the conditions without factors of which another one says that they are positive.
+
+    Where nothing is said of what happens where that one fails, this one says it.
+    """
+    found = list(said)
+    for k, j in permutations(range(len(found)), 2):
+        each, other = found[k], found[j]
+        if len(other.factors) == 1 and len(each.factors) > 1:
+            left = _without(each.condition.value.field, each.factors, other.factors[0])
+            if len(left) < len(each.factors):
+                found[k] = _Said(each.condition, left)
+                broken = other.condition.broken or each.condition.broken
+                found[j] = _Said(replace(other.condition, broken=broken), other.factors)
+    return found if all(a is b for a, b in zip(found, said, strict=True)) else _divided(found)
 
 
 def _without(field: Field, factors: list[Poly], positive: Poly) -> list[Poly]:

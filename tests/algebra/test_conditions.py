@@ -223,3 +223,15 @@ def test_where_the_conditions_hold_all_inequalities_do() -> None:
         assert holds[0] == holds[1]
         inside += holds[0]
     assert inside > 20
+
+
+def test_conditions_are_divided_by_what_division_leaves_and_say_what_happens_there() -> None:
+    read = reader(dict(zip("abcde", "31425", strict=True)), "a b c d e")
+    conditions = [
+        Condition(read("(c - d)*(e - d)"), strict=True, broken="opens"),
+        Condition(read("(a - b)*(c - d)"), strict=True, broken="slides"),
+        Condition(read("a - b"), strict=True),
+    ]
+    found = reduced(conditions)
+    said = {(str(each), each.broken) for each in found}
+    assert said == {("e > d", "opens"), ("c > d", "slides"), ("a > b", "slides")}
