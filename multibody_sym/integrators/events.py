@@ -25,6 +25,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import PROBE, first_seen
 
 BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
+ROUNDED: Final = 16.0 * float_info.epsilon  # part of a time by which a crossing at the end of a run may seem later
 SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...
 SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
 SOON: Final = 2.0**-36  # part of time and state over which it shows whether a function turns back after its own event
@@ -116,7 +117,7 @@ class Watch:
         def straight_on(theta: float) -> Floats:  # nothing from beyond a kink can bend it
             return step.x + theta * step.h * slope
 
-        least, way, margin = 16.0 * float_info.epsilon * abs(step.t), step.h, SHORT_OF
+        least, way, margin = ROUNDED * abs(step.t), step.h, SHORT_OF
         values = self.values(step.t_new, step.x_new)
         self.flipped = False
         if problem is None:
@@ -207,7 +208,7 @@ class Watch:
         return high
 
     def _ended_clean(self, step: Step, values: Floats) -> Step:
-        """Return a step without a slope from beyond a kink, ended at a crossing just behind its end if there is one.
+        """Return a step without a slope from beyond a kink, ended at a crossing just behind it before the run ends.
 
         Raises StepError if the step was taken again and has become inaccurate, as the one before met no force there.
         """
@@ -216,7 +217,10 @@ class Watch:
                 self.sides[self.origin] = -self.sides[self.origin]
             raise StepError(Status.STEP_UNDERFLOW, step.t, 0)
         if self._crossed(self._at(step, 1.0 + BEYOND)).any():
-            return self._within(step, self._first_crossing(step, 1.0, 1.0 + BEYOND))
+            theta = self._first_crossing(step, 1.0, 1.0 + BEYOND)
+            t = step.t + theta * step.h
+            if not t - self.flow.t_end > ROUNDED * abs(t):
+                return self._within(step, theta)
         return self._passed(step, values)
 
     def _crossed(self, values: Floats) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@
 #include "stepper.h"
 
 #define BEYOND 1e-6      /* part of a step by which its extension is followed beyond its end */
+#define ROUNDED (16.0 * MBS_EPSILON) /* part of a time by which a crossing at the end of a run may seem later */
 #define SHORT_OF 1e-7    /* part of the way to the crossing by which the repeated step stays away from it, ... */
 #define SHORTER 100.0    /* ... this many times more whenever that was not enough */
 #define AT_ONCE 1e-3     /* part of a step in which a function that crosses back after its own event chatters */
@@ -220,8 +221,8 @@ static int pass(mbs_run *r)
     return MBS_RUNNING;
 }
 
-/* A step without a slope from beyond a kink ends at a crossing just behind its end, if there is one. One that was taken
-   again may have become inaccurate, as the one before met no force there. */
+/* A step without a slope from beyond a kink ends at a crossing just behind its end, if there is one before the run ends.
+   One that was taken again may have become inaccurate, as the one before met no force there. */
 static int end_clean(mbs_run *r)
 {
     if (!(r->retaken <= 1.0)) {
@@ -230,7 +231,10 @@ static int end_clean(mbs_run *r)
         return mbs_failed(r, MBS_STEP_UNDERFLOW, r->state->t, 0);
     }
     evaluate_at(r, mbs_value, 1.0 + BEYOND);
-    return any_crossed(r) ? end_within(r, first_crossing(r, mbs_value, 1.0, 1.0 + BEYOND)) : pass(r);
+    if (!any_crossed(r))
+        return pass(r);
+    double theta = first_crossing(r, mbs_value, 1.0, 1.0 + BEYOND), t = r->state->t + theta * r->state->h;
+    return t - r->problem->t_end > ROUNDED * fabs(t) ? pass(r) : end_within(r, theta);
 }
 
 double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta)
@@ -287,7 +291,7 @@ static double ahead(mbs_run *r)
 int mbs_find_event(mbs_run *r, int status)
 {
     mbs_state *s = r->state;
-    double least = 16.0 * MBS_EPSILON * fabs(s->t), way = s->h, margin = SHORT_OF;
+    double least = ROUNDED * fabs(s->t), way = s->h, margin = SHORT_OF;
     int taken = status == MBS_RUNNING;
     r->flipped = 0;
     r->retaken = 0.0;

@@ -277,3 +277,20 @@ ask:
     ):
         assert found[name].value == pytest.approx(value, rel=1e-9), name
         assert found[name].t == pytest.approx(t, rel=1e-9), name
+
+
+def test_the_power_of_a_motor_is_largest_at_a_knot_of_its_curve() -> None:
+    """M = 5 + (u - 50)/80 up to 90 rad/s, so that it grows as exp(t/(80 J)) from when u is 50 rad/s."""
+    text = """
+multibody_sym: 1
+name: motor
+bodies: {rotor: {mass: 1, inertia: {Izz: 0.05}}}
+joints: {A: {type: revolute, parent: ground, child: rotor, q: phi}}
+inputs: {M: {table: [[0, 4], [50, 5], [90, 5.5], [110, 0]], of: u_phi}}
+forces: {m: {type: torque, joint: A, value: M}}
+ask: {P: {max: power(m)}, E: {max: "M*u_phi", until: 2 s}}
+"""
+    found, knot = answers(text), 2.5 * math.log(5 / 4) + 4.0 * math.log(5.5 / 5.0)
+    for name in ("P", "E"):
+        assert found[name].value == pytest.approx(495.0, rel=1e-12), name
+        assert found[name].t == pytest.approx(knot, rel=1e-11), name

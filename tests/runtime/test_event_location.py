@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hand_models import BALL, BRAKED, PUSHED
 
+import multibody_sym as mbs
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
@@ -174,3 +175,23 @@ class Piecemeal:
     def mbs_integrate(self, problem, state, work, _, rows, samples):
         one, row = ctypes.c_longlong(1), ctypes.c_longlong(min(1, rows.value))
         return self.library.mbs_integrate(problem, state, work, one, row, samples)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_kink_just_behind_the_end_of_a_run_does_not_move_its_end(backend):
+    """The torque of a motor grows with its speed up to a knot: slopes look beyond it, but the run ends before it."""
+    text = """
+multibody_sym: 1
+name: motor
+bodies: {rotor: {mass: 1, inertia: {Izz: 0.05}}}
+joints: {A: {type: revolute, parent: ground, child: rotor, q: phi}}
+inputs: {M: {table: [[0, 4], [50, 5], [90, 5.5], [110, 0]], of: u_phi}}
+forces: {m: {type: torque, joint: A, value: M}}
+"""
+    system, first = mbs.loads(text), 2.5 * math.log(5 / 4)
+    knot = first + 4.0 * math.log(5.5 / 5.0)
+    for before in np.linspace(1.5e-9, 3e-9, 16):
+        t = knot - before
+        run = mbs.simulate(system, t_end=t, samples=2, rtol=1e-11, atol=1e-12, backend=backend)
+        exact = 50.0 + 80.0 * (5.0 * math.exp((t - first) / 4.0) - 5.0)
+        assert run["u_phi"][-1] == pytest.approx(exact, rel=1e-11)
