@@ -66,7 +66,7 @@ class RangeOfRest:
 
     `searched`: from where to where values were looked at, None without bound, a whole turn for angles. Rest is
     possible: some forces that contacts, ropes and friction can exert are in balance; where friction is indeterminate
-    others may be too.
+    others may be too. Where it is so at no value, `gives_way` says what does at the declared one.
     """
 
     parameter: str
@@ -75,6 +75,7 @@ class RangeOfRest:
     position: Mapping[str, float] = field(default_factory=dict)
     unit: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
+    gives_way: tuple[str, ...] = ()
 
     @property
     def rest(self) -> list[tuple[float | None, float | None]]:
@@ -91,6 +92,7 @@ class RangeOfRest:
             "position": dict(self.position),
             "unit": self.unit,
             "units": dict(self.units),
+            **({"gives_way": list(self.gives_way)} if self.gives_way else {}),
         }
 
 
@@ -129,7 +131,15 @@ def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfR
         {c.name: x for c, x in zip(position.mechanism.coordinates, position.begin.q, strict=True)},
         "rad" if found.kind == "angle" else unit_of(entry),
         {c.name: c.unit for c in position.mechanism.coordinates},
+        _given_way(position, found),
     )
+
+
+def _given_way(position: Position, found: Ranges) -> Names:
+    """Return what gives way where rest is possible at no value."""
+    if not found.against:
+        return () if found.against is None else (_LOOSE,)
+    return causes(position.statics, found.against, position.motion({}, moves=False))
 
 
 def rest_position(system: System, formalism: str | None) -> Position:
@@ -175,6 +185,7 @@ def unit_of(entry: ParameterEntry) -> str:
 
 
 _PURE: Final = "1"
+_LOOSE: Final = "nothing holds it"
 _ASIDE: Final = 1e-6
 """How far beyond an end (of its size, 1 at least) is looked why it is one."""
 _SETTLED: Final = 1e-11

@@ -17,7 +17,8 @@ def rest_text(found: RangeOfRest, units: Units = SI) -> str:
     """Return the ranges for a person to read, in chosen units, each with its ends."""
     lines = [_range(found, low, high, units) for low, high in found.ends]
     if not lines:
-        lines = [f"{_NOWHERE} {found.parameter}"]
+        why = f" ({', '.join(found.gives_way)})" if found.gives_way else ""
+        lines = [f"{_NOWHERE} {found.parameter}{why}"]
     return "\n".join([*lines, *_notes(found, units)])
 
 

@@ -181,7 +181,19 @@ def test_what_friction_is_no_matter_of():
     """A ladder's mass cancels: rest at every mass, or at none."""
     assert found(LADDER, "m").rest == [(0.0, None)]
     assert found(LADDER, "m", mu=0.2).rest == []
-    assert "at no value of m" in rest_text(found(LADDER, "m", mu=0.2))
+    assert rest_text(found(LADDER, "m", mu=0.2)) == "rest is possible at no value of m (slips at floor, slips at wall)"
+
+
+def test_where_no_value_rests_what_gives_way_is_told():
+    """Lifted by more than its weight a block leaves its ramp; above F = 8.34 N a tall box tips, whatever mu is."""
+    lifted = INCLINE.replace("contacts:", "forces: {lift: {type: force, on: block, value: [0, 70, 0]}}\ncontacts:")
+    assert found(lifted, "mu", m2=0.001).gives_way == ("lifts off at c1",)
+    tall = found(BOX, "mu", F=30)
+    assert (tall.rest, tall.gives_way) == ([], ("box tips about its upper edge",))
+    rod = mbs.range_of_rest(mbs.loads(POINT_ON_A_ROD), "m")
+    assert rest_text(rod) == "rest is possible at no value of m (nothing holds it)"
+    assert rod.as_json()["gives_way"] == ["nothing holds it"]
+    assert "gives_way" not in found(LADDER, "m").as_json()
 
 
 def test_what_ends_a_range_without_forces_is_told():

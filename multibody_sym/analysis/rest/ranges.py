@@ -40,12 +40,17 @@ _BEYOND: Final = 1e-6
 
 @dataclass(frozen=True)
 class Ranges:
-    """The ranges of a parameter in which rest is possible, ascending, and from where to where values were looked at."""
+    """The ranges of a parameter in which rest is possible, ascending, and from where to where values were looked at.
+
+    Where there is none `against` are the limits that contradict balance at the declared value, at the largest one of
+    coefficients; None where no balance is known there.
+    """
 
     parameter: str
     kind: Kind
     ranges: tuple[Range, ...]
     searched: tuple[float, float]
+    against: tuple[Limit, ...] | None = None
 
 
 def ranges_of_rest(position: Position, name: str, others: Mapping[str, float] | None = None) -> Ranges:
@@ -108,7 +113,22 @@ class Search:
             about = about_pi(united_ranges)
             return Ranges(self.name, kind, tuple(about), turn_with(about))
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
-        return Ranges(self.name, kind, tuple(united_ranges), told)
+        return Ranges(self.name, kind, tuple(united_ranges), told, None if united_ranges else self.against())
+
+    def against(self) -> tuple[Limit, ...] | None:
+        """Return the limits that contradict balance, for the first choice of what presses for which some do.
+
+        Those of friction only where others do not: what lifts off is past those of friction, too.
+        """
+        value = self.searched[1] if self.kind == "coefficient" else self.value
+        for choice in self.position.statics.choices():
+            every = self.position.statics.limits(choice)
+            for limits in ([x for x in every if x.way != "slips"], every):
+                conditions = self.at(limits)(value)
+                found = None if conditions is None else contradiction(conditions)
+                if found is not None:
+                    return tuple(limits[k] for k in found.cone)
+        return None
 
     def ranges(self) -> list[Range]:
         """Return the ranges for all choices of what presses, put together, but for values without a start."""
