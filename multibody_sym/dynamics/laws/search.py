@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from multibody_sym.dynamics.laws.enumeration import MOST
+from multibody_sym.dynamics.laws.islands import islands
 from multibody_sym.dynamics.laws.judgement import labelled, slipping
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
 from multibody_sym.dynamics.laws.problem import (
@@ -52,6 +53,8 @@ def find(
     _verify_finite(problem)
     search = _Search(scaled(problem), every, drift, left or {}, most)
     ends = search.run(*_begin(search.problem, previous))
+    if not ends and not search.states.proved and (none := _proved_in_an_island(problem)) is not None:
+        return none
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
@@ -91,6 +94,13 @@ class _End:
     labels: _Labels
     kinetic: frozenset[int]
     rounds: Rounds
+
+
+def _proved_in_an_island(problem: LawProblem) -> Found | None:
+    """Return that there is no state, where that is proved of an island alone; None where it is not."""
+    apart = islands(problem)
+    found = (find(island, every=False) for island in apart) if len(apart) > 1 else ()
+    return next((each for each in found if not each.states and each.proved), None)
 
 
 class _Search:
