@@ -254,3 +254,37 @@ joints:
   jb: {type: prismatic, parent: ground.p, child: b, axis: -y, q: qb, initial: {u: 0}}
 constraints: {rope: {type: rope, path: [a, b], slack: true, restitution: 0.5}}
 """
+
+
+STOOL = """
+multibody_sym: 1
+name: stool
+gravity: [0, 0, -9.81]
+bodies:
+  ground:
+    surfaces: {slope: {plane: [0, 0, 0], normal: [-sin(0.5), 0, cos(0.5)]}}
+    frames: {on: {rotate: [{axis: y, angle: -0.5}]}}
+  stool:
+    mass: 0.871
+    inertia: {Ixx: 0.01742, Iyy: 0.02613, Izz: 0.03484}
+    points: {p1: [0.297, 0, -0.381], p2: [-0.1485, 0.2572, -0.381], p3: [-0.1485, -0.2572, -0.381]}
+contacts:
+  c1: {between: [stool.p1, ground.slope], static: 1.5, restitution: 0}
+  c2: {between: [stool.p2, ground.slope], static: 1.5, restitution: 0}
+  c3: {between: [stool.p3, ground.slope], static: 1.5, restitution: 0}
+joints:
+  j:
+    type: free
+    parent: ground.on
+    child: stool
+    initial: {q: [0, 0, 0.381, 1, 0, 0, 0], u: [0, 0, 0, 0, 0, 0.641]}
+"""
+
+
+def test_the_energy_account_closes_over_many_jams_and_what_follows() -> None:
+    """A stool jams some ten times as it turns on its feet, and then slides over on two of them: 8 J by friction."""
+    run = mbs.simulate(mbs.loads(STOOL), t_end=1)
+    assert run.modes is not None
+    assert len(run.modes.blows) > 5
+    assert sum(work.total for work in run.friction_work.values()) < -8.0
+    assert run.energy_residual == pytest.approx(0.0, abs=1e-6)

@@ -68,19 +68,23 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> Energy
 
 
 def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
-    """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end."""
+    """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end.
+
+    What is least sure is halved first.
+    """
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
     each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
     total, left, steps = sum(work.size for *_, work in each), _MOST_HALVINGS, _MOST_STEPS
-    while each:
-        stretch, program, work = each.pop(0)
-        if work.unsure <= _SETTLED * total or not left or stretch.steps > steps:
-            yield work
-            continue
+    while each and left:
+        place = max(range(len(each)), key=lambda k: each[k][2].unsure)
+        stretch, program, work = each[place]
+        if work.unsure <= _SETTLED * total or stretch.steps > steps:
+            break
         left, steps = left - 1, steps - stretch.steps
         halves = [(half, program, _work(half, program)) for half in stretch.halves()]
         total += sum(half.size for *_, half in halves) - work.size
-        each[:0] = halves
+        each[place : place + 1] = halves
+    yield from (work for *_, work in each)
 
 
 def _work(stretch: Stretch, program: Compiled) -> _Work:
