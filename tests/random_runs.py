@@ -120,7 +120,7 @@ def _judged(command: str, code: int, out: str, err: str) -> dict[str, Any]:
     if code in (2, 3):
         told = re.search(r"error: [^\n]*", err) if command != "simulate" else None
         text = told.group() if told else text
-        started = re.search(r"at t = (\S+)", text)
+        started = re.search(r"(?:at|from) t = (\S+)", text)
         later = started is not None and float(started.group(1).rstrip(",:;") or 0) > 0
         mid = later and code == 3 and "simulate" in COMMANDS[command]
         return {"class": "refusal in mid-run" if mid else "refusal", "text": text}
