@@ -29,7 +29,7 @@ def none_found(
     start, *tried = islice(guesses, 2 * _POSITIONS)
     found = list(islice(_accelerations(flow, rows, [start, *tried]), _POSITIONS))
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
-    if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
+    if size > 0.0 and len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
         alike = f"in {len(found)} positions the system at rest accelerates alike ({_named(flow, found[0], size)})"
         return NoSolutionError(f"no position of equilibrium was found: {alike}{one_way}", number="N109")
     where = f"near the start{' in the time of a search' if in_time else ''}{_inputs(flow, start)}"

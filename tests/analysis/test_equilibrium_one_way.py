@@ -257,3 +257,16 @@ forces: {s: {type: spring_damper, between: [a, ground.w], stiffness: 50, length:
     box = wheel.replace("disc: 0.2, mass: 2", "box: [0.4, 0.4, 0.1], mass: 2")
     box = box.replace("constraints: {roll: {type: rolling, body: a.rim, on: ground.floor, static: 0.4}}", CONTACT)
     assert rest(box).friction_left_out == ("c",)
+
+
+def test_what_stands_where_both_walls_of_a_corner_would_have_to_hold_it_does_not_accelerate_alike() -> None:
+    """A pull draws a block off the wall, along a floor that is smooth here: the wall would have to pull."""
+    with pytest.raises(NoSolutionError, match=r"no position of equilibrium was found near the start, and none with"):
+        rest("""
+bodies:
+  ground: {surfaces: {wall: {plane: [0, 0, 0], normal: -x}, floor: {plane: [0, 0, 0], normal: y}}}
+  a: {mass: 1}
+joints: {j: {type: point, parent: ground, child: a, q: [x, y]}}
+forces: {pull: {type: force, on: a, value: [-1.7, 4.6, 0]}}
+contacts: {c1: {between: [a, ground.wall], static: 1.5}, c2: {between: [a, ground.floor], static: 0.1}}
+""")
