@@ -13,6 +13,7 @@ from random_runs import judged_run, main, rows_of, seed_of
 
 import multibody_sym as mbs
 from multibody_sym.checking import check as checking
+from multibody_sym.simulation.failures import FailedRunError
 
 REFUSED = {"answer", "refusal"}
 RUN = (
@@ -68,6 +69,12 @@ def test_declared_speeds_that_close_a_rigid_loop_are_kept() -> None:
     report = mbs.check(system)
     assert report.failure is None
     assert report.agrees, report.missing
+
+
+def test_friction_that_jams_as_a_mode_begins_is_told() -> None:
+    """The way to a jam is followed back no further than to where its mode begins: here that is the jam itself."""
+    with pytest.raises(FailedRunError, match="friction jams at t = 0\\.00431"):
+        mbs.simulate(mbs.loads(random_model(seed_of("67366ace774f20e61a63b3da1196b57649146c35", 1669))), t_end=0.01)
 
 
 @pytest.mark.long

@@ -85,4 +85,4 @@ class Sides:
     def _state(stretch: Stretch, t: float) -> tuple[float, Floats, Floats]:
         """Return a time in a stretch, and the coordinates and speeds then."""
         time, problem = min(t, stretch.until), stretch.problem
-        return (time, *stretch.at(time)) if time > problem.start else (problem.start, problem.q0, problem.u0)
+        return max(time, problem.start), *stretch.at(time)

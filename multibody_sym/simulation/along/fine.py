@@ -71,7 +71,9 @@ class Stretch:
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 
     def at(self, time: float) -> tuple[Floats, Floats]:
-        """Return q and u that it reaches at a time."""
+        """Return q and u that it reaches at a time, those at its beginning for one before."""
+        if time <= self.problem.start:
+            return self.problem.q0, self.problem.u0
         reached = self._run(time, 2)
         return reached.q_final, reached.u_final
 

@@ -275,7 +275,8 @@ class OneWayRun:
         time = before_jam(self.stretches[-1], facts)
         if time is None or self._standstill.lasts(facts.t, len(self.laws.unilateral)):
             return None
-        facts = self.laws.at(time, *self.along[-1].at(time), facts.scale)
+        last = self.along[-1]
+        facts = self.laws.at(max(time, last.problem.start), *last.at(time), facts.scale)
         blow = slip_stopped(self.stretches[-1], facts)
         found = None if blow is None else self._decided_beyond(facts, blow)
         return None if found is None or found.mode is None else found
