@@ -99,6 +99,16 @@ def test_motions_that_end_beside_friction_name_why(seed: int, words: str) -> Non
 
 
 @pytest.mark.parametrize(
+    ("number", "words"),
+    [(1085, "b2 and b3, without mass, come into line"), (166, r"b1\.a and ground\.b meet there, and f2 between them")],
+)
+def test_rates_without_finite_values_name_the_cause(number: int, words: str) -> None:
+    """At speeds of 4 rad/s and 1 m/s nothing grows yet: a mass vanishes, and a direction."""
+    with pytest.raises(FailedRunError, match=f"is no finite number at t = .* {words}"):
+        mbs.simulate(mbs.loads(random_model(seed_of("cc544163841cf644b57d75632377b40ed4e5e622", number))), t_end=1.0)
+
+
+@pytest.mark.parametrize(
     ("seed", "until"), [(1472071181, 0.2), (2246061038, 0.4), (2324990770, 0.18), (3388858395, 0.5)]
 )
 def test_slip_that_friction_stops_at_once_is_an_impact(seed: int, until: float) -> None:

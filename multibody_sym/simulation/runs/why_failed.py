@@ -67,6 +67,11 @@ _VANISHED: Final = 1e-6
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
+_NO_CAUSE: Final = (
+    "its cause was not found: "
+    "no points of a force or a rope meet, no angles lock, no inertia vanishes, no speed grows without bound there"
+)
+
 
 def failure_message(run: Trajectory, failure: RunFailure) -> str:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
@@ -88,15 +93,11 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
     return next((fit for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), None)
 
 
-def _met(run: Trajectory, time: float) -> str:
-    """Return why steps become too small, as where points meet or angles lock; or that no cause was found."""
+def _cause(run: Trajectory, time: float) -> str | None:
+    """Return why forces or speeds grow without bound, as where points meet or angles lock; None for nothing found."""
     mechanism, integration = run.ready.mechanism, run.integration
-    unknown = (
-        "its cause was not found: "
-        "no points of a force or a rope meet, no angles lock, no inertia vanishes, no speed grows without bound there"
-    )
     if integration.q_final is None or integration.u_final is None:
-        return unknown
+        return None
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
     lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
@@ -106,7 +107,7 @@ def _met(run: Trajectory, time: float) -> str:
         begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
         if now <= _MEETS * begun:
             return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
-    return _locked(last) or _in_line(first, last) or _grown(run, time, last) or unknown
+    return _locked(last) or _in_line(first, last) or _grown(run, time, last)
 
 
 def _locked(last: Motion) -> str | None:
@@ -187,7 +188,7 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
             "or the method does not fit it; take other tolerances, or one of this package's methods"
         )
     if failure.status is Status.STEP_UNDERFLOW:
-        return f"the step became too small {when}, on account of {what}: {_met(run, failure.time)}"
+        return f"the step became too small {when}, on account of {what}: {_cause(run, failure.time) or _NO_CAUSE}"
     if failure.status is Status.NOT_CONVERGED:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
         return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"
@@ -227,6 +228,8 @@ def _not_finite(run: Trajectory, time: float) -> str:
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
     if end.q_final is None or end.u_final is None:
         return unknown
+    if cause := _cause(run, time):
+        return cause
     if len(end.u_final):
         k = int(np.argmax(np.abs(end.u_final)))
         speed = run.ready.mechanism.speeds[k]
