@@ -223,23 +223,23 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
 
 
 def _not_finite(run: Trajectory, time: float) -> str:
-    """Return which inputs have no finite value at a time near the end of a run, or else what may have none."""
-    problem, end = run.problem, run.integration
+    """Return which inputs have no finite value at a time near the end of a run, or else why, or what may have none."""
+    mechanism, problem, end = run.ready.mechanism, run.problem, run.integration
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
     if end.q_final is None or end.u_final is None:
         return unknown
+    if mechanism.inputs:
+        (values,) = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)
+        names = [name for name, x in zip(mechanism.inputs, values, strict=True) if not np.isfinite(x)]
+        if names:
+            has = "has" if len(names) == 1 else "have"
+            return f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there"
     if cause := _cause(run, time):
         return cause
-    if len(end.u_final):
-        k = int(np.argmax(np.abs(end.u_final)))
-        speed = run.ready.mechanism.speeds[k]
-        unknown += f": the largest speed, {speed.name}, is {end.u_final[k]:.3g} {speed.unit}"
-    if not run.ready.mechanism.inputs:
+    fastest = max(zip(mechanism.speeds, end.u_final.tolist(), strict=True), key=lambda each: abs(each[1]), default=None)
+    if fastest is None:
         return unknown
-    (values,) = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)
-    names = [name for name, x in zip(run.ready.mechanism.inputs, values, strict=True) if not np.isfinite(x)]
-    has = "has" if len(names) == 1 else "have"
-    return f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there" if names else unknown
+    return f"{unknown}: the largest speed, {fastest[0].name}, is {fastest[1]:.3g} {fastest[0].unit}"
 
 
 def mass_used_up(run: Trajectory) -> str | None:
