@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
-from multibody_sym.dynamics.laws.problem import Equality, Law
+from multibody_sym.dynamics.laws.problem import Equality, FrictionLaw
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.extrapolation import at_zero
@@ -472,8 +472,9 @@ def struck(
 ) -> Blow:
     """Return the impact of what touches, without a rebound of what is `resting`.
 
-    What is `held` stays together, whichever way its impulse acts. Loads have `pressed` it together for so long (s), and
-    all of it strikes at once then. Raises NoSolutionError if its laws have no solution.
+    What is `held` stays together, whichever way its impulse acts; where it pulls, it does not rub. Loads have `pressed`
+    all together for so long (s), and all of it strikes at once then. Raises NoSolutionError if its laws have no
+    solution.
     """
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
@@ -493,11 +494,17 @@ def struck(
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
     speeds[[row for part in problem.problem.parts if part.rests for row in part.rows]] = 0.0  # no slip of rounding
     right = pressed * problem.problem.right - speeds
-    rows = replace(problem.problem, right=right, laws=_laws(problem, held))
+    together = {problem.places[x.normals[0].name] for x in own if x.name in held}
+    laws = tuple(Equality() if k in together else law for k, law in enumerate(problem.problem.laws))
+    rows = replace(problem.problem, right=right, laws=laws)
     law: ImpactLaw = "poisson" if problem.parts else "newton"
     sequence: Sequence = "one_by_one" if bounces.any() and not pressed else "simultaneous"
     returned = _returned(facts, problem)
-    found = strike(ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names))
+    posed = ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names)
+    found = strike(posed)
+    if pulling := {k for k in together if found.impulses[k] < 0.0} & {k for part in rows.parts for k in part.normals}:
+        parts = tuple(_smooth(part) if pulling.intersection(part.normals) else part for part in rows.parts)
+        found = strike(replace(posed, rows=replace(rows, parts=parts)))
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
     return Blow(
         facts.speeds(found.x) + pressed * facts.known["free"],
@@ -511,11 +518,8 @@ def struck(
     )
 
 
-def _laws(problem: PosedLaws, held: Collection[str]) -> tuple[Law, ...]:
-    """Return the laws of rows, by which what is `held` holds both ways."""
-    together = {element.normals[0].name for element in problem.elements if element.unilateral and element.name in held}
-    named = zip(problem.names, problem.problem.laws, strict=True)
-    return tuple(Equality() if name in together else law for name, law in named)
+def _smooth(part: FrictionLaw) -> FrictionLaw:
+    return replace(part, static=0.0, kinetic=0.0, enough=False)
 
 
 def _returned(facts: Facts, problem: PosedLaws) -> tuple[float, ...]:
