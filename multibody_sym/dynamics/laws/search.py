@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import islice, product
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.laws.enumeration import MOST
-from multibody_sym.dynamics.laws.islands import islands
+from multibody_sym.dynamics.laws.islands import Island, islands, together
 from multibody_sym.dynamics.laws.judgement import labelled, slipping
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
 from multibody_sym.dynamics.laws.problem import (
@@ -30,6 +32,9 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
+_MOST_TOGETHER: Final = 64
+"""States of the whole that are told, of islands with several each."""
+
 
 def find(
     problem: LawProblem,
@@ -42,19 +47,63 @@ def find(
 ) -> Found:
     """Return the states that fulfil all laws, from a previous state or mode where that is still near.
 
-    With `every` all modes are tried as long as there are no more than `most`; without it one state is enough, they are
-    tried only where none is found, and forces that are not unique are not told. Of two coefficients the static one
-    holds for what does not slip: parts at rest have it first, those that slip then get the kinetic one, until no more
-    slip. Where two modes fit at the limit, `left` decides, where exact numbers tell what is left there, too little for
-    floats: by rows, z of what touches, and for friction (under its part's first row) mu N - |z_t|. Else rates do, which
-    `drift` gives.
+    With `every` all modes of each island are tried as long as there are no more than `most`; without it one state is
+    enough, they are tried only where none is found, and forces that are not unique are not told. Of two coefficients
+    the static one holds for what does not slip: parts at rest have it first, those that slip then get the kinetic one,
+    until no more slip. Where two modes fit at the limit, `left` decides, where exact numbers tell what is left there,
+    too little for floats: by rows, z of what touches, and for friction (under its part's first row) mu N - |z_t|. Else
+    rates do, which `drift` gives.
     Raises NoSolutionError for rows that are not finite.
     """
     _verify_finite(problem)
+    if not every and ((found := _of_all(problem, previous, every, drift, left, most)).states or found.proved):
+        return found
+    apart = islands(problem)
+    alone = _of_islands(apart, previous, every, drift, left or {}, most) if len(apart) > 1 else None
+    if alone is not None:
+        return alone
+    return _of_all(problem, previous, every, drift, left, most) if every else found
+
+
+def _of_islands(
+    apart: Sequence[Island],
+    previous: LawState | LawMode | None,
+    every: bool,
+    drift: Drift | None,
+    left: Mapping[int, float],
+    most: int,
+) -> Found | None:
+    """Return the states by those of each island; None where rates of the whole are to tell modes at limits apart."""
+    found = list[Found]()
+    for island in apart:
+        own = island.state(previous) if isinstance(previous, LawState) else previous and island.mode(previous)
+        known = {k: left[row] for k, row in enumerate(island.rows) if row in left}
+        found.append(_of_all(island.problem, own, every, None, known, most))
+    if none := [each for each in found if not each.states]:
+        return next((each for each in none if each.proved), none[0])
+    if drift is not None and any(state.at_limit for each in found for state in each.states):
+        return None
+    states = islice(product(*(each.states for each in found)), _MOST_TOGETHER)
+    several = any(each.verdict == "several" for each in found)
+    return Found(
+        tuple(together(apart, state) for state in states),
+        "several" if several else "one",
+        ", ".join(dict.fromkeys(each.searched for each in found)),
+        all(each.proved for each in found),
+        tuple(sorted(island.rows[k] for island, each in zip(apart, found, strict=True) for k in each.free)),
+    )
+
+
+def _of_all(
+    problem: LawProblem,
+    previous: LawState | LawMode | None,
+    every: bool,
+    drift: Drift | None,
+    left: Mapping[int, float] | None,
+    most: int,
+) -> Found:
     search = _Search(scaled(problem), every, drift, left or {}, most)
     ends = search.run(*_begin(search.problem, previous))
-    if not ends and not search.states.proved and (none := _proved_in_an_island(problem)) is not None:
-        return none
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
@@ -94,13 +143,6 @@ class _End:
     labels: _Labels
     kinetic: frozenset[int]
     rounds: Rounds
-
-
-def _proved_in_an_island(problem: LawProblem) -> Found | None:
-    """Return that there is no state, where that is proved of an island alone; None where it is not."""
-    apart = islands(problem)
-    found = (find(island, every=False) for island in apart) if len(apart) > 1 else ()
-    return next((each for each in found if not each.states and each.proved), None)
 
 
 class _Search:

@@ -64,7 +64,8 @@ def test_the_islands_of_problems_side_by_side_are_theirs(seed: int) -> None:
     count = sum(len(p.laws) for p in problems)
     order = rng.permutation(count)
     found = islands(side_by_side(problems, order))
-    assert sum(len(island.laws) for island in found) == count
+    assert sorted(row for island in found for row in island.rows) == list(range(count))
+    found = [island.problem for island in found]
     for island in found:
         assert any(set(island.right) <= set(p.right) and island.matrix.shape[0] <= len(p.laws) for p in problems)
     (rod,) = (x for x in found if any(part.velocity == (-8.0,) for part in x.parts))
@@ -74,3 +75,24 @@ def test_the_islands_of_problems_side_by_side_are_theirs(seed: int) -> None:
     values = [np.linalg.svd(x, compute_uv=False)[:6] for x in rows]
     np.testing.assert_allclose(*values, rtol=1e-12)
     assert all(standing.laws[part.normals[0]] == Unilateral() for part in standing.parts)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_states_of_islands_are_all_that_the_whole_has(seed: int) -> None:
+    """Each of one with each of the other: what they do, which forces are free, and what a later search begins from."""
+    rng = np.random.default_rng(seed)
+    one, other = (random_blocks(rng, sliding=bool(k)).problem() for k in range(2))
+    order = rng.permutation(len(one.laws) + len(other.laws))
+    both = side_by_side([one, other], order)
+    alone = [find(one), find(other)]
+    found = find(both)
+    assert len(found.states) == len(alone[0].states) * len(alone[1].states)
+    assert found.proved == all(each.proved for each in alone)
+    pairs = [np.concatenate([a.x, b.x]) for a in alone[0].states for b in alone[1].states]
+    for state in found.states:
+        x = state.x
+        assert min(float(np.abs(x - pair).max()) for pair in pairs) < 1e-9 * max(1.0, float(np.abs(x).max()))
+        np.testing.assert_allclose(both.exerted.T @ state.z, x, atol=1e-9 * max(1.0, float(np.abs(x).max())))
+        again = find(both, state, every=False).states[0]
+        np.testing.assert_allclose(again.x, x, atol=1e-9 * max(1.0, float(np.abs(x).max())))
+    assert {int(order[k]) for k in found.free} == {*alone[0].free, *(len(one.laws) + k for k in alone[1].free)}
