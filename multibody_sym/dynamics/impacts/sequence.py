@@ -18,6 +18,7 @@ from multibody_sym.dynamics.impacts.one_contact import is_followed, routh
 from multibody_sym.dynamics.impacts.together import newton, poisson
 from multibody_sym.dynamics.laws.problem import LawProblem
 from multibody_sym.errors import InputError, NoSolutionError
+from multibody_sym.numerics.connected import connected
 from multibody_sym.numerics.rank import scaled_rows
 
 ALIKE: Final = 1e-9
@@ -148,15 +149,8 @@ def clusters(rows: LawProblem) -> list[int]:
     """Return for each row the number of its cluster: rows push each other there, over any others."""
     A, C = scaled_rows(rows.matrix)[1], scaled_rows(rows.exerted)[1]
     K = np.abs(A @ C.T) + np.abs(rows.coupling)
-    near = (K > CONNECTED) | (K.T > CONNECTED)
+    near = K > CONNECTED
     for part in rows.parts:
         near[np.ix_([*part.rows, *part.normals], [*part.rows, *part.normals])] = True
-    number = [-1] * len(near)
-    for first in range(len(near)):
-        waiting = [first] if number[first] < 0 else []
-        while waiting:
-            k = waiting.pop()
-            if number[k] < 0:
-                number[k] = first
-                waiting += [int(j) for j in np.flatnonzero(near[k]) if number[j] < 0]
-    return number
+    found = {k: group[0] for group in connected(near) for k in group}
+    return [found[k] for k in range(len(near))]

@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from multibody_sym.dynamics.laws.problem import Friction, FrictionLaw, Law, LawMode, LawProblem, LawState, Round
+from multibody_sym.numerics.connected import connected
 from multibody_sym.records import dataclass
 
 _T = TypeVar("_T")
@@ -48,15 +49,11 @@ class Island:
 
 def islands(problem: LawProblem) -> list[Island]:
     """Return the islands of a problem."""
-    from scipy.sparse.csgraph import connected_components  # takes long to import
-
-    count = len(problem.right)
     acts = (problem.matrix != 0.0) | (problem.exerted != 0.0)
     joined = acts @ acts.T | (problem.coupling != 0.0)
     for part in problem.parts:
         joined[part.rows[0], [*part.rows, *part.normals]] = True
-    number, of = connected_components(joined, directed=False) if count else (0, np.zeros(0))
-    return [_alone(problem, np.flatnonzero(of == k).tolist()) for k in range(number)]
+    return [_alone(problem, rows) for rows in connected(joined)]
 
 
 def _alone(problem: LawProblem, rows: Sequence[int]) -> Island:
