@@ -31,6 +31,8 @@ _NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast"
 _SELDOM: Final = ("turns", "events", "looks", "singular", "multistep", "pairing")
 _LESS: Final = ("-O1",)
 """For units of the runtime that take no part of a run's time that can be measured: a third of their compilation."""
+_GENERATED: Final = (*_LESS, "-finline-small-functions")
+"""For generated code: straight on, it gains nothing by -O2, which compiles twice as long."""
 _SECONDS: Final = 60.0
 _BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
 
@@ -60,6 +62,11 @@ class Compiler:
     command: tuple[str, ...]
     flags: tuple[str, ...]
     identity: str
+
+    @property
+    def native(self) -> bool:
+        """Whether the code is for this processor alone, and the compiler takes its time for it."""
+        return "-march=native" in self.flags
 
     def version(self) -> str:
         """Return what the compiler says about itself."""
@@ -251,6 +258,8 @@ class _Build:
 
     def _flags(self, unit: str) -> tuple[str, ...]:
         flags = self.compiler.flags
+        if unit == "model":
+            return flags if self.compiler.native else (*flags, *_GENERATED)
         return (*flags, *_LESS) if unit in _SELDOM and "-O2" in flags else flags
 
     def _compile(self, units: Sequence[str]) -> None:
