@@ -57,7 +57,7 @@ def test_a_ball_that_hardly_loses_speed_comes_to_rest_in_time(e):
 
 def test_a_gap_that_opens_crosses_zero_by_rounding_once_a_time():
     """It is no event that ends a mode, whether it has bounced before or not; twice at one time is for laws to tell."""
-    laws = mbs.simulate(ball(0.5), t_end=0.1, backend="python").modes.laws
+    laws = mbs.simulate(ball(0.5), t_end=0.1, backend="python").modes.switches.laws
     facts = laws.at(0.3, np.array([0.0, -1e-17]), np.array([0.0, 1e-6]), Scale(1.0, 4.0))
     (floor,) = facts.laws.unilateral
     bounces = Bounces()

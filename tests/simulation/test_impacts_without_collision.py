@@ -45,7 +45,7 @@ def slides(restitution: float | None) -> Facts:
     run = mbs.simulate(given, parameters={"e": restitution or 0.0})
     assert run.modes is not None
     q, u = np.array([0.0, math.sin(1.3), 1.3]), np.array([-8.0, 0.0, 0.0])
-    return run.modes.laws.at(0.0, q, u, Scale(1.0, 8.0))
+    return run.modes.switches.laws.at(0.0, q, u, Scale(1.0, 8.0))
 
 
 def routh(e: float = 0.4) -> tuple[np.ndarray, np.ndarray]:

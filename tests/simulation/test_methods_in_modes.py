@@ -159,7 +159,7 @@ simulation: {t_end: 1, samples: 11, method: radau_5, constraints: {index_2: true
 
 def test_a_crank_goes_on_where_its_slider_stops_near_the_dead_centre(cranked) -> None:
     """A slip that counts as rest is brought to rest only where that changes nothing else."""
-    laws, phi, w = cranked.modes.laws, math.pi + 1e-8, 60.0
+    laws, phi, w = cranked.modes.switches.laws, math.pi + 1e-8, 60.0
     rod = math.asin(-math.sin(phi) / 3)
     turning = -math.cos(phi) / 3 * w / math.cos(rod)
     slip = -0.1 * math.sin(phi) * w - 0.3 * math.sin(rod) * turning

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.simulation.one_way import chained, remembered
+from multibody_sym.simulation.one_way import chained, remembered, switches
 
 PAIR = """
 multibody_sym: 1
@@ -81,7 +81,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
 
     with monkeypatch.context() as patched:
         patched.setattr(chained, "followed", counted("in Python", chained.followed))
-        patched.setattr(chained, "decided", counted("searched", chained.decided))
+        patched.setattr(switches, "decided", counted("searched", switches.decided))
         patched.setattr(chained.OneWayRun, "turned", counted("in C", chained.OneWayRun.turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:

@@ -24,7 +24,7 @@ def ran(system: mbs.System, t_end: float) -> mbs.Trajectory:
 def worst(run: mbs.Trajectory, jumps: list[Jump] | None = None) -> dict[str, float]:
     """Return by how much each theorem is missed at impacts, relative to its terms."""
     assert run.modes is not None
-    laws = run.modes.laws
+    laws = run.modes.switches.laws
     each = [passed(laws.mechanism, jump) for jump in jumps or run.modes.blows]
     missed = np.array([np.abs(x.changed - x.expected) / np.maximum(x.size, 1e-300) for x in each])
     return {name: float(missed[:, own].max()) for name, own in zip(JUMPS, THEOREMS.values(), strict=True)}

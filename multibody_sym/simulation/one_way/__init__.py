@@ -7,6 +7,7 @@ whether it does what it did before                  turns
 forces that are not unique: which ones a run has    basic
 which speeds stand still for good in a mode         held
 a mode as a problem to integrate                    modes (each made and compiled once)
+what a run decides at its switches                  switches
 the run: from switch to switch                      chained
 what friction took, and where                       account
 """

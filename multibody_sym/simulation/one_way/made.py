@@ -11,9 +11,10 @@ from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.one_way.chained import OneWayRun
+from multibody_sym.simulation.one_way.chained import PreparedRuns
 from multibody_sym.simulation.one_way.every import LawMechanism
 from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.modes import Modes
 from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.one_way.tips import first_normal
 from multibody_sym.simulation.problem import own_coefficient
@@ -22,31 +23,34 @@ from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, form_of
 
 
-def one_way_run(
+def one_way_runs(
     ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
-) -> OneWayRun:
-    """Return the run of a system of which some holds one way only."""
+) -> PreparedRuns:
+    """Return the runs of a system of which some holds one way only."""
     known = ready.mechanism.parameters.places
     laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
     declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
     begun = None if ready.laws else (ready.mechanism, ready.compiled)
     make = partial(_made, begun, ready.system.simulation, ready.formalism, native, backend)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
-    served = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
-    recalled = recalled_laws(declared, served, native=native, backend=backend)
+    form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
+    recalled = recalled_laws(declared, form, native=native, backend=backend)
     laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
     scale = ready.state.posed.rows.scale
     template = replace(template, project=settings.project, moments=looks)
-    if settings.baumgarte is None:
-        return OneWayRun(laws, make, template, scale, bars=bars, every=every)
+    served = None if every is None else (every, laws.compiled)
+
+    def runs(of: Problem, stabilised: tuple[float, float] | None) -> PreparedRuns:
+        modes = Modes(declared, make, of, stabilised or (0.0, 0.0), served)
+        return PreparedRuns(laws, modes, of, scale, stabilised, bars)
 
     def own() -> float:
-        pilot = OneWayRun(laws, make, replace(template, samples=2), scale, bars=bars, every=every)
+        pilot = runs(replace(template, samples=2), None).run()
         return own_coefficient(pilot.begin(), pilot.loop)
 
-    return OneWayRun(laws, make, template, scale, settings.baumgarte.chosen(own), bars=bars, every=every)
+    return runs(template, None if settings.baumgarte is None else settings.baumgarte.chosen(own))
 
 
 def _made(

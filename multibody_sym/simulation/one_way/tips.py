@@ -161,10 +161,6 @@ class Tips:
         sides = {name: tuple(e for e in ends if e.pair == pair) for name, pair in pairs.items()}
         return Tips(rows, sides)
 
-    def again(self) -> Tips:
-        """Return those of a run that has not begun."""
-        return Tips(self.rows, self.sides)
-
     def meeting(self, facts: Facts, active: Collection[str]) -> Laws:
         """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
         laws = facts.laws

@@ -387,7 +387,8 @@ def _feeding(run: Trajectory, time: float) -> str | None:
     if not isinstance(run.modes, OneWayRun) or not run.modes.stretches:
         return None
     end = run.integration
-    return feeds_itself(run.modes.stretches[-1], run.modes.laws.at(time, end.q_final, end.u_final, run.modes.scale))
+    facts = run.modes.switches.at(time, np.concatenate([end.q_final, end.u_final]))
+    return feeds_itself(run.modes.stretches[-1], facts)
 
 
 def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:

@@ -1,0 +1,232 @@
+"""What follows at the switches of a run: what is decided there, and what of the run before counts for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import field, replace
+from functools import cached_property
+from itertools import takewhile
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import Scale
+from multibody_sym.dynamics.programs.switching import Switching
+from multibody_sym.model.mechanism.one_way import Mode, OneWay
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
+from multibody_sym.runtime.chain import stepped
+from multibody_sym.runtime.python_loop import put_back
+from multibody_sym.simulation.one_way import thin_bars
+from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
+from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.modes import Key
+from multibody_sym.simulation.one_way.stretches import Change, Stretch
+from multibody_sym.simulation.one_way.tips import Tips, is_tip
+
+_PROMPT: Final = 1e-14
+"""The part of the time up to which an impact is not too late."""
+
+
+@dataclass(frozen=True, eq=False)
+class Within:
+    """Where a mode goes on at a switch: the state `after` (nq + nu,), and the impact, if there was one, at `facts`.
+
+    Of what struck some has `collapsed`, or would still have bounced for `late` (s). `moved`: it was put onto its face.
+    """
+
+    after: Floats
+    moved: bool = False
+    facts: Facts | None = None
+    blow: Blow | None = None
+    collapsed: frozenset[str] = frozenset()
+    late: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass
+class Switches:
+    """The decisions of a run by `laws`, which know the normals of points that have met, for a model of a `scale`.
+
+    Of the run before count how fast it was, on which sides of `bars` no point is (`hidden`), what `bounces`, how often
+    it stood still, and which mode mostly followed at a switching function.
+    """
+
+    laws: Laws
+    scale: Scale
+    bars: tuple[thin_bars.ThinBar, ...]
+    standstill: Standstill
+    hidden: tuple[str, ...] = ()
+    bounces: Bounces = field(default_factory=Bounces)
+    _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
+    _last: tuple[tuple[int, float, int, bytes], Decided] | None = None
+
+    @cached_property
+    def tips(self) -> Tips:
+        """What is known of points that meet."""
+        return Tips.of(self.laws.mechanism)
+
+    def at(self, t: float, x: Floats) -> Facts:
+        """Return what laws ask at a state (nq + nu,)."""
+        nq = len(self.laws.mechanism.coordinates)
+        return self.laws.at(t, x[:nq], x[nq:], self.scale)
+
+    def first(self, t: float, x: Floats) -> Decided:
+        """Return what is decided at the start. Raises ModelError where a point moves across a thin bar it touches."""
+        facts = self.at(t, x)
+        for bar in self.bars:
+            bar.verify_leaving(facts)
+        self.laws = self.tips.meeting(facts, ())
+        facts = self.at(t, x)
+        aside = self.tips.aside(facts, ())
+        self.hidden = thin_bars.hidden_sides(
+            self.bars, facts, lambda known: decided(facts, (), hidden=known, beyond=aside)
+        )
+        return self.tips.resting(decided(facts, (), hidden=self.hidden, beyond=aside))
+
+    def hindered(self, t: float, x: Floats, cause: Switching, changes: Iterable[Change]) -> str:
+        """Return why nothing follows what has ended a mode, after the latest `changes` first; empty where it does."""
+        if endless := self.standstill.lasts(t, len(self.laws.unilateral)):
+            lately = takewhile(lambda each: each.time >= self.standstill.since, changes)
+            return f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}"
+        if cause.ends != "closes" or not thin_bars.is_behind(self.at(t, x), cause.element):
+            return ""
+        hidden = thin_bars.turned_round(self.bars, cause.element, self.hidden)
+        self.hidden = self.hidden if hidden is None else tuple(hidden)
+        return f"{cause.element.name}: {thin_bars.FROM_BEHIND}" if hidden is None else ""
+
+    # --- what follows -------------------------------------------------------------------------------------------------
+
+    def decided(self, now: Stretch, number: int, t: float, x: Floats, index: int) -> Decided:
+        """Return how stretch number so and so goes on from a state at which a switching function of it has crossed.
+
+        An impact that ends the mode is asked for twice: whether the mode goes on behind it, and what follows.
+        """
+        asked = (number, t, index, x.tobytes())
+        if self._last is not None and self._last[0] == asked:
+            return self._last[1]
+        cause = now.cause(index)
+        guess = None if cause.limits else self._usual.get((now.key, index))
+        facts, closed = self.closed_at(now, t, x, cause)
+        beyond = [cause.element.name] if cause.ends == "leaves" else []
+        beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
+        beyond += self.tips.aside(facts, now.active)
+        before = Before(now.mode, now.udot_at(facts), now.problem.rates, guess, self.bounces)
+        found = self.tips.resting(decided(facts, closed, before, beyond=beyond, hidden=self.hidden))
+        self._last = asked, found
+        return found
+
+    def learn(self, now: Stretch, index: int, found: Decided) -> None:
+        """Remember which mode followed: the next search begins with it."""
+        if found.mode is not None:
+            self._usual[now.key, index] = found.mode
+
+    def beyond(self, now: Stretch, facts: Facts, blow: Blow | None = None) -> Decided:
+        """Return what follows at an instant to which the mode does not lead, behind an impact if one is known."""
+        before = Before(now.mode, now.udot_at(facts), None, None, self.bounces)
+        aside = self.tips.aside(facts, now.active)
+        return self.tips.resting(decided(facts, now.active, before, beyond=aside, hidden=self.hidden, blow=blow))
+
+    def soon_beyond(self, now: Stretch, limit: Facts) -> Decided | None:
+        """Return what follows just beyond the limit of a mode; None where that is a state like others, or not known.
+
+        Friction with what presses either way may have two states on one side of where that turns, and none beyond.
+        """
+        found = self.beyond(now, self._later(now, limit, SOON[0]))
+        proved = found.mode is None and found.found is not None and found.found.proved
+        return found if found.blow is not None or proved else None
+
+    def tipped(self, now: Stretch, facts: Facts) -> Decided | None:
+        """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
+        if now.mode.shares is None:
+            return None
+        for part in SOON:
+            found = self.beyond(now, self._later(now, facts, part))
+            if found.mode is not None and not found.mode.alike(now.mode):
+                return found if found.blow is not None else replace(found, facts=facts)
+        return None
+
+    @staticmethod
+    def _later(now: Stretch, facts: Facts, part: float) -> Facts:
+        """Return what holds a part of the model's time later, as the mode has it."""
+        soon, x = part * facts.scale.time, np.concatenate([facts.q, facts.u])
+        q, u = np.split(stepped(now.problem.rates, facts.t, x, soon), [len(facts.q)])
+        return facts.laws.at(facts.t + soon, q, u, facts.scale)
+
+    def within(self, now: Stretch, number: int, t: float, x: Floats, index: int) -> Within | None:
+        """Return how the mode goes on where it might end; None where it does end."""
+        cause = now.cause(index)
+        if cause.ends != "closes" or self.standstill.lasts(t, len(self.laws.unilateral)):
+            return None
+        facts = self.seen(now, t, x)
+        aside = self.tips.aside(facts, now.active)
+        element = self.tips.striking(facts, cause.element, (*aside, *self.hidden))
+        if element is None:
+            return Within(x)
+        if thin_bars.is_behind(facts, element):
+            return None
+        leaving = self.bounces.leaving(facts, element)
+        if leaving is not None:
+            return Within(np.concatenate([leaving, facts.u]), moved=leaving is not facts.q)
+        facts = self._touched(now, facts, element)
+        blow, late, collapsed = bounced(facts, element, (*aside, *self.hidden)), dict[str, float](), frozenset[str]()
+        udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
+        before = Before(now.mode, udot, now.problem.rates, None, self.bounces)
+        if blow is not None and not before.late(facts, [element]):
+            u = facts.u + blow.jump
+        else:
+            found = self.decided(now, number, t, x, index)
+            blow, facts, u, late, collapsed = found.blow, found.facts, found.facts.u, {**found.late}, found.collapsed
+            if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
+                return None
+        after = np.concatenate([facts.q, u])
+        if facts.t != t:
+            after = stepped(now.problem.rates, facts.t, after, t - facts.t)
+        return Within(after, facts=facts, blow=blow, collapsed=collapsed, late=late)
+
+    def hit(self, blow: Blow) -> None:
+        """Note an impact."""
+        taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
+        self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u])))
+
+    # --- what holds at a switch ---------------------------------------------------------------------------------------
+
+    def grown(self, u: Floats) -> None:
+        """Note the speeds (nu,) that a run has come to."""
+        self.scale = larger(self.scale, u, self.laws.slides)
+
+    def seen(self, now: Stretch, t: float, x: Floats) -> Facts:
+        """Return what laws ask at a state, with the normals of points that meet there."""
+        facts = self.at(t, x)
+        self.laws = self.tips.meeting(facts, now.active)
+        return facts if self.laws is facts.laws else self.at(t, x)
+
+    def closed_at(self, now: Stretch, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
+        """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
+        x = x if now.problem.project else put_back(now.problem, t, x)
+        self.grown(x[len(now.problem.q0) :])
+        apart = {*now.mode.idle, *([cause.element.name] if cause.ends == "leaves" else [])}
+        closed = [name for name in now.active if name not in apart]  # what is idle may have opened: its gap tells
+        facts = self.seen(now, t, x)
+        touches = cause.ends == "closes" and not is_tip(cause.element)
+        touches = touches and not thin_bars.is_behind(facts, cause.element)
+        closed += [cause.element.name] if touches else []
+        return self._touched(now, facts, cause.element) if touches else facts, closed
+
+    def _touched(self, now: Stretch, facts: Facts, element: OneWay) -> Facts:
+        """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
+
+        That is late by a large part of a short flight; its parabola tells when it touched, after the last impact.
+        """
+        gap, rate = facts.gap(element), facts.rate(element)
+        if not (-2.0 * facts.rounded_gap(element) < gap < 0.0 and rate < 0.0):
+            return facts
+        room = max(rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts)), 0.0)  # a face it grazes: none
+        ago = -2.0 * gap / (math.sqrt(room) - rate)
+        since = max(self.bounces.rhythm.last, now.problem.start)
+        if not _PROMPT * abs(facts.t) < ago < facts.t - since:
+            return facts
+        before = stepped(now.problem.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
+        q, u = np.split(before, [len(facts.q)])
+        return facts.laws.at(facts.t - ago, q, u, facts.scale)
