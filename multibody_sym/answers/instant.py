@@ -57,6 +57,7 @@ _ASSEMBLED: Final = 16
 """To how many units in the last place, of 1 or more, start values are known that were found by closing constraints."""
 _MOST_BOUNDED: Final = 40
 _LONGEST_NUMBER: Final = 20
+_FREE: Final = "; forces that are not unique change how it slides"
 _ZERO: Final = 1e-14
 """The part of the largest number up to which one is rounding whose closed form is zero."""
 
@@ -68,7 +69,8 @@ class Decided:
     `touching`: the elements that might act; `moving`: the friction parts that slide already; `at_limit`: the rows for
     which two modes fit; `others`: the modes that fulfil all laws beside the one that is solved, with their udot;
     `verdict`: one or several; `searched`: what was looked at, in words. `closing`: the elements that strike at the
-    start, of which `strikes` tells that it is left out.
+    start, of which `strikes` tells that it is left out. `motion`: accelerations (nu,) and multipliers by row, where
+    the mode leaves them open.
     """
 
     touching: frozenset[str] = frozenset()
@@ -79,6 +81,7 @@ class Decided:
     searched: str = ""
     closing: frozenset[str] = frozenset()
     strikes: str = ""
+    motion: tuple[Floats, Mapping[str, float]] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,16 +263,21 @@ def _decided(state: StartState) -> Decided:
         touching=frozenset(element.name for element in posed.elements),
         moving=frozenset(part.name for part, law in pairs if not law.rests),
         at_limit=tuple(posed.names[k] for k in found.states[0].at_limit),
-        others=tuple((mode, _udot(state, mode)) for mode in state.modes[1:]),
+        others=tuple((mode, _udot(state, number, mode)) for number, mode in enumerate(state.modes) if number),
         verdict=found.verdict,
-        searched=found.searched,
+        searched=found.searched + (_FREE if found.free else ""),
         closing=frozenset(state.closing),
         strikes=state.strikes,
+        motion=state.motion(0),
     )
 
 
-def _udot(state: StartState, mode: Mode) -> tuple[Value, ...]:
+def _udot(state: StartState, number: int, mode: Mode) -> tuple[Value, ...]:
     """Return the accelerations at the start in another mode, each with its rounding as far as that is known."""
+    own = state.motion(number)
+    if own is not None:
+        size = AGREEMENT * float(np.abs(own[0]).max(initial=0.0))
+        return tuple(Value(x if abs(x) > size else 0.0, error=size) for x in own[0].tolist())
     mechanism, begin = replace(state, modes=(mode,)).in_joints
     here = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(composite_body(mechanism, here))
@@ -299,6 +307,10 @@ def solved_in(
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         blame_numbers(system)
     _verify(resolved, dynamics, found)
+    facts = decided or Decided()
+    if facts.motion is not None:
+        udot, forces = facts.motion
+        found = replace(found, udot=udot, multipliers=np.array([forces[row.name] for row in resolved.rows]))
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
         Instant(motion, numbers.udot, (found.multipliers + change).tolist()) for change in undetermined(dynamics, found)
@@ -308,7 +320,6 @@ def solved_in(
     symbolic, forms = _closed(formal, begin, sides, reasons)
     nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
-    facts = decided or Decided()
     lettered = Lettered(formal, symbolic, begin, numbers)
     return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered)
 

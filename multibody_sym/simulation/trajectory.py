@@ -242,7 +242,8 @@ class Trajectory(Samples):
         from multibody_sym.kinematics.state import state_of
 
         mechanism = told.mechanism
-        start = self.ready.q0.tolist(), self.ready.u0.tolist(), self.parameters.tolist()
+        parameters = self.parameters if self.modes is None else self.ready.parameters  # those of the first mode
+        start = self.ready.q0.tolist(), self.ready.u0.tolist(), parameters.tolist()
         state = state_of(mechanism, float, self.problem.t0, *start)
         return redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
 

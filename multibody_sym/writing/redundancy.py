@@ -34,7 +34,8 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
         told = [f"forces that are not unique: {forces}; all others are"] if forces else []
         return [f"redundant constraints: {named} {why}", *told]
     rows = "1 row is" if count == 1 else f"{count} rows are"
-    lines = [f"redundant constraints: {named} ({rows} left over; the motion is unique all the same)"]
+    moved = "the motion is unique all the same" if found.ambiguous_forces else "with friction what slides moves by them"
+    lines = [f"redundant constraints: {named} ({rows} left over; {moved})"]
     alone = [circuit[0] for circuit in found.dependencies if len(circuit) == 1]
     if alone:
         lines.append(f"  nothing could move against {_forces_of(alone, found)} anyway")

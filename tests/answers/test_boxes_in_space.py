@@ -15,6 +15,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.numerics.outline import outline
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.solution import solution_text
 
 SPACE = """\
@@ -409,3 +410,54 @@ def test_a_box_pulled_off_its_middle_is_said_to_turn_before_it_slips(off: float)
     assert turns == (["c1 turns"] if off else [])
     beyond = solved(model, F=0.97 * 0.2 * 5 * 9.81)
     assert ("slide" in beyond.states.values()) == bool(off)
+
+
+PUSHED = """
+multibody_sym: 1
+name: box pushed at a corner
+gravity: [0, 0, -9.81 m/s^2]
+parameters: {m: 10 kg, F: 20 N, mu: 0.25}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  box: {shape: {box: [1, 0.6, 0.4], mass: m}, points: {hand: [0.5, 0.3, 0]}}
+joints: {J: {type: free, parent: ground, child: box, initial: {q: [0, 0, 0.2, 1, 0, 0, 0], u: [%s]}}}
+contacts: {c: {between: [box, ground.floor], static: mu}}
+forces: {push: {type: force, on: box, at: box.hand, value: [0, F, 0]}}
+"""
+
+
+@pytest.mark.parametrize("speeds", ["0, 0, 0, 0, 0, 0", "1, 0.5, 0, 0, 0, 2"])
+def test_a_motion_that_open_forces_change_fulfils_all_laws(speeds: str) -> None:
+    """Four normal forces are open by one number, and with friction so is the motion: one by all laws is told."""
+    found = mbs.solve(mbs.loads(PUSHED % speeds))
+    assert found.verdict == "several"
+    assert "forces that are not unique change how it slides" in found.searched
+    u = np.array([float(x) for x in speeds.split(",")])
+    a = np.array([found.accelerations[name].value for name in ("J_x", "J_y", "J_wz")])
+    sums = np.zeros(3)
+    for k, (x, y) in enumerate([(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)], 1):
+        force = {name: value.value for name, value in found.reactions[f"c.corner{k}"].items()}
+        rubs = np.array([force["friction_1"], force["friction_2"]])
+        v = u[:2] + u[5] * np.array([-y, x])
+        way = v if v.any() else a[:2] + a[2] * np.array([-y, x])
+        assert force["normal"] >= 0.0
+        assert np.linalg.norm(rubs) <= 0.25 * force["normal"] + 1e-9
+        if np.linalg.norm(way) > 1e-9:
+            np.testing.assert_allclose(rubs, -0.25 * force["normal"] * way / np.linalg.norm(way), atol=1e-8)
+        sums += [*rubs, x * rubs[1] - y * rubs[0]]
+    sums += [0.0, 20.0, 0.5 * 20.0]
+    np.testing.assert_allclose(sums, [10 * a[0], 10 * a[1], 10 * (1 + 0.36) / 12 * a[2]], atol=1e-8)
+    others = [tuple(other.accelerations.values()) for other in found.others]
+    assert tuple(x.value for x in found.accelerations.values()) not in others
+
+
+def test_what_redundant_rows_mean_is_told_of_a_box_that_starts_to_slide() -> None:
+    """It starts in a direction that is known before it moves; a report ended with an internal error."""
+    model = PUSHED % "0, 0, 0, 0, 0, 0"
+    along = model.replace("at: box.hand, value: [0, F, 0]", "value: [2*F, 0, 0]")
+    run = mbs.simulate(mbs.loads(along), t_end=0.1, samples=3)
+    assert run.redundancy.rank == 3
+    assert run.redundancy.ambiguous_forces == tuple(f"normal(c.corner{k})" for k in range(1, 5))
+    turned = mbs.simulate(mbs.loads(model), t_end=0.1, samples=3)
+    assert turned.redundancy.ambiguous_forces == ()
+    assert "with friction what slides moves by them" in "\n".join(redundancy_lines(turned.redundancy))

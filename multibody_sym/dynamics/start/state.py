@@ -15,7 +15,7 @@ from itertools import chain, combinations, islice
 from typing import Final
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows
+from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, accelerations_of, one_way_rows
 from multibody_sym.dynamics.laws.problem import Found, LawProblem, Verdict
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
@@ -31,6 +31,7 @@ from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.model.mechanism.parameters import INDEPENDENT
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import as_node, slot
@@ -137,6 +138,17 @@ class StartState:
     def words(self) -> dict[str, str]:
         """What the mode is called: a word for each one-way element and what rubs in it."""
         return mode_words(self.declared.one_way, self.mode)
+
+    def motion(self, number: int) -> tuple[Floats, dict[str, float]] | None:
+        """Return the accelerations (nu,) and the multipliers by row of a state; None where its mode determines both.
+
+        Where forces that are not unique change the motion the mode leaves some of it open.
+        """
+        if self.posed is None or self.found is None or not self.found.free:
+            return None
+        state = self.found.states[number]
+        forces = dict(zip(self.posed.names, state.z.tolist(), strict=True))
+        return accelerations_of(self.posed.dynamics, state.x), forces
 
     @property
     def verdict(self) -> Verdict:
