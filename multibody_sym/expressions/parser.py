@@ -75,7 +75,8 @@ _MEANT: Final = {
     "arcsin": "asin(x)", "arccos": "acos(x)", "arctan": "atan(x)", "arctan2": "atan2(y, x)", "ln": "log(x)",
     "pow": "x^y", "sgn": "sign(x)", "fabs": "abs(x)", "if": "where(condition, a, b)", "log10": "log(x)/log(10)",
     "minimum": "min(a, b)", "maximum": "max(a, b)", "radians": "x*pi/180", "square": "x^2", "power": "x^y",
-    "cot": "1/tan(x)", "sec": "1/cos(x)", "csc": "1/sin(x)", "energy": "total_energy()",
+    "cot": "1/tan(x)", "sec": "1/cos(x)", "csc": "1/sin(x)", "energy": "total_energy()", "speed": "velocity(A, x)",
+    "n": "normal(c)",
 }
 
 

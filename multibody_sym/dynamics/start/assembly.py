@@ -119,7 +119,10 @@ def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
     if fewest is not rows and len(names) > 1:
         listed = f"{', '.join(names[:-1])} and {names[-1]}"
         what = f"no positions were found that satisfy {listed} together, though they were without any one of them"
-    return _failure(fewest, what, fewest.missed(q))
+    elif not known and len(names) == 1:
+        what = f"no positions were found that satisfy {names[0]}, from the start values on"
+    cure = "" if known else "; give other lengths, or start values nearer to where it closes (initial: {q: ..})"
+    return _failure(fewest, what, fewest.missed(q), cure)
 
 
 def _position_items(mechanism: Mechanism) -> list[_Item]:
@@ -228,7 +231,7 @@ def _compared(
     return Assembled(values, names[0], names[1], shifts)
 
 
-def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
+def _failure(rows: Rows, what: str, missed: Missed | None, cure: str = "") -> NoSolutionError:
     """Return the error that names the residuals of rows which cannot be closed, at the place of the first."""
     if missed is None:
         where = Where(path=rows.mechanism.row_path(rows.active[0]))
@@ -238,7 +241,7 @@ def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
     names = [row.name for row in rows.mechanism.rows]
     listed = [f"{names[k]} misses by {abs(residual):.6g}" for k, residual in still_open.items()]
     known = any(c.known for c in rows.mechanism.coordinates)
-    advice = "; leave out `known` where values may change, or put all onto the constraints (--project)" if known else ""
+    advice = "; leave out `known` where values may change, or put all onto the constraints (--project)" if known else cure
     reasons = ", ".join(listed) or "a joint that closes a loop is turned over"
     where = Where(path=rows.mechanism.row_path(next(iter(still_open), rows.active[0])))
     return NotClosedError(f"{what}: {reasons}{advice}", where=where)
