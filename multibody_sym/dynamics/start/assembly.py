@@ -241,7 +241,8 @@ def _failure(rows: Rows, what: str, missed: Missed | None, cure: str = "") -> No
     names = [row.name for row in rows.mechanism.rows]
     listed = [f"{names[k]} misses by {abs(residual):.6g}" for k, residual in still_open.items()]
     known = any(c.known for c in rows.mechanism.coordinates)
-    advice = "; leave out `known` where values may change, or put all onto the constraints (--project)" if known else cure
+    freed = "; leave out `known` where values may change, or put all onto the constraints (--project)"
+    advice = freed if known else cure
     reasons = ", ".join(listed) or "a joint that closes a loop is turned over"
     where = Where(path=rows.mechanism.row_path(next(iter(still_open), rows.active[0])))
     return NotClosedError(f"{what}: {reasons}{advice}", where=where)

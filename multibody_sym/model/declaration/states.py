@@ -25,7 +25,7 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "slackens": ("slack",),
     "grips": ("grip",),
     "rolls": ("roll",),
-    "slips": ("slip", "slip+", "slip-"),
+    "slips": ("slip", "slip+", "slip-", "slide", "slide+", "slide-"),
     "stops": ("lower", "upper"),
     "frees": ("free",),
     STRIKES: ("impact",),
@@ -108,8 +108,13 @@ class StateCondition:
 
     @staticmethod
     def _fitting(names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
-        """Return what may be said of elements."""
-        pairs = ((name, verb) for name in names for verb, its in VERBS.items() if set(known[name]).intersection(its))
+        """Return what may be said of elements, each in one way."""
+        pairs = (
+            (name, verb)
+            for name in names
+            for verb, its in VERBS.items()
+            if set(known[name]).intersection(its) and not (verb == "slips" and "slide" in known[name])
+        )
         return " or ".join(f"{name} {verb}" for name, verb in pairs)
 
     @property
