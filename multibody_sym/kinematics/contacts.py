@@ -39,7 +39,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import apply as operation
 from multibody_sym.scalars.functions import is_exactly, sign, sqrt, where
 from multibody_sym.scalars.vectors import (
-    ZERO_VECTOR,
     S,
     Vec,
     add,
@@ -216,18 +215,20 @@ def _(skin: Round, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
 
 @_arm.register
 def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
-    """With the axis a and g = n - (n . a) a it is -r g / |g|; of a rim parallel to a plane its centre is as near."""
+    """With the axis a and g = a x (n x a), of the size |n x a|, it is -r g / |g|; the centre where n x a is zero.
+
+    g is across a to the last digit, so that its direction, which rounding makes where the rim lies flat, is in the rim.
+    """
     (radius,) = motion.state.values([skin.radius])
-    axis = direction(motion, skin.place, skin.axis)
-    axis_rate = cross(angular_velocity(motion, skin.place.body), axis)
-    tilt, tilt_rate = dot(normal.vector, axis), dot(normal.rate, axis) + dot(normal.vector, axis_rate)
-    steep = subtract(normal.vector, scale(tilt, axis))
-    steep_rate = subtract(normal.rate, add(scale(tilt_rate, axis), scale(tilt, axis_rate)))
-    length = sqrt(dot(steep, steep))
-    if is_exactly(length, 0):
-        return ZERO_VECTOR, ZERO_VECTOR
-    up = scale(1 / length, steep)
-    up_rate = scale(1 / length, subtract(steep_rate, scale(dot(up, steep_rate), up)))
+    a = direction(motion, skin.place, skin.axis)
+    axis = Direction(a, cross(angular_velocity(motion, skin.place.body), a))
+    across = normal.cross(axis)
+    steep, square = axis.cross(across), dot(across.vector, across.vector)
+    if is_exactly(square, 0) or not skin.rolls:
+        square = where(operation("less", 0, square), square, 1)
+    length = sqrt(square)
+    up = scale(1 / length, steep.vector)
+    up_rate = scale(1 / length, subtract(steep.rate, scale(dot(up, steep.rate), up)))
     return scale(-radius, up), scale(-radius, up_rate)
 
 
@@ -265,7 +266,7 @@ def _crossing(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate:
     c, c_rate = _product(d1, d2)
     on_1, on_1_rate = _product(d1, Direction(apart, apart_rate))
     on_2, on_2_rate = _product(d2, Direction(apart, apart_rate))
-    across = _crossed(d1, d2)
+    across = d1.cross(d2)
     steep = dot(across.vector, across.vector)
     if is_exactly(steep, 0) or (isinstance(steep, float) and steep <= _PARALLEL_LINES):
         raise ModelError(
@@ -311,7 +312,7 @@ def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> Direc
     if row.along == "normal":
         return touching.normal
     first = _first_tangent(row, motion, touching.normal)
-    turned = _crossed(touching.normal, first)
+    turned = touching.normal.cross(first)
     if row.along in ("t1", "roll2"):
         return first if row.along == "t1" else first.reversed
     return turned
@@ -341,10 +342,6 @@ def _axis_seen(normal: Vec) -> Vec:
     steep = normal[1] * normal[1] + normal[2] * normal[2]
     along_y = where(operation("less", steep, _PARALLEL), 1, 0)
     return (1 - along_y, along_y, 0)
-
-
-def _crossed(a: Direction, b: Direction) -> Direction:
-    return Direction(cross(a.vector, b.vector), add(cross(a.rate, b.vector), cross(a.vector, b.rate)))
 
 
 def reach(row: ContactRow, motion: Motion) -> list[S]:

@@ -51,6 +51,11 @@ class Direction:
     def reversed(self) -> Direction:
         return Direction(negate(self.vector), negate(self.rate))
 
+    def cross(self, other: Direction) -> Direction:
+        """Return the vector product with another one, which is no unit vector, and its rate."""
+        rate = add(cross(self.rate, other.vector), cross(self.vector, other.rate))
+        return Direction(cross(self.vector, other.vector), rate)
+
 
 @dataclass(frozen=True)
 class Seen:

@@ -15,6 +15,7 @@ from itertools import pairwise
 from math import hypot
 from typing import Final
 
+from multibody_sym.kinematics.flat_rims import steepness
 from multibody_sym.kinematics.loads import span
 from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
@@ -244,14 +245,9 @@ def _bending(skin: Skin, motion: Motion, row: ContactRow) -> float:
 
 
 def _steepness(row: ContactRow, motion: Motion) -> float:
-    """Return twice the inverse sine of the angle between the axis of a rim and the normal of a plane, else 0."""
-    rim = next((skin for skin in row.skins if isinstance(skin, Rim)), None)
-    flat = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
-    if rim is None or flat is None:
-        return 0.0
-    normal, axis = direction(motion, flat.place, flat.normal), direction(motion, rim.place, rim.axis)
-    tilt = dot(normal, axis)
-    return 2.0 / max(hypot(*subtract(normal, tuple(tilt * x for x in axis))), _PARALLEL)
+    """Return twice the inverse sine of the angle between a rim and a plane, else 0."""
+    steep = steepness(row, motion)
+    return 0.0 if steep is None else 2.0 / max(steep, _PARALLEL)
 
 
 @_terms.register

@@ -29,6 +29,7 @@ from multibody_sym.model.mechanism.every_mode import (
     friction_parts,
     functions,
     has_end,
+    has_rim,
     in_every_mode,
     may_share,
     sided,
@@ -364,6 +365,8 @@ class _EveryMode:
             found[f"normal {element.name}"] = _if(self.modes.acts(normal), values.opens(normal), values.closes(normal))
             if has_end(element):
                 found[f"edge {element.name}"] = values.leaves(normal)
+            if has_rim(element):
+                found[f"flat {element.name}"] = values.lies_flat(normal)
         for element, part in friction_parts(self.mechanism):
             speeds = [as_node(values.row(row).phidot) for row in part.rows]
             slip, way = self.modes.slip(part), f"slip {part.name}"

@@ -7,6 +7,7 @@
     a closed contact, a taut rope opens          -(normal force, tension)
     a reaction that presses changes its side     -side * reaction, from no side |reaction|
     a closed contact gets past an edge           -(way to the edge)
+    a rim that touches has come nearly flat      s . s', s across it and its plane, near s = 0
     what sticks slips                            |l_t| - static * N
     what slides stops, in a line                 -sense * v_t
     what slides stops, in space                  -|v_t|, from rest where its friction has no direction
@@ -25,9 +26,10 @@ from typing import Final, Literal
 
 from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, side_of
 from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.flat_rims import flattened
 from multibody_sym.kinematics.relative import separation, slip_velocity
 from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.every_mode import has_end, sided
+from multibody_sym.model.mechanism.every_mode import has_end, has_rim, sided
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -37,7 +39,9 @@ from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, dot
 
-Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space", "moves on", "turns back"]
+Ends = Literal[
+    "closes", "opens", "leaves", "lies flat", "turns", "slips", "stops", "stops in space", "moves on", "turns back"
+]  # fmt: skip
 
 _TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other side", "stops in space": "stops"}
 
@@ -87,6 +91,8 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
             return
         if has_end(element):
             yield Switching("leaves", element)
+        if has_rim(element):
+            yield Switching("lies flat", element)
     yield from (Switching("turns", element, normal=k) for k in sided(element) if not element.unilateral)
     rubbing = [part for part in element.frictions if part.static is not ZERO or part.enough]
     if not element.unilateral and sides.get(element.name, INACTIVE) == INACTIVE:
@@ -112,8 +118,9 @@ class SwitchingValues(OneWayForces):
     def _value(self, one: Switching) -> S:
         mechanism, element, normal = self.motion.mechanism, one.element, one.element.normals
         assert mechanism.mode is not None
-        if one.ends in ("closes", "leaves", "opens"):
-            return {"closes": self.closes, "leaves": self.leaves, "opens": self.opens}[one.ends](normal[0])
+        of_normal = {"closes": self.closes, "leaves": self.leaves, "opens": self.opens, "lies flat": self.lies_flat}
+        if one.ends in of_normal:
+            return of_normal[one.ends](normal[0])
         if one.ends == "turns":
             side, force = self.side(element, normal[one.normal]), self.multiplier(normal[one.normal].name)
             return -side * force if side else absolute(force)
@@ -135,6 +142,11 @@ class SwitchingValues(OneWayForces):
     def leaves(self, row: Row) -> S:
         """Return what becomes positive where what touches gets past an edge."""
         return -reduce(minimum, self._reach(row))
+
+    def lies_flat(self, row: Row) -> S:
+        """Return what becomes positive where a rim that touches has come as near to lying flat as it does."""
+        assert isinstance(row, ContactRow)
+        return flattened(row, self.motion)
 
     def opens(self, row: Row) -> S:
         """Return what becomes positive where a row that acts would have to pull, or to push."""

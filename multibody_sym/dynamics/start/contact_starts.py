@@ -7,17 +7,14 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.contacts import reach, touch
+from multibody_sym.kinematics.flat_rims import ON_POINTS, flat_rims
 from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.kinematics.relative import direction
 from multibody_sym.model.declaration.contacts import verify_coefficients
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, is_point
+from multibody_sym.model.mechanism.contact_rows import ContactRow, is_point
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.vectors import cross, dot
 
 _ROLLING: Final = ".rolling"
-_PARALLEL: Final = 1e-12
-"""The square of an angle (rad) up to which a rim lies in a plane."""
 
 
 Value = Callable[[Node], float | None]
@@ -93,24 +90,9 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
                     "normal: y}}) and name it, or let them strike there (impact: {between: [..]})",
                     number="M114",
                 )
-        if gap <= tolerance and not element.open and _lies_flat(row, motion):
-            first, second = (skin.place.name for skin in row.skins)
+        for flat in flat_rims([row], motion) if gap <= tolerance else ():
             with at(*element.path):
-                raise ModelError(
-                    f"the rim of {first} and {second} lies flat and touches all around, in no one place: name points "
-                    "of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat), or tilt it",
-                    number="M114",
-                )
-
-
-def _lies_flat(row: ContactRow, motion: Motion) -> bool:
-    """Return whether a rim is parallel to the plane of its contact, at a state in floats."""
-    rim = next((skin for skin in row.skins if isinstance(skin, Rim)), None)
-    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
-    if rim is None or face is None:
-        return False
-    steep = cross(direction(motion, rim.place, rim.axis), direction(motion, face.place, face.normal))
-    return bool(dot(steep, steep) <= _PARALLEL)
+                raise ModelError(f"{flat}: {ON_POINTS}, or tilt it", number="M114")
 
 
 def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, ContactRow, float]]:

@@ -40,10 +40,11 @@ class Round(Skin):
 
 @dataclass(frozen=True)
 class Rim(Skin):
-    """The sharp rim of a disc about an `axis`, in space."""
+    """The sharp rim of a disc about an `axis`, in space; one that `rolls`, by a constraint, never lies flat."""
 
     radius: Node
     axis: Point
+    rolls: bool = False
 
 
 @dataclass(frozen=True)
@@ -165,6 +166,11 @@ class ContactRow(WithoutLine):
         """The second skin where two points meet, which has no normal of its own."""
         second = self.skins[1]
         return second if isinstance(second, Tip) else None
+
+    @property
+    def rim(self) -> Rim | None:
+        """The skin that is the rim of a disc in space."""
+        return next((skin for skin in self.skins if isinstance(skin, Rim)), None)
 
     @property
     def radii(self) -> tuple[Node, ...]:

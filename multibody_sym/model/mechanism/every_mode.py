@@ -66,6 +66,8 @@ def functions(mechanism: Mechanism) -> Iterator[str]:
         yield f"normal {element.name}"
         if has_end(element):
             yield f"edge {element.name}"
+        if has_rim(element):
+            yield f"flat {element.name}"
     for _, part in friction_parts(mechanism):
         yield f"slip {part.name}"
         if len(part.rows) > 1:
@@ -102,6 +104,12 @@ def has_end(element: OneWay) -> bool:
     return isinstance(row, ContactRow) and any(
         isinstance(skin, Edge | Tip) or (isinstance(skin, Flat) and skin.ends is not None) for skin in row.skins
     )
+
+
+def has_rim(element: OneWay) -> bool:
+    """Return whether what touches is the rim of a disc in space, which may come to lie flat."""
+    row = element.normals[0] if element.normals else None
+    return isinstance(row, ContactRow) and row.rim is not None
 
 
 _ACTS: Final = "some row acts"

@@ -14,6 +14,7 @@ from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.kinematics.flat_rims import ON_POINTS
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
@@ -52,8 +53,8 @@ class Decided:
     `largest` is the largest force there, as forces are measured; `found` the states that are possible, of a problem as
     `posed`; both None where the mode was known before and verified. `blow`: what an impact did, None without one;
     `late`: how much longer (s) what rests now would still have bounced; of this has `collapsed` what struck in turn.
-    `hindered` says why an impact could not be solved: then there is no mode, for what strikes would go on into what it
-    strikes.
+    `hindered` says why an impact could not be solved, or where else the laws have no forces: then there is no mode, for
+    what strikes would go on into what it strikes.
     """
 
     facts: Facts
@@ -161,6 +162,8 @@ def decided(
     flying = before.bounces.flying(facts, closed) if before is not None else set[str]()
     touching = [name for name in settling.touching(facts, closed) if name not in apart | flying]
     facts = moved(facts, q=onto_rows(facts, touching))
+    if lying := facts.lying(named(facts, touching)):
+        return Decided(facts, None, 0.0, None, None, hindered=f"{lying} ({ON_POINTS}, or end the run before),")
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing) if before is not None else {}
     held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -12,6 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, Numbered, RowNumbers, Scale
+from multibody_sym.kinematics.flat_rims import flat_rims
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -143,6 +147,17 @@ class Facts(RowNumbers):
         gaps: Floats = self.known["phi"][places]
         sizes = self.scale.length if turns is None else np.where(turns, 1.0, self.scale.length)
         return [self.laws.unilateral[k] for k in (gaps <= TOUCHING * sizes).nonzero()[0].tolist()]
+
+    def lying(self, elements: Iterable[OneWay]) -> str:
+        """Return which rim of some elements lies flat on its plane, in words; empty where none does."""
+        rows = ((x.name, x.normals[0]) for x in elements)
+        rims = [(name, row) for name, row in rows if isinstance(row, ContactRow) and row.rim is not None]
+        return next((f"{name}: {flat}" for name, row in rims for flat in flat_rims([row], self._motion)), "")
+
+    @cached_property
+    def _motion(self) -> Motion:
+        mechanism, known = self.laws.mechanism, (self.q.tolist(), self.u.tolist(), self.laws.parameters.tolist())
+        return motion_of(mechanism, state_of(mechanism, float, self.t, *known))
 
     def rounding_of_gap(self, element: OneWay) -> float:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""

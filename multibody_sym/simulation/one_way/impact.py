@@ -422,11 +422,12 @@ def ceases(facts: Facts, element: OneWay) -> bool:
 def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
 
-    What is `hidden` takes no part; what does not close strikes nothing, however deep rounding has let it in.
+    That of a rim that lies flat has no place. What is `hidden` takes no part; what does not close strikes nothing,
+    however deep rounding has let it in.
     """
     laws, place, e = facts.laws, facts.place(element.normals[0]), facts.restitution(element)
     rubs = laws.two_sided_rub or any(part.name in laws.parts for part in element.frictions)
-    if laws.mechanism.rows or not e > 0.0 or rubs:
+    if laws.mechanism.rows or not e > 0.0 or rubs or facts.lying([element]):
         return None
     row, speed = facts.known["matrix"][place], facts.rate(element)
     if not speed < 0.0:

@@ -106,10 +106,13 @@ def function_of(one: Switching) -> str:
 _KINDS: Final = {
     **dict.fromkeys(("closes", "opens"), "normal"),
     "leaves": "edge",
+    "lies flat": "flat",
     **dict.fromkeys(("slips", "stops", "stops in space"), "slip"),
     "moves on": "onward",
     "turns back": "back",
 }
+_FLATTER: Final = -1e-20
+"""The same (rad^2/s) of a rim that has to come flatter first: one that rises ends no mode."""
 _NONE: Final = np.zeros(0)
 
 
@@ -246,6 +249,8 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
         return -at.allowed_gap(one.element, ROUNDED_GAP) * at.scale.speed
     if one.ends in ("closes", "leaves"):
         return at.rounded_gap(one.element)
+    if one.ends == "lies flat":
+        return _FLATTER
     assert one.part is not None
     if one.ends == "turns back":
         return _NEVER

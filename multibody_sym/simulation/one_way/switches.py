@@ -157,6 +157,8 @@ class Switches:
     def within(self, now: Stretch, number: int, t: float, x: Floats, index: int) -> Within | None:
         """Return how the mode goes on where it might end; None where it does end."""
         cause = now.cause(index)
+        if cause.ends == "lies flat":
+            return None if self.at(t, x).lying([cause.element]) else Within(x)
         if cause.ends != "closes" or self.standstill.lasts(t, len(self.laws.unilateral)):
             return None
         facts = self.seen(now, t, x)

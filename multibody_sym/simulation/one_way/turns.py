@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.programs.switching import Switching
+from multibody_sym.model.mechanism.every_mode import has_rim
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_worth
@@ -130,9 +131,9 @@ def _flips(before: Mode, after: Mode, cause: Switching) -> bool:
 
 
 def plain(element: OneWay) -> bool:
-    """Return whether an element touches or not, and rubs in lines if it does."""
+    """Return whether an element touches or not, and rubs in lines if it does, with no rim that may come to lie flat."""
     lines = all(len(p.rows) == 1 and not (p.norm or p.enough) and p.regularised is None for p in element.frictions)
-    return element.unilateral and len(element.normals) == 1 and lines and not is_tip(element)
+    return element.unilateral and len(element.normals) == 1 and lines and not (is_tip(element) or has_rim(element))
 
 
 def _sign(facts: Facts, part: FrictionPart) -> int:

@@ -16,6 +16,7 @@ from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
+from multibody_sym.kinematics.flat_rims import ON_POINTS, flat_rims
 from multibody_sym.kinematics.guides.touched import Fit, fits
 from multibody_sym.kinematics.loads import apart, applied, applied_generalized_forces
 from multibody_sym.kinematics.masses.rates import varies
@@ -107,7 +108,15 @@ def _cause(run: Trajectory, time: float) -> str | None:
         begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
         if now <= _MEETS * begun:
             return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
-    return _locked(last) or _in_line(first, last) or _grown(run, time, last)
+    return _lies_flat(run, last) or _locked(last) or _in_line(first, last) or _grown(run, time, last)
+
+
+def _lies_flat(run: Trajectory, last: Motion) -> str | None:
+    """Return that a rim that touches comes to lie flat at the end of a run: its lowest point goes around at once."""
+    active = run.modes.stretches[-1].active if run.modes is not None and run.modes.stretches else ()
+    normals = (x.normals[0] for x in last.mechanism.one_way if x.name in active)
+    told = next(flat_rims((*last.mechanism.rows, *normals), last), None)
+    return told and f"{told}; {ON_POINTS}, or end the run before"
 
 
 def _locked(last: Motion) -> str | None:

@@ -190,6 +190,28 @@ def test_a_point_on_a_bar_is_held_both_ways_unless_a_side_is_declared() -> None:
     assert bar_and_disc(0.5, -0.2, 0.0, below) == pytest.approx({"c": 0.2})
 
 
+@pytest.mark.parametrize("slope", [0.0, 10.0, 40.0])
+def test_gap_of_a_rim_that_lies_nearly_flat(slope: float) -> None:
+    """It is the height of its centre less r sin(tilt) to the last digit, also where the tilt is next to rounding."""
+    half = math.radians(slope) / 2
+    normal = [math.sin(2 * half), 0.0, math.cos(2 * half)]
+    system = mbs.System(
+        "disc",
+        bodies={
+            "ground": mbs.Body(surfaces={"face": {"plane": [0, 0, 0], "normal": normal}}),
+            "disc": mbs.Body(shape={"disc": 0.5, "mass": 1}),
+        },
+        joints={"J": mbs.Free("ground", "disc")},
+        contacts={"c": mbs.Contact(["disc", "ground.face"])},
+    )
+    resolved = mechanism(system)
+    for tilt in (0.0, *(10.0**-k for k in range(2, 18))):
+        q = [*normal, math.cos(half + tilt / 2), 0.0, math.sin(half + tilt / 2), 0.0]
+        state = state_of(resolved, float, 0.0, q, [0.0] * 6, parameter_values(resolved, {}))
+        ((_, _, gap),) = contact_gaps(motion_of(resolved, state), 1e-9)
+        assert gap == pytest.approx(1 - 0.5 * math.sin(tilt), abs=1e-15), tilt
+
+
 def test_faces_of_a_box_have_names() -> None:
     system = mbs.System(
         "faces",

@@ -79,7 +79,7 @@ def test_each_kind_with_each(tmp_path: Path, end: str) -> None:
 @pytest.mark.parametrize(
     ("contact", "surfaces", "message"),
     [
-        ("[cyl, ground.pl]", {}, r"contacts.c: the rim of cyl and ground.pl lies flat .* name points of it"),
+        ("[cyl, ground.pl]", {}, r"contacts.c: the rim of cyl lies flat on ground.pl .* name points of it"),
         ("[rod, ground.se]", {"se": "{segment: [[0, 0, 0], [0, 0, 0]]}"}, r"ground.se leads from a place to the same"),
         ("[box.back_left, ground.se]", {}, r"box.back_left and ground.se are parallel, .* turn one of them a little"),
         ("[rod, ground.se]", {"se": "{segment: [[0, -1, 0], [0, 1, 0]], normal: y}"}, r"ground.se faces along a line"),
@@ -102,7 +102,7 @@ def test_what_is_wrong_is_told(tmp_path: Path, contact: str, surfaces: dict[str,
 
 def test_parts_of_shapes_have_the_names_that_results_tell(tmp_path: Path) -> None:
     """Corners and faces of a box, ends and sides of a rod, rims: what a contact of the whole is told by."""
-    for end, other in itertools.product(("box.corner3", "rod.end1", "cyl.rim1"), ("ground.pl",)):
+    for end, other in itertools.product(("box.corner3", "rod.end1", "cyl.rim2"), ("ground.pl",)):
         begun(tmp_path, f"{{between: [{end}, {other}], open: true}}")
     begun(tmp_path, "{between: [b.sp, rod.side], open: true}")
     begun(tmp_path, "{between: [b.p, box.front], open: true}")

@@ -133,7 +133,8 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
     with at("on"):
         if not _may_touch(wheels[0], under):
             raise ModelError(_cannot_touch(wheels[0], under, f"{element.body} and {element.on}"), number="M114")
-    return footed(name, (wheels[0], under), references)
+    wheel = replace(wheels[0], rolls=True) if isinstance(wheels[0], Rim) else wheels[0]
+    return footed(name, (wheel, under), references)
 
 
 def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
