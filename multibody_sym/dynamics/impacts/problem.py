@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
+from multibody_sym.dynamics.laws.enumeration import MOST
 from multibody_sym.dynamics.laws.problem import LawProblem
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -38,7 +39,8 @@ class ImpactProblem:
     impulse is given back. `allowed` (m) are closing speeds up to which rows touch without closing, by default `CLOSING`
     of the largest. `speeds` (n) are G u-, without which the work of rows that exert another force than their own is not
     known. `pushed` (m, or none) is what given impulses have added to v-: what holds both ways acts while they do, and
-    its work counts from the speeds before them. `names` (m, or none) are what notes and errors call the rows.
+    its work counts from the speeds before them. `names` (m, or none) are what notes and errors call the rows. At most
+    `most` modes are tried where none fits near what sweeps come to.
     """
 
     rows: LawProblem
@@ -50,6 +52,7 @@ class ImpactProblem:
     speeds: Floats | None = None
     names: tuple[str, ...] = ()
     pushed: Floats | None = None
+    most: int = MOST
 
     def name(self, row: int) -> str:
         """Return what a row is called."""

@@ -161,7 +161,7 @@ def _search(
     here = {some.rows.index(k): value for k, value in given.items()}
     right = _consistent(account, some, (wanted - now)[some.rows])
     problem = _with_given(replace(some.problem, right=right), here)
-    found, count = _states(problem), len(some.rows)
+    found, count = _states(problem, account.problem.most), len(some.rows)
     if not found.states:
         account.nothing = _CONTRADICT if _contradict(problem) else (found.searched, found.proved)
         return None
@@ -178,15 +178,15 @@ def _search(
     return z
 
 
-def _states(problem: LawProblem) -> Found:
-    """Return what is found that fulfils the laws: near where sweeps come to if need be, else among all modes."""
+def _states(problem: LawProblem, most: int) -> Found:
+    """Return what is found that fulfils the laws: near where sweeps come to, or among all modes if they are no more."""
     found = find(problem, every=False, most=0)
     if found.states:
         return found
     mode = settled(problem)
     found = find(problem, mode, every=False, most=0)
-    if not found.states:
-        found = find(problem, every=False)
+    if not found.states and most:
+        found = find(problem, every=False, most=most)
     if not found.states and (other := turned(problem, mode)) is not None:
         found = find(problem, other, every=False)
     return found

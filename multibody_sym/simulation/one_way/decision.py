@@ -216,7 +216,12 @@ class _After:
 
 
 def _after(
-    facts: Facts, touching: list[str], before: Before | None, late: Mapping[str, float], held: Collection[str]
+    facts: Facts,
+    touching: list[str],
+    before: Before | None,
+    late: Mapping[str, float],
+    held: Collection[str],
+    most: int | None = None,
 ) -> _After:
     """Return what follows once what touches has struck, without a rebound of what is `late`; what is `held` stays.
 
@@ -225,7 +230,7 @@ def _after(
     if held:
         touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
         facts = moved(facts, q=onto_rows(facts, touching))
-    blow = struck(facts, touching, late, held) if settling.closing(facts, touching) else None
+    blow = struck(facts, touching, late, held, most=most) if settling.closing(facts, touching) else None
     after = _settled(facts, touching, blow, before, late, held)
     for _ in range(_WEDGED):
         if not after.wedged:
@@ -280,7 +285,7 @@ def _unseen(
     while not low.isdisjoint(leaving):
         try:
             held = {x.name for x in named(facts, low) if x.name in strikes | leaving or not _rubs(facts, x)}
-            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held)
+            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held, most=0)
         except NoSolutionError:
             return None
         seen = _seen(facts, rest, low) if low.issubset(rest.touching) else low

@@ -470,12 +470,13 @@ def struck(
     held: Collection[str] = (),
     *,
     pressed: float = 0.0,
+    most: int | None = None,
 ) -> Blow:
     """Return the impact of what touches, without a rebound of what is `resting`.
 
     What is `held` stays together, whichever way its impulse acts; where it pulls, it does not rub. Loads have `pressed`
-    all together for so long (s), and all of it strikes at once then. Raises NoSolutionError if its laws have no
-    solution.
+    all together for so long (s), and all of it strikes at once then. `most` is that of the `ImpactProblem`. Raises
+    NoSolutionError if its laws have no solution, or none is found.
     """
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
@@ -502,6 +503,7 @@ def struck(
     sequence: Sequence = "one_by_one" if bounces.any() and not pressed else "simultaneous"
     returned = _returned(facts, problem)
     posed = ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names)
+    posed = posed if most is None else replace(posed, most=most)
     found = strike(posed)
     if pulling := {k for k in together if found.impulses[k] < 0.0} & {k for part in rows.parts for k in part.normals}:
         parts = tuple(_smooth(part) if pulling.intersection(part.normals) else part for part in rows.parts)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
 from impact_problems import Impact, random_impact
 
+from multibody_sym.dynamics.impacts import together
 from multibody_sym.dynamics.impacts.strike import strike
 from multibody_sym.dynamics.impacts.sweeps import settled
-from multibody_sym.dynamics.laws.problem import IN_SPACE, Equality, Unilateral
+from multibody_sym.dynamics.laws.problem import IN_SPACE, Equality, Found, LawProblem, Unilateral
 from multibody_sym.dynamics.laws.search import find
 from multibody_sym.errors import InputError, NoSolutionError
 
@@ -236,3 +239,23 @@ def test_contacts_that_nearly_depend_are_struck_with_all_their_digits() -> None:
         struck = strike(impact.problem("poisson"))
         assert impact.missed(struck) < 1e-10
         assert impact.gain(struck) <= 1e-12
+
+
+@pytest.mark.parametrize("most", [0, 5])
+def test_no_more_modes_are_tried_than_may_be(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two contacts of one direction that are held both ways, each at a speed of its own: no mode fits."""
+    impact = Impact(np.eye(2), np.array([-1.0, 0.0]))
+    for e in (0.0, 0.0):
+        impact.contact([1.0, 0.0], e)
+    posed = impact.problem()
+    rows = replace(posed.rows, right=np.array([1.0, 2.0]), laws=(Equality(), Equality()))
+    tried = list[int]()
+
+    def counted(problem: LawProblem, *given: Any, most: int, **more: Any) -> Found:
+        tried.append(most)
+        return find(problem, *given, most=most, **more)
+
+    monkeypatch.setattr(together, "find", counted)
+    with pytest.raises(NoSolutionError):
+        strike(replace(posed, rows=rows, most=most))
+    assert set(tried) == {0, most}
