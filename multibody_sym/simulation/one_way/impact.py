@@ -44,6 +44,8 @@ _ALIKE: Final = 1e-2
 """The part by which they may differ: rounding of where what is nearly at rest strikes is in them."""
 _PRESSED: Final = 2.0
 """By how many times of what counts as touching without closing loads have made closing what wedges."""
+_JAMS: Final = 10.0
+"""How many times larger the impulses are with friction of what pulls, where this jams: it would act both ways."""
 _ROUNDING: Final = 16.0 * np.finfo(float).eps
 """The part of the time by which it has to go on to have done so."""
 MOST: Final = 1e7
@@ -474,9 +476,9 @@ def struck(
 ) -> Blow:
     """Return the impact of what touches, without a rebound of what is `resting`.
 
-    What is `held` stays together, whichever way its impulse acts; where it pulls, it does not rub. Loads have `pressed`
-    all together for so long (s), and all of it strikes at once then. `most` is that of the `ImpactProblem`. Raises
-    NoSolutionError if its laws have no solution, or none is found.
+    What is `held` stays together, whichever way its impulse acts; where it pulls and jams, it does not rub. Loads have
+    `pressed` all together for so long (s), and all of it strikes at once then. `most` is that of the `ImpactProblem`.
+    Raises NoSolutionError if its laws have no solution, or none is found.
     """
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
@@ -507,7 +509,9 @@ def struck(
     found = strike(posed)
     if pulling := {k for k in together if found.impulses[k] < 0.0} & {k for part in rows.parts for k in part.normals}:
         parts = tuple(_smooth(part) if pulling.intersection(part.normals) else part for part in rows.parts)
-        found = strike(replace(posed, rows=replace(rows, parts=parts)))
+        smooth = strike(replace(posed, rows=replace(rows, parts=parts)))
+        jams = np.abs(found.impulses).sum() > _JAMS * np.abs(smooth.impulses).sum()
+        found = smooth if jams else found
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
     return Blow(
         facts.speeds(found.x) + pressed * facts.known["free"],
