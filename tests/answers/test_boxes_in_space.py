@@ -428,7 +428,7 @@ forces: {push: {type: force, on: box, at: box.hand, value: [0, F, 0]}}
 
 @pytest.mark.parametrize("speeds", ["0, 0, 0, 0, 0, 0", "1, 0.5, 0, 0, 0, 2"])
 def test_a_motion_that_open_forces_change_fulfils_all_laws(speeds: str) -> None:
-    """Four normal forces are open by one number, and with friction so is the motion: one by all laws is told."""
+    """Four normal forces are open by one number, and with friction so is the motion: `solve` takes one."""
     found = mbs.solve(mbs.loads(PUSHED % speeds))
     assert found.verdict == "several"
     assert "forces that are not unique change how it slides" in found.searched

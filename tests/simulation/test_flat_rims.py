@@ -156,7 +156,7 @@ def test_flat_start_is_told_on_each_slope(slope: float) -> None:
 
 
 def test_cup_stands_on_three_points() -> None:
-    """The cure that is told: points of the rim, which land at once and stay."""
+    """Points of the rim, as the error advises, land at once and stay."""
     system = cup([0, 0, 0.3, 1, 0, 0, 0], open=True, static=0.6)
     around = {k: 2 * math.pi * k / 3 for k in (1, 2, 3)}
     points = {f"p{k}": [R * math.cos(angle), R * math.sin(angle), -H / 2] for k, angle in around.items()}

@@ -33,7 +33,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
 _MOST_TOGETHER: Final = 64
-"""States of the whole that are told, of islands with several each."""
+"""The most states of the whole, where several islands have several each."""
 
 
 def find(
@@ -83,13 +83,13 @@ def _of_islands(
         return next((each for each in none if each.proved), none[0])
     if drift is not None and any(state.at_limit for each in found for state in each.states):
         return None
-    states = islice(product(*(each.states for each in found)), _MOST_TOGETHER)
+    states = list(islice(product(*(each.states for each in found)), _MOST_TOGETHER + 1))
     several = any(each.verdict == "several" for each in found)
     return Found(
-        tuple(together(apart, state) for state in states),
+        tuple(together(apart, state) for state in states[:_MOST_TOGETHER]),
         "several" if several else "one",
         ", ".join(dict.fromkeys(each.searched for each in found)),
-        all(each.proved for each in found),
+        all(each.proved for each in found) and len(states) <= _MOST_TOGETHER,
         tuple(sorted(island.rows[k] for island, each in zip(apart, found, strict=True) for k in each.free)),
     )
 

@@ -7,6 +7,7 @@ import pytest
 from one_way_problems import random_blocks
 from scipy.linalg import block_diag
 
+from multibody_sym.dynamics.laws import search
 from multibody_sym.dynamics.laws.islands import islands
 from multibody_sym.dynamics.laws.problem import Friction, FrictionLaw, LawProblem, Unilateral
 from multibody_sym.dynamics.laws.search import find
@@ -96,3 +97,14 @@ def test_states_of_islands_are_all_that_the_whole_has(seed: int) -> None:
         again = find(both, state, every=False).states[0]
         np.testing.assert_allclose(again.x, x, atol=1e-9 * max(1.0, float(np.abs(x).max())))
     assert {int(order[k]) for k in found.free} == {*alone[0].free, *(len(one.laws) + k for k in alone[1].free)}
+
+
+def test_more_states_than_are_kept_are_not_called_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks that have several states, twice: each of one with each of the other."""
+    blocks = (random_blocks(np.random.default_rng(seed), sliding=True).problem() for seed in range(200))
+    one = next(problem for problem in blocks if len(find(problem).states) > 1)
+    both = side_by_side([one, one], np.arange(2 * len(one.laws)))
+    assert find(both).proved
+    monkeypatch.setattr(search, "_MOST_TOGETHER", 2)
+    found = find(both)
+    assert (len(found.states), found.verdict, found.proved) == (2, "several", False)
