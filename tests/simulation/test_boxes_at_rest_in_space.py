@@ -179,3 +179,40 @@ def test_a_box_that_slips_on_four_corners_tips_when_two_of_them_can_carry_all() 
     forces, missed = nnls(np.array(columns).T, np.array([load, 0.0, 0.0]))
     assert missed < 1e-9 * load
     assert sorted(forces > 1e-3 * load) == [False, False, True, True]
+
+
+ROCKING = """\
+multibody_sym: 1
+name: rocking
+gravity: [0, 0, -9.81]
+bodies:
+  ground:
+    surfaces: {floor: {plane: [0, 0, 0], normal: [-sin(0.5), 0, cos(0.5)]}}
+    frames: {slope: {rotate: [{axis: y, angle: -0.5}]}}
+  box: {shape: {box: [0.32, 0.405, 0.77], mass: 1.25}}
+contacts: {c: {between: [box, ground.floor], static: 0.7, kinetic: 0.42, restitution: 0}}
+joints:
+  j:
+    type: free
+    parent: ground.slope
+    child: box
+    initial: {q: [0.0, 0, 0.385, 1, 0, 0, 0], u: [1.392, -0.927, 0, 0, 0, 1.959]}
+outputs: {E: total_energy()}
+"""
+
+
+@pytest.mark.parametrize("t_end", [0.6, 1.0])
+def test_a_box_that_ceases_to_rock_slides_on(t_end: float) -> None:
+    """Friction of its corners, held together by pulls, held them up: it stopped at once, or lost energy on paper alone.
+
+    What is left of the rocking turns at 1e-6 rad/s then; along the slope the box decelerates by friction alone, which
+    as it slides is no more than 0.42 times its weight along the normal.
+    """
+    run = mbs.simulate(mbs.loads(ROCKING), t_end=t_end, samples=round(1000 * t_end) + 1)
+    end = max(event["t"] for event in run.events)
+    assert run.events[-1]["kind"] == "slide"
+    assert abs(run.energy_residual) < 1e-6
+    near = (run.t > end - 0.002) & (run.t < end + 0.002)
+    pushes = 9.81 * (math.sin(0.5) + 0.42 * math.cos(0.5))
+    assert np.abs(np.diff(run.u[near][:, :2], axis=0)).max() < 0.0011 * pushes
+    assert np.abs(np.diff(run.outputs["E"][near])).max() < 0.0011 * 0.42 * 1.25 * 9.81 * 1.0

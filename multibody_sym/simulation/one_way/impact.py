@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import field, replace
 from itertools import pairwise
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from multibody_sym.numerics.extrapolation import at_zero
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts
 from multibody_sym.simulation.one_way.settling import named, onto_rows
+
+if TYPE_CHECKING:  # brings scipy, as `laws.search` does
+    from multibody_sym.dynamics.impacts.problem import ImpactProblem, Struck
 
 _REMAINING: Final = 1e-9
 """The part of the time since the first bounce that what bounces may still have left, to count as at rest."""
@@ -506,12 +509,7 @@ def struck(
     returned = _returned(facts, problem)
     posed = ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names)
     posed = posed if most is None else replace(posed, most=most)
-    found = strike(posed)
-    if pulling := {k for k in together if found.impulses[k] < 0.0} & {k for part in rows.parts for k in part.normals}:
-        parts = tuple(_smooth(part) if pulling.intersection(part.normals) else part for part in rows.parts)
-        smooth = strike(replace(posed, rows=replace(rows, parts=parts)))
-        jams = np.abs(found.impulses).sum() > _JAMS * np.abs(smooth.impulses).sum()
-        found = smooth if jams else found
+    found = _without_jam(posed, strike(posed), together)
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
     return Blow(
         facts.speeds(found.x) + pressed * facts.known["free"],
@@ -523,6 +521,30 @@ def struck(
         dict(zip(problem.names, found.impulses.tolist(), strict=True)),
         found.notes,
     )
+
+
+def _without_jam(posed: ImpactProblem, found: Struck, together: set[int]) -> Struck:
+    """Return what is found; where friction of what is held `together` jams, that without it.
+
+    What pulls rubs as if it pressed, so that such impulses and their friction may hold each other up, of any size. Then
+    what pulls does not rub; where the others go on to jam, nothing that is held does.
+    """
+    from multibody_sym.dynamics.impacts.strike import strike
+
+    pulling = {k for k in together if found.impulses[k] < 0.0}
+    if not any(pulling.intersection(part.normals) for part in posed.rows.parts):
+        return found
+
+    def smooth(normals: set[int]) -> ImpactProblem:
+        parts = (_smooth(part) if normals.intersection(part.normals) else part for part in posed.rows.parts)
+        return replace(posed, rows=replace(posed.rows, parts=tuple(parts)))
+
+    least = strike(smooth(together))
+    most = _JAMS * np.abs(least.impulses).sum()
+    if np.abs(found.impulses).sum() <= most:
+        return found
+    some = strike(smooth(pulling))
+    return some if np.abs(some.impulses).sum() <= most else least
 
 
 def _smooth(part: FrictionLaw) -> FrictionLaw:
