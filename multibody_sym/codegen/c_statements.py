@@ -13,6 +13,9 @@ from multibody_sym.program.infix import expression
 from multibody_sym.program.progressions import Progression
 from multibody_sym.program.statements import Assign, Call, Kernel, Loop, Scan, Solve, Statement
 
+_ON_STACK: Final = 4096
+"""Numbers of an array of a scan up to which it lies on the stack: 32 KiB."""
+
 
 def write(printer: Printer, statement: Statement) -> None:
     """Add a statement to the function that a printer writes."""
@@ -88,23 +91,28 @@ def _scan(printer: Printer, statement: Scan) -> None:
     names = [name for name, _ in pointers]
     for k, leaves in enumerate(statement.targets):
         names.append(f"r{number}_{k}")
-        printer.targets(names[-1], leaves, "MBS_SCRATCH ")
+        printer.targets(names[-1], leaves, _storage(len(leaves)))
     work = []
     for k, size in enumerate(statement.work):
         names.append(f"s{number}_{k}")
-        work.append(f"        MBS_SCRATCH double {names[-1]}[{max(1, size)}];")
+        work.append(f"        {_storage(size)}double {names[-1]}[{max(1, size)}];")
     tables: dict[Progression, str] = {}
     loops = [line for loop in statement.loops for line in _loop(printer, loop, names, tables)]
     zeros = [
         f"        for (int k = 0; k < {size}; k++)\n            {name}[k] = 0.0;"
-        for name, size, use in [*zip(names, statement.sizes, accesses(statement), strict=True)][len(pointers) :]
-        if use.needs_zeros
+        for number, (name, size, use) in enumerate(zip(names, statement.sizes, accesses(statement), strict=True))
+        if number >= len(pointers) and use.needs_zeros(number < len(pointers) + len(statement.targets))
     ]
     patterns = [
         wrapped(f"        static const int {name}[] = {{", map(str, given.pattern), "};", indent=" " * 12)
         for given, name in tables.items()
     ]
     lines += ["    {", *(declared for _, declared in pointers if declared), *work, *patterns, *zeros, *loops, "    }"]
+
+
+def _storage(size: int) -> str:
+    """Return where an array of a scan lies: on the stack, a large one in storage of the thread, which costs a call."""
+    return "MBS_SCRATCH " if size > _ON_STACK else ""
 
 
 def _loop(printer: Printer, loop: Loop, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:

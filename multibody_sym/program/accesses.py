@@ -25,10 +25,9 @@ class Access:
     stored: Integers
     added: npt.NDArray[np.bool_]
 
-    @property
-    def needs_zeros(self) -> bool:
-        """Whether an element is read or added to that nothing was stored in."""
-        return bool((self.added | ((self.read < _NEVER) & (self.stored == 0))).any())
+    def needs_zeros(self, result: bool) -> bool:
+        """Whether an element is read or added to that nothing was stored in; of a result all are read afterwards."""
+        return bool((self.added | (((self.read < _NEVER) | result) & (self.stored == 0))).any())
 
 
 _NEVER: Final = np.iinfo(np.int64).max
