@@ -14,6 +14,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from importlib.util import find_spec
 from itertools import accumulate
@@ -149,8 +150,7 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
     The objects of the runtime are kept, since models share them. What several processes need at the same time one of
     them compiles. Raises CompilerError, and OSError if nothing can be written.
     """
-    version = compiler.version()
-    origin = "\0".join([*compiler.command, *compiler.flags, version, compiler.identity])
+    origin = _origin(compiler)
     library_key = cache.digest("library", origin, *(text for item in sorted(sources.items()) for text in item))
     with cache.alone(library_key):
         found = cache.find(library_key)
@@ -161,6 +161,24 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
         library = cache.keep(content, library_key, ".so")
         cache.store(library_key, library, {})
         return library
+
+
+def _origin(compiler: Compiler) -> str:
+    """Return what tells the objects of a compiler from those of others."""
+    return "\0".join([*compiler.command, *compiler.flags, compiler.version(), compiler.identity])
+
+
+def begin_runtime(compiler: Compiler, sources: Mapping[str, str]) -> None:
+    """Compile what is missing of the runtime's files in `sources` (file name -> text), beside what the caller does.
+
+    `build_library` waits for it. What fails here fails there again, where it is told.
+    """
+
+    def compiled() -> None:
+        with suppress(CompilerError, OSError), tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
+            _Build(compiler, sources, _origin(compiler), Path(place)).runtime()
+
+    threading.Thread(target=compiled, name="multibody_sym runtime").start()
 
 
 def objects_to_bring(sources: Mapping[str, str]) -> bytes:
@@ -206,6 +224,11 @@ class _Build:
             self._compile_runtime(self._units)
             self._link()
         return self._written("model.so")
+
+    def runtime(self) -> None:
+        """Have the objects of the runtime in the cache."""
+        self._write_sources()
+        self._bring_runtime()
 
     def objects(self) -> dict[str, bytes]:
         """Return the objects of the runtime, each by what it was made from."""

@@ -6,7 +6,7 @@ import contextlib
 import functools
 import json
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +18,7 @@ from multibody_sym.errors import InputError, OutputError, shown
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime import cache
-from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
+from multibody_sym.runtime.compiler import CompilerError, begin_runtime, build_library, find_compiler
 from multibody_sym.runtime.native import NativeFunction, open_library
 from multibody_sym.runtime.python_module import PythonFunction, open_module
 from multibody_sym.runtime.signature import Signature
@@ -167,6 +167,16 @@ def load(
         return replace(made, wanted=backend, native=native, remake=again)
     except OSError as problem:
         raise OutputError(f"generated code cannot be written: {problem}", number="O102") from problem
+
+
+def begin(parts: Collection[str], *, native: bool = False, backend: Backend | None = None) -> None:
+    """Compile these parts of the runtime, if they are missing, beside the derivation of what `load` gets."""
+    if backend == "python":
+        return
+    from multibody_sym.codegen.templates import runtime_files
+
+    with contextlib.suppress(CompilerError, OSError):
+        begin_runtime(find_compiler(native=native), runtime_files(parts))
 
 
 def verify_backend(backend: object) -> None:

@@ -56,6 +56,7 @@ def compiled(
     recalled = known(mechanism, formalism, form, native=native, backend=backend)
     if recalled is not None:
         return recalled
+    loading.begin(_parts(mechanism, form), native=native, backend=backend)
     from multibody_sym.dynamics.constraints.closing_programs import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
@@ -99,6 +100,7 @@ def recalled_laws(
     again = partial(_compiled_laws, mechanism, served)
     if recalled is not None:
         return replace(recalled, compiled=replace(recalled.compiled, wanted=backend, native=native, remake=again))
+    loading.begin(_parts(mechanism, form) | {"rows", "events"}, native=native, backend=backend)
     from multibody_sym.dynamics.programs.every_mode import every_mode_programs
     from multibody_sym.dynamics.programs.law_rows import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program
@@ -111,6 +113,14 @@ def recalled_laws(
     made = loading.load(derived, native=native, backend=backend, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)
+
+
+def _parts(mechanism: Mechanism, form: Form) -> set[str]:
+    """Return the parts of the runtime that Programs of a mechanism enter for sure (see `codegen.parts`)."""
+    events = bool(mechanism.stops or mechanism.kinks or mechanism.fades or mechanism.mode is not None)
+    implicit = form in ("implicit", "index_2")
+    entered = {"rows": bool(mechanism.rows) or events or implicit, "events": events, "implicit": implicit}
+    return {part for part, enters in entered.items() if enters} | ({"multistep"} & {form})
 
 
 def _compiled_laws(

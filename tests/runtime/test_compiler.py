@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import threading
 import time
 
 import pytest
@@ -9,7 +10,7 @@ from hand_models import OSCILLATOR
 
 from multibody_sym.runtime import cache
 from multibody_sym.runtime import compiler as module
-from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
+from multibody_sym.runtime.compiler import CompilerError, begin_runtime, build_library, find_compiler
 
 REAL = shutil.which("cc") or shutil.which("gcc")
 
@@ -147,6 +148,27 @@ def test_the_runtime_is_compiled_once_for_all_models(fresh, monkeypatch):
     lines = log.read_text().splitlines()
     assert sum("-c explicit.c" in line for line in lines) == 1
     assert sum("-c model.c" in line for line in lines) == 2
+
+
+def test_the_runtime_is_compiled_beside_a_derivation(fresh, monkeypatch):
+    log = fresh / "log"
+    monkeypatch.setenv("CC", str(script(fresh / "logged", f'echo "$@" >> {log}\nexec {REAL} "$@"')))
+    sources = OSCILLATOR.sources()
+    begin_runtime(find_compiler(), {name: text for name, text in sources.items() if name != "model.c"})
+    build_library(find_compiler(), sources)
+    assert all(log.read_text().count(f"-c {name}") == 1 for name in sources if name.endswith(".c"))
+
+
+@pytest.mark.parametrize("text", ["exit 3", "echo 'bad: fatal error: out of paper' >&2; exit 3"])
+def test_a_compiler_that_fails_beside_a_derivation_says_nothing(fresh, monkeypatch, capfd, text):
+    monkeypatch.setenv("CC", str(script(fresh / "bad", text)))
+    begin_runtime(find_compiler(), {name: text for name, text in OSCILLATOR.sources().items() if name != "model.c"})
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and "multibody_sym" in thread.name:
+            thread.join()
+    assert capfd.readouterr() == ("", "")
+    with pytest.raises(CompilerError):
+        build_library(find_compiler(), OSCILLATOR.sources())
 
 
 def test_the_same_source_gives_the_same_library(fresh, monkeypatch):
