@@ -311,11 +311,11 @@ class Bounces:
 
         What neither bounces nor moves, by more than counts as rest, touches where its height is lost in rounding.
         """
-        found = set[str]()
+        found, ahead = set[str](), _TICKS * abs(facts.t) + _ahead(facts, closed)
         for x in (x for x in facts.near if x.name not in closed):
             rate = abs(facts.rate(x))
             moves = x.name in self.since or rate > facts.allowed_speed(x.normals[0])
-            at_once = max(facts.allowed_gap(x, ROUNDED_GAP), _TICKS * abs(facts.t) * rate)
+            at_once = max(facts.allowed_gap(x, ROUNDED_GAP), ahead * rate)
             high = facts.gap(x) > (at_once if moves else max(at_once, lost_height(facts, x)))
             found |= {x.name} if high else set()
         return found
@@ -396,6 +396,12 @@ class Bounces:
         """Forget what rests or is apart for good."""
         for name in names:
             self.since.pop(name, None)
+
+
+def _ahead(facts: Facts, closed: Collection[str]) -> float:
+    """Return how long (s) it takes at most until what is `closed` gets there: its event is found a little before."""
+    moving = (x for x in named(facts, closed) if facts.rate(x) < -facts.allowed_speed(x.normals[0]))
+    return max((-facts.gap(x) / facts.rate(x) for x in moving if facts.gap(x) > 0.0), default=0.0)
 
 
 def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float) -> bool:
