@@ -15,7 +15,7 @@ from multibody_sym.checking.odd_numbers import known_values
 from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.cli.targets import verify_apart
 from multibody_sym.dynamics.start.examined import examined, numbers_of
-from multibody_sym.errors import MultibodyError, Where, joined
+from multibody_sym.errors import MultibodyError, Where, gathered, joined
 from multibody_sym.formats.reader import Places, load_with_places
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
@@ -38,6 +38,16 @@ def model(options: argparse.Namespace) -> Iterator[System]:
         yield system
 
 
+def _verify_settings_of_file(system: System, options: argparse.Namespace) -> None:
+    """Raise ModelError for settings of runs that are wrong in the file, whatever options say of others."""
+    try:
+        _verify_settings(system)
+    except MultibodyError as error:
+        _, of_file = _by_origin(error, options, system)
+        if of_file:
+            raise joined(of_file) from None
+
+
 def _verify_settings(system: System) -> None:
     """Raise ModelError where a run cannot be done as the file says, as far as parameters have values."""
     settings, known = system.simulation, known_values(system)
@@ -53,7 +63,12 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
     """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
 
     def verify(part: System) -> None:
-        examined(changed(part, options))
+        asked, wrong = changed(part, options), gathered()
+        with wrong:
+            examined(asked)
+        with wrong:
+            _verify_settings_of_file(asked, options)
+        wrong.told()
 
     system, places = load_with_places(options.file, content, verify)
     for table in places.tables:

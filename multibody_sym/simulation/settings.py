@@ -62,7 +62,7 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
     Raises ModelError, which carries the others where several settings are wrong.
     """
     with at("simulation"):
-        wrong, tolerances, baumgarte = gathered(), (_RTOL, _RTOL * _ATOL_BY_RTOL), None
+        wrong, rtol, atol, baumgarte = gathered(), None, None, None
         with wrong:
             method = _method(settings)
             with wrong:
@@ -70,15 +70,18 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         with wrong:
             step = _step(settings, values)
         with wrong:
-            tolerances = _tolerances(settings, values)
+            rtol = _rtol(settings, values)
+        with wrong:
+            atol = _number("atol", settings.atol, values)
         with wrong:
             t_end = _number("t_end", settings.t_end, values)
         with wrong:
             samples = _samples(settings.samples, values)
         wrong.told()
         assert t_end is not None
+        assert rtol is not None
         project = baumgarte is None and _puts_back(method, settings.constraints)
-        return RunSettings(method, t_end, step, *tolerances, samples, project, baumgarte)
+        return RunSettings(method, t_end, step, rtol, atol or rtol * _ATOL_BY_RTOL, samples, project, baumgarte)
 
 
 def _puts_back(method: Method, constraints: Stabilisation | None) -> bool:
@@ -121,7 +124,9 @@ def _method(settings: Settings) -> Method:
         if settings.step is None and method.error_order == 0:
             adaptive = ", ".join(name for name, m in METHODS.items() if m.error_order > 0)
             raise ModelError(
-                f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}", number="M117"
+                f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}",
+                number="M117",
+                word="step",
             )
         if settings.step is not None and isinstance(method, LibraryMethod):
             raise ModelError(
@@ -137,7 +142,7 @@ def _step(settings: Settings, values: Mapping[Node, float]) -> float | None:
     return _number("step", settings.step, values)
 
 
-def _tolerances(settings: Settings, values: Mapping[Node, float]) -> tuple[float, float]:
+def _rtol(settings: Settings, values: Mapping[Node, float]) -> float:
     rtol = _number("rtol", settings.rtol, values) or _RTOL
     if rtol < _LEAST_RTOL:
         with at("rtol"):
@@ -152,7 +157,7 @@ def _tolerances(settings: Settings, values: Mapping[Node, float]) -> tuple[float
                 f"{_LARGEST_RTOL:g} (without it: {_RTOL:g})",
                 number="M110",
             )
-    return rtol, _number("atol", settings.atol, values) or rtol * _ATOL_BY_RTOL
+    return rtol
 
 
 def _number(name: str, node: Node | None, values: Mapping[Node, float]) -> float | None:
@@ -198,7 +203,12 @@ def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float])
     if asked is None:
         return Coefficients(None, None)
     with at("constraints", "baumgarte"):
-        alpha, beta = (_coefficient(asked, name, values) for name in ("alpha", "beta"))
+        wrong, alpha, beta = gathered(), None, None
+        with wrong:
+            alpha = _coefficient(asked, "alpha", values)
+        with wrong:
+            beta = _coefficient(asked, "beta", values)
+        wrong.told()
         return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
 
 

@@ -94,6 +94,7 @@ bodies: {b: {mass: 1 kg}}
 joints: {j: {type: prismatic, parent: ground, child: b, axis: x}}
 simulation: {t_end: -1 s, samples: 0, rtol: 2, method: rk45}
 """
+BAUMGARTE = ("constraints.baumgarte.alpha", "constraints.baumgarte.beta")
 WRONG = {
     "t_end": "expected a positive number",
     "samples": "at least 2",
@@ -124,6 +125,29 @@ def test_wrong_settings_of_options_and_of_the_file_are_told_at_once(
     starts = ("error: --rtol: rtol = 3", f"error: {path}:6:21: simulation.t_end", f"error: {path}:6:36: simulation.")
     assert len(lines) == 3
     assert all(line.startswith(start) for line, start in zip(lines, starts, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("{t_end: 1 kg, rtol: 2, samples: 0}", ["t_end", "rtol", "samples"]),
+        ("{tend: 1 s, rtol: 2, coordinates: abs}", ["tend", "rtol", "coordinates"]),
+        ("{t_end: T, rtol: 2, atol: -1}", ["t_end", "rtol", "atol"]),
+        ("{rtol: 2, constraints: {baumgarte: {alpha: -1, beta: -2}}}", ["rtol", *BAUMGARTE]),
+        ("{step: 0.1 s, rtol: 1e-3, atol: 1 kg, method: rk4}", ["step", "atol"]),
+    ],
+)
+@pytest.mark.parametrize("command", ["check", "simulate"])
+def test_no_wrong_setting_is_hidden(
+    command: str, written: str, told: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither behind another, nor behind what is wrong elsewhere; a step that was left out is not missed."""
+    path = tmp_path / "settings.yaml"
+    model = SETTINGS[: SETTINGS.index("simulation")].replace("child: b, axis: x", "child: b, axis: w")
+    path.write_text(f"{model}simulation: {written}\n")
+    assert main([command, str(path), "--json"]) == 2
+    errors = json.loads(capsys.readouterr().out)["errors"]
+    assert [each["where"]["path"] for each in errors] == ["joints.j.axis", *(f"simulation.{name}" for name in told)]
 
 
 def test_a_system_is_told_all_its_wrong_settings() -> None:

@@ -7,7 +7,7 @@ message suggests, else with a plain number, else without the part. What follows 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from multibody_sym.errors import InputError, MultibodyError
@@ -39,25 +39,26 @@ def with_others(error: MultibodyError, content: Any, read: Callable[[Any], objec
         return error
     copy = _MendedCopy(content)
     readings = min(_MOST_READINGS, 1 + _PARTS // copy.size)
-    found: list[MultibodyError] = [error, *error.others]
-    error.others = ()
-    *mended, current = found
-    for each in mended:
-        copy.mend(each)
-    while len(found) < MOST and readings and copy.mend(current):
+    found = met = _apart(error)
+    while len(found) < MOST and readings and copy.mend_all(met):
         readings -= 1
         try:
             read(copy.content)
             break
         except InputError as next_error:
-            current = next_error
+            met = _apart(next_error)
         except Exception:  # the copy is no model that anybody wrote: what it meets elsewhere says nothing
             break
-        if not copy.explains(current):
-            found.append(current)
+        found = [*found, *(each for each in met if not copy.explains(each))]
     first, *others = sorted(found, key=lambda each: _place_in(content, each.where.path))
     first.others = tuple(others)
     return first
+
+
+def _apart(error: MultibodyError) -> list[MultibodyError]:
+    """Return an error and the others that it carries, each by itself."""
+    every, error.others = [error, *error.others], ()
+    return every
 
 
 def _place_in(content: Any, path: Path) -> tuple[int, ...]:
@@ -94,7 +95,16 @@ class _MendedCopy:
             return not self._words.isdisjoint(_names_in(error.word))
         if error.number == _UNKNOWN_KEY:
             return False
+        if error.word and (*path[:-1], error.word) in self._paths:  # a part beside it that was mended, or is gone
+            return True
         return any(mended[: len(path)] == path for mended in self._paths)
+
+    def mend_all(self, errors: Sequence[MultibodyError]) -> bool:
+        """Mend the parts that the errors of one reading are about; return whether there was one."""
+        paths = [self._path(each) for each in errors]
+        pairs = zip(errors, paths, strict=True)
+        mended = [self.mend(each) for each, path in pairs if self._path(each) == path]
+        return any(mended)
 
     def mend(self, error: MultibodyError) -> bool:
         """Mend the part that an error is about; return whether there was one."""
