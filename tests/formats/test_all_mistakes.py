@@ -321,3 +321,36 @@ def test_each_part_of_a_constraint_is_told_once_and_what_is_not_written_never(co
         check(loads(TWO_BODIES.replace("CONSTRAINT", constraint)))
     assert len([raised.value, *raised.value.others]) == len(told)
     assert all(f"constraints.c.{each}" in str(raised.value) for each in told)
+
+
+def told_of(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Return the places in the model that `check` finds wrong in a file."""
+    (folder / "m.yaml").write_text(text)
+    assert main(["check", str(folder / "m.yaml"), "--json"]) == 2
+    return [each["where"]["path"] for each in json.loads(capsys.readouterr().out)["errors"]]
+
+
+IMPOSSIBLE = """\
+multibody_sym: 1
+name: impossible
+bodies:
+  a: {mass: -2 kg, inertia: {Izz: -1}}
+  b: {shape: {box: [1, -1, 1], mass: -1 kg}}
+joints:
+  A: {type: revolute, parent: ground, child: a, motion: 1/(t - 1 s)}
+  B: {type: planar, parent: ground, child: b}
+outputs: {o: 2*yy}
+simulation: {rtol: 3}
+"""
+
+
+def test_an_impossible_mass_hides_nothing_of_its_body(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    body = ["bodies.a.mass", "bodies.a.inertia", "bodies.b.shape.box", "bodies.b.shape.mass"]
+    assert told_of(IMPOSSIBLE, tmp_path, capsys) == [*body, "joints.A.motion", "outputs.o", "simulation.rtol"]
+
+
+def test_a_motion_without_value_at_the_start_hides_no_setting(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = IMPOSSIBLE.replace("motion: 1/(t - 1 s)", "motion: 1/t")
+    assert told_of(model, tmp_path, capsys)[-1] == "simulation.rtol"

@@ -49,7 +49,10 @@ class _Part:
 
 
 def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError at the first body, with what is welded to it, that has a mass or inertia which no body has."""
+    """Raise ModelError at the first body, with what is welded to it, that has a mass or inertia which no body has.
+
+    The path ends with the field that is wrong, where it is one body's.
+    """
     for parts in _welded(mechanism, parameters):
         if parts[0].name != GROUND and not _is_particle(parts):
             worst = min(parts, key=lambda part: part.mass)
@@ -140,7 +143,8 @@ def _verify(parts: Sequence[_Part]) -> None:
     whose = f"{parts[0].name}{together}"
     if mass < -_CANCELLED * added:
         advice = "correct it" if together else "a hole is welded (type: fixed) to the body that it is taken out of"
-        raise ModelError(f"the mass of {whose} is {mass:g} kg; no mass is negative: {advice}", number="M109")
+        told = ModelError(f"the mass of {whose} is {mass:g} kg; no mass is negative: {advice}", number="M109")
+        raise told.under("mass")
     if not added > 0.0:
         mass = 1.0  # the centre is that of nothing
     elif mass <= _CANCELLED * added:
@@ -176,15 +180,17 @@ def _verify_inertia(parts: Sequence[_Part], whose: str, centre: Floats) -> None:
     named = ", ".join(f"{x:g}" for x in moments)
     principal = "principal moments of inertia" if len(moments) == 3 else "moments of inertia"
     if moments.min(initial=0.0) < -_ROUNDING * added:
-        raise ModelError(
+        negative = ModelError(
             f"the {principal} of {whose} are {named} kg m^2 about the centre of mass; none is negative", number="M109"
         )
+        raise negative if parts[1:] else negative.under("inertia")
     if len(moments) == 3 and moments[2] - moments[1] - moments[0] > _ROUNDING * added:
-        raise ModelError(
+        excessive = ModelError(
             f"the {principal} of {whose} are {named} kg m^2 about the centre of mass; of no body is one more than the "
             "sum of the others: correct them, or leave out those that do not matter in the plane",
             number="M118",
         )
+        raise excessive if parts[1:] else excessive.under("inertia")
 
 
 def _normal(directions: Floats) -> Floats:

@@ -48,7 +48,8 @@ def examined(system: System) -> Mechanism:
         base = resolved.relative or resolved
         parameters = parameter_values(base, {})
         _verify_finite(expressions(system), _parameters(base, parameters))
-        verify_bodies(resolved, parameters)
+        with _in_shapes(system):
+            verify_bodies(resolved, parameters)
         _verify_sizes(system, _parameters(base, parameters))
         slots = {slot("parameters", k): x for k, x in enumerate(parameters)}
         verify_contact_values(base.one_way, lambda node: value_or_none(node, slots))
@@ -98,6 +99,18 @@ def verify_bodies(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     if mechanism.relative is not None:
         verify_apart(base, parameters)
     _verify_radii(base, parameters)
+
+
+@contextmanager
+def _in_shapes(system: System) -> Iterator[None]:
+    """Let errors about the mass of a body whose shape has it name it there."""
+    try:
+        yield
+    except ModelError as error:
+        section, name, *field = error.where.path
+        if section == "bodies" and field == ["mass"] and system.bodies[name].shape is not None:
+            error.where = Where(path=(section, name, "shape", "mass"))
+        raise
 
 
 def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:

@@ -20,6 +20,7 @@ _MOST_READINGS: Final = 4 * MOST
 _NAME: Final = re.compile(r"[A-Za-z]\w*")
 _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
 _MISSING: Final = "M102"
+_OUT_OF_RANGE: Final = "M109"
 _GROUND: Final = "ground"
 _INSTEAD: Final = {"axis": "x", "normal": "y", "along": "x", "so": "1 == 1"}
 """What may stand under some keys in the place of what is wrong there, or missing; elsewhere a number."""
@@ -85,6 +86,7 @@ class _MendedCopy:
         self._paths: set[Path] = set()
         self._words = {_NUMBER}
         self._unjoined = False
+        self._out_of_range: set[str] = set()
 
     def explains(self, error: MultibodyError) -> bool:
         """Return whether an error is about a part that was mended, or follows from one that is gone."""
@@ -95,6 +97,8 @@ class _MendedCopy:
             return not self._words.isdisjoint(_names_in(error.word))
         if error.number == _UNKNOWN_KEY:
             return False
+        if error.number == _OUT_OF_RANGE and not self._out_of_range.isdisjoint(self._parameters_in(path)):
+            return True
         if error.word and (*path[:-1], error.word) in self._paths:  # a part beside it that was mended, or is gone
             return True
         return any(mended[: len(path)] == path for mended in self._paths)
@@ -119,6 +123,8 @@ class _MendedCopy:
             return True
         above = _at(self.content, path[:-1])
         key: Any = int(path[-1]) if isinstance(above, list) else path[-1]
+        if error.number == _OUT_OF_RANGE:
+            self._out_of_range |= self._parameters_in(path)
         better = self._better(error, path, above[key])
         self._paths.add(path)
         if error.number == _UNKNOWN_KEY and better is not None and better not in above:
@@ -137,6 +143,10 @@ class _MendedCopy:
         above[path[-1]] = _INSTEAD.get(path[-1], _NUMBER)
         self._paths.add(path)
         return True
+
+    def _parameters_in(self, path: Path) -> set[str]:
+        """Return the parameters that expressions at a path name: whose value may be what is wrong."""
+        return {*_words_in(_at(self.content, path))}.intersection(self.content.get("parameters") or ())
 
     def _path(self, error: MultibodyError) -> Path:
         """Return the path of what the content holds of the part that an error is about."""
