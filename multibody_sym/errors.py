@@ -54,7 +54,7 @@ class MultibodyError(Exception):
 
     `number` is that of its page among those of errors (`multibody-sym explain M101`): of its class, unless it is given.
     `word`: the word of the model or argument that is wrong; `meant`: the one of the `known` that may stand for it,
-    with which the message ends, or with all of them. `others` are further mistakes of the same model file.
+    with which the message ends, or with all that are `known`. `others` are further mistakes of the same model file.
     """
 
     code: ClassVar[str] = "error"
@@ -75,6 +75,7 @@ class MultibodyError(Exception):
         words = list(map(str, known))
         word = None if word is None else str(word)
         self.word = word
+        self.known = tuple(words)
         self.meant = meant or (nearest(word, words) if word is not None and words else None)
         if words:
             message += f"; did you mean {self.meant}?" if self.meant else f"; known: {', '.join(words)}"

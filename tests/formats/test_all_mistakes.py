@@ -20,7 +20,7 @@ FOUR = """\
 multibody_sym: 1
 name: two
 bodies: {a: {mas: 1 kg}, c: {mass: 1 m}}
-joints: {j: {type: revolut, parent: ground, child: b}}
+joints: {j: {type: revolut, parent: ground, child: b}, k: {type: fixed, parent: ground, child: c}}
 """
 PLACES = [(3, 14), (3, 36), (4, 20), (4, 52)]
 EXAMPLES = sorted(Path(__file__).parents[2].joinpath("examples").rglob("*.yaml"))
@@ -354,3 +354,81 @@ def test_a_motion_without_value_at_the_start_hides_no_setting(
 ) -> None:
     model = IMPOSSIBLE.replace("motion: 1/(t - 1 s)", "motion: 1/t")
     assert told_of(model, tmp_path, capsys)[-1] == "simulation.rtol"
+
+
+TIPS = """\
+multibody_sym: 1
+name: tips
+bodies: {a: {mass: 1, points: {tip: [0, 1, 0]}}, b: {mass: 1, points: {top: [0, 1, 0]}}}
+joints:
+  A: {type: revolute, parent: ground, child: a, q: th}
+  B: {type: prismatic, parent: ground, child: b, axis: y, q: z}
+"""
+THREE = """\
+multibody_sym: 1
+name: three
+bodies: {a: {mass: 1}, b: {mass: 1}, c: {mass: 1}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("model", "told"),
+    [
+        (f"{TIPS}forces: {{f: {{type: force, on: b, at: p, value: 3 N}}}}\n", ["forces.f.at", "forces.f.value"]),
+        (f"{TIPS}forces: {{f: {{type: force, value: [0, 0, k], frame: c}}}}\n", ["f", "f.value.2", "f.frame"]),
+        (f"{TIPS}forces: {{f: {{type: torque, joint: no}}}}\n", ["forces.f", "forces.f.joint"]),
+        (f"{TIPS}forces: {{f: {{type: spring, joint: no, stiffness: 1 N/m}}}}\n", ["forces.f.joint"]),
+        (f"{TIPS}forces: {{f: {{type: force, on: no, at: tip, value: [0, 1 m, 0]}}}}\n", ["f.on", "f.value.1"]),
+        (f"{TIPS}inputs: {{F: {{table: [[0, 0], [0, 1]], of: x}}, G: {{table: [[0, 0]]}}}}\n", ["1", "of", "table"]),
+        (
+            f"{TIPS}pulleys: {{P: {{at: ground.p}}}}\nconstraints: {{r: {{type: rope, path: [a.tip, P, b.p]}}}}\n",
+            ["pulleys.P.at", "constraints.r.path.2"],
+        ),
+        (f"{THREE}joints: {{A: {{type: planar, parent: ground, child: no}}}}\n", ["b", "c", "child"]),
+        (f"{THREE}joints: {{A: {{type: planar, parent: a, child: a}}}}\noutputs: {{o: x}}\n", ["b", "c", "child", "o"]),
+        (
+            f"{THREE.replace(', c: {mass: 1}', '')}joints: {{A: {{type: free, parent: ground, child: n}}, B: {{}}}}\n",
+            ["child", "B"],
+        ),
+        (f"{THREE}joints: {{A: {{type: no, parent: not, child: a}}}}\n", ["b", "c", "A.type", "A.parent"]),
+    ],
+)
+def test_what_was_mended_hides_nothing_beside_it(
+    model: str, told: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What stands in the place of a wrong part fits there, so that the element and what it joins stay."""
+    found = told_of(model, tmp_path, capsys)
+    assert len(found) == len(told), found
+    assert all(place.endswith(end) for place, end in zip(found, told, strict=True)), found
+
+
+def test_no_message_tells_what_mending_puts_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = f"{THREE}joints: {{A: {{type: no, parent: ground, child: a, q: p}}}}\noutputs: {{o: zz + 1}}\n"
+    (tmp_path / "m.yaml").write_text(model)
+    assert main(["check", str(tmp_path / "m.yaml")]) == 2
+    assert "outputs.o: 'zz' is not declared; known: t [M107]" in capsys.readouterr().err
+
+
+def nonsense(text: str, count: int, rng: random.Random) -> tuple[str, list[int]]:
+    """Return a model with numbers in wrong units and names of nothing, one a line, and the lines."""
+    tree = read_text(text, "")
+    values = [(path, at) for path, at in tree.values.items() if at.inner and path[0] in SECTIONS and len(path) > 2]
+    lines, put = text.split("\n"), dict[int, tuple[str, ...]]()
+    for path, at in rng.sample(values, len(values)):
+        value, start = tree.at(path), (at.inner or 1) - 1
+        key = next(step for step in reversed(path) if not step.isdecimal())
+        name = re.fullmatch(r"[A-Za-z][\w.]*", value) and key in ("type", "parent", "child", "on", "at")
+        if len(put) == count or at.line in put or not (name or re.fullmatch(r"[\d.]+", value)) or key == "count":
+            continue
+        wrong = f"zqx{len(put)}w" if name else "7 cd"
+        lines[at.line - 1] = f"{lines[at.line - 1][:start]}{wrong}{lines[at.line - 1][start + len(value) :]}"
+        put[at.line] = path
+    return "\n".join(lines), sorted(put)
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_nonsense_in_examples_is_told_and_nothing_else(count: int) -> None:
+    rng = random.Random(count)
+    for path in EXAMPLES[count::4]:
+        text, put = nonsense(path.read_text(), count, rng)
+        assert sorted({line or 0 for line, _ in mistakes_of(text, str(path))}) == put, path

@@ -19,13 +19,25 @@ _PARTS: Final = 30_000
 _MOST_READINGS: Final = 4 * MOST
 _NAME: Final = re.compile(r"[A-Za-z]\w*")
 _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M110", "M111"), "1"
-_MISSING: Final = "M102"
+_NOTHING_JOINS, _NO_CHOICE, _NO_VALUE, _UNIT, _IN_PLANE = "M111", "M104", "M103", "M105", "M114"
+_MISSING, _UNKNOWN = "M102", "M106"
 _OUT_OF_RANGE: Final = "M109"
 _GROUND: Final = "ground"
-_INSTEAD: Final = {"axis": "x", "normal": "y", "along": "x", "so": "1 == 1"}
+_INSTEAD: Final[dict[str, Any]] = {
+    "axis": "x", "normal": "y", "along": "x", "so": "1 == 1", "table": [["0", "0"], ["1", "1"]]
+}
 """What may stand under some keys in the place of what is wrong there, or missing; elsewhere a number."""
 
+_OURS: Final = "put_in_by_mending_"
+"""Begins the names of what is added; no message tells them."""
+_ELEMENT: Final = 2
+"""Steps to an element: its section and its name."""
 _VECTOR: Final = 3
+_ELEMENTS: Final[dict[str, Any]] = {"bodies": {}, "parameters": _NUMBER}
+"""What may stand in the place of elements that others name; joints see below."""
+_ZERO: Final = "0"
+"""Stands for components: a model in a plane stays in it."""
+_ALONG_X: Final = [_NUMBER, _ZERO, _ZERO]
 
 Path = tuple[str, ...]
 
@@ -50,7 +62,7 @@ def with_others(error: MultibodyError, content: Any, read: Callable[[Any], objec
             met = _apart(next_error)
         except Exception:  # the copy is no model that anybody wrote: what it meets elsewhere says nothing
             break
-        found = [*found, *(each for each in met if not copy.explains(each))]
+        found = [*found, *(_without_ours(each) for each in met if not copy.explains(each))]
     first, *others = sorted(found, key=lambda each: _place_in(content, each.where.path))
     first.others = tuple(others)
     return first
@@ -60,6 +72,14 @@ def _apart(error: MultibodyError) -> list[MultibodyError]:
     """Return an error and the others that it carries, each by itself."""
     every, error.others = [error, *error.others], ()
     return every
+
+
+def _without_ours(error: MultibodyError) -> MultibodyError:
+    """Return an error that tells no name of what was added in mending."""
+    every, own = (", ".join(names) for names in (error.known, (x for x in error.known if _OURS not in x)))
+    if own != every and error.message.endswith(f"; known: {every}"):
+        error.message = error.message.removesuffix(f"; known: {every}") + (f"; known: {own}" if own else "")
+    return error
 
 
 def _place_in(content: Any, path: Path) -> tuple[int, ...]:
@@ -83,50 +103,72 @@ class _MendedCopy:
     def __init__(self, content: Any) -> None:
         self.content = _copied(content)
         self.size = _parts(content)
-        self._paths: set[Path] = set()
+        self._tried: dict[Path, int] = {}
+        self._invented: set[Path] = set()
         self._words = {_NUMBER}
+        self._guessed: set[tuple[Path, str]] = set()
+        self._rejoined: set[Path] = set()
+        self._changed: set[str] = set()
+        self._emptied: set[str] = set()
         self._unjoined = False
+        self._lost = 0
         self._out_of_range: set[str] = set()
 
     def explains(self, error: MultibodyError) -> bool:
         """Return whether an error is about a part that was mended, or follows from one that is gone."""
-        if error.number in _UNJOINED and self._unjoined:
+        if (error.number in _UNJOINED and self._unjoined) or (error.number == _IN_PLANE and self._rejoined):
             return True
         path = self._path(error)
+        if error.number == _NOTHING_JOINS and path[:-1] == ("bodies",):
+            return path in self._tried or self._lost > 0
+        if any(path[: len(invented)] == invented for invented in self._invented):
+            return True
         if error.number in _UNKNOWN_WORDS and error.word:
-            return not self._words.isdisjoint(_names_in(error.word))
+            names = _names_in(error.word)
+            guessed = any((path[:_ELEMENT], name) in self._guessed for name in names)
+            return guessed or not (self._words | self._emptied).isdisjoint(names)
         if error.number == _UNKNOWN_KEY:
             return False
+        part = _at(self.content, path)
+        judged = error.number.startswith("M") and not isinstance(part, dict)  # else it is wrong as it is written
+        if judged and not self._changed.isdisjoint(_words_in(part)):
+            return True
         if error.number == _OUT_OF_RANGE and not self._out_of_range.isdisjoint(self._parameters_in(path)):
             return True
-        if error.word and (*path[:-1], error.word) in self._paths:  # a part beside it that was mended, or is gone
+        if judged and self._follows_from_guess(error, path):
             return True
-        return any(mended[: len(path)] == path for mended in self._paths)
+        if error.word and (*path[:-1], error.word) in self._tried:  # a part beside it that was mended, or is gone
+            return True
+        return any(mended[: len(path)] == path for mended in self._tried)
+
+    def _follows_from_guess(self, error: MultibodyError, path: Path) -> bool:
+        """Return whether an error of an element follows from a name in it that is guessed, in units from a joint's."""
+        guesses = [name for element, name in self._guessed if element == path[:_ELEMENT]]
+        if error.number == _UNIT:
+            return not set(guesses).isdisjoint(self.content.get("joints") or ())
+        return bool(guesses) and error.number not in (_NO_VALUE, _MISSING, _OUT_OF_RANGE)
 
     def mend_all(self, errors: Sequence[MultibodyError]) -> bool:
         """Mend the parts that the errors of one reading are about; return whether there was one."""
         paths = [self._path(each) for each in errors]
         pairs = zip(errors, paths, strict=True)
-        mended = [self.mend(each) for each, path in pairs if self._path(each) == path]
+        mended = [self._mend(each, path) for each, path in pairs if self._path(each) == path]
         return any(mended)
 
-    def mend(self, error: MultibodyError) -> bool:
+    def _mend(self, error: MultibodyError, path: Path) -> bool:
         """Mend the part that an error is about; return whether there was one."""
-        path = self._path(error)
-        if not path and error.number == _MISSING and error.word and error.word not in self.content:
-            self.content[error.word] = _NUMBER
-            self._paths.add((error.word,))
+        if error.number == _MISSING and self._add(error, path):
             return True
         if not path:
             return False
-        if error.number == _MISSING and len(error.where.path) == len(path) + 1 and self._add(error.where.path):
+        if self._join(error, path):
             return True
-        above = _at(self.content, path[:-1])
-        key: Any = int(path[-1]) if isinstance(above, list) else path[-1]
         if error.number == _OUT_OF_RANGE:
             self._out_of_range |= self._parameters_in(path)
+        above = _at(self.content, path[:-1])
+        key: Any = int(path[-1]) if isinstance(above, list) else path[-1]
         better = self._better(error, path, above[key])
-        self._paths.add(path)
+        self._tried.setdefault(path, 0)
         if error.number == _UNKNOWN_KEY and better is not None and better not in above:
             above[better] = above.pop(key)
         elif error.number != _UNKNOWN_KEY and better is not None:
@@ -135,14 +177,49 @@ class _MendedCopy:
             self._drop(path)
         return True
 
-    def _add(self, path: Path) -> bool:
-        """Add what is missing; return whether that was not tried before."""
-        above = _at(self.content, path[:-1])
-        if path in self._paths or not isinstance(above, dict):
+    def _add(self, error: MultibodyError, path: Path) -> bool:
+        """Add what is missing; return whether there is something that was not tried before."""
+        above = _at(self.content, path)
+        added = error.where.path if len(error.where.path) == len(path) + 1 else (*path, error.word or "")
+        if not isinstance(above, dict) or not added[-1] or added[-1] in above:
             return False
-        above[path[-1]] = _INSTEAD.get(path[-1], _NUMBER)
-        self._paths.add(path)
+        instead = self._next(added, [], None)
+        if instead is None:
+            return False
+        above[added[-1]] = instead
         return True
+
+    def _join(self, error: MultibodyError, path: Path) -> bool:
+        """Mend what joins bodies: a body that nothing joins, a joint of an unknown child; return whether it is that."""
+        bodies, joints = (self.content.get(section) for section in ("bodies", "joints"))
+        if not isinstance(bodies, dict) or not isinstance(joints or {}, dict) or len(path) < _ELEMENT:
+            return False
+        if path[0] == "bodies" and error.number in _UNJOINED and path not in self._tried:
+            self._tried[path], self._lost = 0, max(self._lost - 1, 0)
+            added = f"{_OURS}{len(self._tried)}"
+            self.content["joints"] = {**(joints or {}), added: self._free_joint({"child": path[1]})}
+            self._invented.add(("joints", added))
+            return True
+        if path[0] != "joints" or path[_ELEMENT:] != ("child",) or path in self._tried:
+            return False
+        joint = joints[path[1]]
+        kept = [each for each in joints.values() if isinstance(each, dict) and each.get("cut") in (None, "false")]
+        children = {str(each.get("child")).partition(".")[0] for each in kept}
+        left = next((name for name in bodies if name not in children and name != _GROUND), None)
+        if left is not None and error.meant is None and (error.number == _UNKNOWN or joint["child"] == _GROUND):
+            self._words.update({error.word or ""} - _declared(self.content))
+            joint["child"] = left
+        elif error.number in _UNJOINED and joint["child"] != _GROUND:
+            joint["parent"] = _GROUND
+        else:
+            return False
+        self._tried[path] = 0
+        return True
+
+    def _free_joint(self, ends: dict[str, Any]) -> dict[str, Any]:
+        """Return a joint that lets a body move in a plane, with coordinates that no model has."""
+        q = [f"{_OURS}{len(self._tried)}_{letter}" for letter in "xyz"]
+        return {"type": "planar", "parent": _GROUND, **ends, "q": q}
 
     def _parameters_in(self, path: Path) -> set[str]:
         """Return the parameters that expressions at a path name: whose value may be what is wrong."""
@@ -156,29 +233,92 @@ class _MendedCopy:
         """Return what may stand in the place of a part, None where it is left out."""
         if error.number == _UNKNOWN_KEY:
             return error.meant
-        instead = _INSTEAD.get(path[-1], _NUMBER)
         if not isinstance(part, str):
-            short = isinstance(part, list) and part and len(part) < _VECTOR and path not in self._paths
-            return [*part, *[_NUMBER] * (_VECTOR - len(part))] if short else None if instead == _NUMBER else instead
+            short = isinstance(part, list) and part and len(part) < _VECTOR and path not in self._tried
+            if short:
+                self._invented.update((*path, str(k)) for k in range(len(part), _VECTOR))
+                return [*part, *[_ZERO] * (_VECTOR - len(part))]
+            whole = _ELEMENTS.get(path[0]) if len(path) == _ELEMENT else _INSTEAD.get(path[-1])
+            if whole is None:
+                return None
+            self._words.update({*_words_in(part)} - _declared(self.content))
+            return self._next(path, [whole], part)
         if error.word and (error.meant or error.number in _UNKNOWN_WORDS):
             if error.meant is None:  # else it is misspelt, which may be in several places
-                self._words.update({*_names_in(error.word)} - _declared(self.content))
-            changed = re.sub(rf"(?<!\w){re.escape(error.word)}(?!\w)", error.meant or _NUMBER, part)
+                self._words.update({error.word} - _declared(self.content))
+            word = re.compile(rf"(?<!\w){re.escape(error.word)}(?!\w)")
+            guess = error.meant or self._guess(error, path)
+            changed = word.sub(guess, part)
             if changed != part:
                 return changed
-        if path in self._paths:
-            return None if part == instead else instead
-        self._words.update({part} - _declared(self.content) if _NAME.fullmatch(part) else [])
-        return error.meant or instead
+        elif _NAME.fullmatch(part) and path not in self._tried:
+            self._words.update({part} - _declared(self.content))
+        if path[-1] == "axis" and path not in self._tried:
+            return None
+        return self._next(path, [error.meant] if error.meant else self._choices(error, path), part)
+
+    def _choices(self, error: MultibodyError, path: Path) -> Sequence[str]:
+        """Return what may be chosen in the place of a word, but for types, with which all else may be unknown."""
+        return error.known[:1] if error.number == _NO_CHOICE and path[-1] != "type" else ()
+
+    def _guess(self, error: MultibodyError, path: Path) -> str:
+        """Return what may stand for an unknown word: one that is known there, or a number."""
+        if error.number != _UNKNOWN or not error.known or path in self._tried:
+            return _NUMBER
+        guess = _GROUND if _GROUND in error.known else error.known[0]
+        self._guessed.add((path[:_ELEMENT], guess))
+        return guess
+
+    def _next(self, path: Path, first: Sequence[Any], part: Any) -> Any:
+        """Return the next of what may stand at a path that is not there yet; None where nothing is left to be tried."""
+        number = _ZERO if path[-1].isdecimal() else _NUMBER
+        instead = number if len(path) == _ELEMENT else _INSTEAD.get(path[-1], number)
+        kinds = first if isinstance(part, dict) else [*first, instead, _ALONG_X]
+        for k in range(self._tried.get(path, 0), len(kinds)):
+            self._tried[path] = k + 1
+            if kinds[k] != part:
+                self._invented.add(path)
+                self._change(path)
+                return _copied(kinds[k])
+        self._tried.setdefault(path, 0)
+        return None
 
     def _drop(self, path: Path) -> None:
-        """Leave out what stands at a path, with the list that it is in: places in lists are paths of others."""
+        """Leave out what stands at a path, with the list that it is in: places in lists are paths of others.
+
+        A joint of a known body gives way to one that lets it move in a plane.
+        """
         while path and isinstance(_at(self.content, path[:-1]), list):
             path = path[:-1]
-        if path:
-            gone = _at(self.content, path[:-1]).pop(path[-1])
+        if not path:
+            return
+        above = _at(self.content, path[:-1])
+        gone = above.pop(path[-1])
+        if path not in self._invented:
+            self._change(path)
+        if path[0] == "joints" and len(path) == _ELEMENT:
+            gone = self._without_ends(path, gone)
+        if path not in self._invented:
             self._words.update({path[-1], *_words_in(gone)} - _declared(self.content))
-            self._unjoined |= path[0] in ("joints", "bodies", "repeat")
+        if path[0] != "joints" or len(path) < _ELEMENT:
+            self._unjoined |= path in (("joints",), ("bodies",)) or path[0] == "repeat"
+
+    def _without_ends(self, path: Path, gone: Any) -> Any:
+        """Put a joint that lets its child move in a plane in the place of one that is gone; return what is lost."""
+        if path in self._rejoined or not isinstance(gone, dict) or not isinstance(gone.get("child"), str):
+            self._lost += path not in self._rejoined
+            return gone
+        self._rejoined.add(path)
+        ends = {end: gone[end] for end in ("parent", "child") if end in gone}
+        _at(self.content, path[:-1])[path[1]] = self._free_joint(ends)
+        self._invented.update((*path, key) for key in ("type", "q"))
+        return {key: x for key, x in gone.items() if key not in ends}
+
+    def _change(self, path: Path) -> None:
+        """Remember the element whose part at a path is another, or gone: what it is and has is not certain any more."""
+        self._changed.update(path[1:_ELEMENT])
+        if len(path) == _ELEMENT or path[_ELEMENT:] in (("points",), ("frames",), ("surfaces",)):
+            self._emptied.add(path[1])
 
 
 def _declared(content: dict[str, Any]) -> set[str]:

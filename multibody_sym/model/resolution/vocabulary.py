@@ -117,9 +117,9 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             dimensions.verify(written)
         except (ModelError, ExpressionError) as error:
             where = replace(error.where, path=path, column=None)
-            raise ModelError(
-                error.message, where=where, number=error.number, word=error.word, meant=error.meant
-            ) from None
+            raised = ModelError(error.message, where=where, number=error.number, word=error.word, meant=error.meant)
+            raised.known = error.known
+            raise raised from None
 
 
 def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
