@@ -432,3 +432,18 @@ def test_nonsense_in_examples_is_told_and_nothing_else(count: int) -> None:
     for path in EXAMPLES[count::4]:
         text, put = nonsense(path.read_text(), count, rng)
         assert sorted({line or 0 for line, _ in mistakes_of(text, str(path))}) == put, path
+
+
+@pytest.mark.parametrize(("length", "told"), [("-1 m", "-1 is negative"), ("-l", "its length is -2 m")])
+def test_a_negative_length_is_told_as_such_where_it_stands(
+    length: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ropes = f"r: {{type: rope, path: [a, b.p], length: {length}}}, s: {{type: rope, path: [a, b], length: {length}"
+    model = f"{TIPS}parameters: {{l: 2 m}}\nconstraints: {{{ropes}, slack: true}}}}\n"
+    (tmp_path / "m.yaml").write_text(model.replace("length: -l", "length: -1*l", 1))
+    assert main(["check", str(tmp_path / "m.yaml")]) == 2
+    printed = capsys.readouterr().err
+    assert "constraints.r.path.1: 'b' has no point" in printed
+    assert f"constraints.r.length: {told}" in printed
+    rods = f"{TIPS}constraints: {{r: {{type: distance, between: [a, b], value: {length}}}}}\nparameters: {{l: 2 m}}\n"
+    assert told_of(rods, tmp_path, capsys) == ["constraints.r.value"]

@@ -19,6 +19,8 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
 from multibody_sym.errors import ExpressionError, InputError, ModelError, Where, at
+from multibody_sym.model.declaration.constraints import Distance, Rope
+from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.file_tree import system_from_tree, tree_from_system
 from multibody_sym.model.declaration.mistakes import with_others
 from multibody_sym.model.declaration.settings import Ask
@@ -123,8 +125,19 @@ def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
                 raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative", number="M109")
 
 
+def _lengths(element: Element) -> tuple[str, ...]:
+    """Return the fields of a constraint that hold a length."""
+    return ("value",) if isinstance(element, Distance) else ("length",) if isinstance(element, Rope) else ()
+
+
 def _verify_sizes(system: System, known: Values) -> None:
-    """Raise ModelError at the first shape with a negative size."""
+    """Raise ModelError at the first rod or rope with a negative length, or shape with a negative size."""
+    lengths = ((name, key, getattr(x, key)) for name, x in system.constraints.items() for key in _lengths(x))
+    for name, key, length in lengths:
+        value = None if length is None else value_or_none(length, known)
+        if value is not None and value < 0.0:
+            with at("constraints", name, key):
+                raise ModelError(f"its length is {value:g} m, and no length is negative", number="M109")
     shapes = ((name, body.shape) for name, body in system.bodies.items() if body.shape is not None)
     for name, shape in shapes:
         for size in shape.sizes:

@@ -13,6 +13,7 @@ from multibody_sym.model.declaration.contacts import (
     Contact,
     KineticField,
     verify_coefficients,
+    verify_not_negative,
     verify_restitution,
     verify_rod_length,
 )
@@ -35,6 +36,7 @@ class Distance(Element):
     value: Node = holds(Scalar("m"), says="how far apart they stay, not 0", such="l")
 
     def verify(self) -> None:
+        verify_not_negative("value", self.value)
         verify_rod_length(self.value.shadow)
 
 
@@ -80,6 +82,7 @@ class Rope(Element):
     )
 
     def verify(self) -> None:
+        verify_not_negative("length", self.length)
         verify_restitution("restitution", self.restitution)
 
     @property

@@ -146,6 +146,12 @@ def verify_restitution(name: str, value: Node | None) -> None:
         ).under(name)
 
 
+def verify_not_negative(name: str, length: Node | None) -> None:
+    """Raise ModelError where a constant length, that of the field `name`, is negative."""
+    if length is not None and length.shadow is not None and length.shadow < 0.0:
+        raise ModelError(f"{text(length)} is negative, and no distance is", number="M109").under(name)
+
+
 def verify_rod_length(length: float | None) -> None:
     """Raise ModelError for a rod whose length (m), as far as it is known, is zero: nothing says which way it pulls."""
     if length == 0:

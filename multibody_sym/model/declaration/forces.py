@@ -6,8 +6,13 @@ from collections.abc import Mapping
 from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, KineticField, verify_coefficients
+from multibody_sym.model.declaration.contacts import (
+    Coefficient,
+    CoefficientField,
+    KineticField,
+    verify_coefficients,
+    verify_not_negative,
+)
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, holds
 from multibody_sym.model.declaration.joint import effort_unit
 from multibody_sym.model.declaration.values import (
@@ -112,8 +117,8 @@ class SpringDamper(Element):
     def verify(self) -> None:
         _one_place(self.between, self.joint)
         _freedom_of_joint(self.freedom, self.joint)
-        if self.between is not None and self.length.shadow is not None and self.length.shadow < 0.0:
-            raise ModelError(f"{text(self.length)} is negative, and no distance is", number="M109").under("length")
+        if self.between is not None:
+            verify_not_negative("length", self.length)
 
     def units(self, speed: str = "m/s") -> Mapping[str, str]:
         """Return the units of the fields where the speed that it acts along is in the unit `speed`."""

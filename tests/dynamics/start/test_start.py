@@ -176,7 +176,7 @@ def test_a_spring_whose_length_becomes_negative_by_a_parameter_is_named() -> Non
     [
         (PrescribedMotion("x", "1/t"), "no finite value at the start"),
         (PrescribedMotion("x", "sqrt(t)"), "no finite value at the start"),
-        (Distance(("a", "ground"), -1), "its length is -1 m at the start, and no length is negative"),
+        (Distance(("a", "ground"), "-1 - t"), "its length is -1 m at the start, and no length is negative"),
         (Distance(("a", "a"), 1), "a and a are at the same place always"),
         (VelocityConstraint("u_a - 1/t"), "no finite value at the start"),
     ],
