@@ -125,7 +125,8 @@ class _MendedCopy:
             return True
         if error.number in _UNKNOWN_WORDS and error.word:
             names = _names_in(error.word)
-            guessed = any((path[:_ELEMENT], name) in self._guessed for name in names)
+            beside = path[-1:] == ("at",)  # a point of the body that stands beside it
+            guessed = any(path[:_ELEMENT] == at and (beside or name in names) for at, name in self._guessed)
             return guessed or not (self._words | self._emptied).isdisjoint(names)
         if error.number == _UNKNOWN_KEY:
             return False

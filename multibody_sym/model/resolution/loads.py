@@ -39,7 +39,7 @@ from multibody_sym.model.resolution.potentials.loads import (
     potential_loads,
     pull_load,
 )
-from multibody_sym.model.resolution.references import BARE, References
+from multibody_sym.model.resolution.references import References
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.traversal import leaves
 
@@ -74,7 +74,7 @@ def _flow(name: str, body: Body, varying: VariableMass, references: References) 
     marker = None
     if varying.at is not None:
         with at("at"):
-            marker = references.marker(f"{name}.{varying.at.removeprefix(f'{name}.')}")
+            marker = references.own_marker(name, varying.at, chosen=False)
         mass = mass_of(body)
         moving = leaves([mass.mass, *mass.com, *mass.inertia], "slot", "symbol")
         if any(leaf.op == "symbol" or leaf.data[0] == "q" for leaf in moving):
@@ -176,7 +176,4 @@ def _force_point(element: Force | Drag, references: References) -> Marker:
         body = references.system.bodies.get(element.on)
         return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
     with at("at"):
-        point = element.at.removeprefix(f"{element.on}.")
-        body = references.system.bodies.get(element.on, BARE)
-        whole = point != element.at and point in (*body.points, *body.frames) and element.at not in body.points
-        return references.marker(element.at if whole else f"{element.on}.{element.at}")
+        return references.own_marker(element.on, element.at)

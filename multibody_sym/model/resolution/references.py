@@ -43,6 +43,21 @@ def no_part(name: str, part: str, body: Body) -> ModelError:
     return ModelError(told, number="M106", word=f"{name}.{part}", known=known)
 
 
+def no_own_part(name: str, part: str, bodies: Mapping[str, Body], *, chosen: bool) -> ModelError:
+    """Return the error for a point or frame that a body does not have, where it stands by itself beside the body.
+
+    `chosen`: the body stands under `on`, where another one may stand too.
+    """
+    own, (other, _, last) = bodies.get(name, BARE), part.rpartition(".")
+    if other in bodies and last in (*bodies[other].points, *bodies[other].frames):
+        cure = f"write on: {other}, at: {last}" if chosen else f"name one of {name}"
+        told = f"{name!r} has no point or frame {part!r}, which is one of {other}: {cure}"
+        return ModelError(told, number="M106", word=part)
+    plain, known = part.removeprefix(f"{name}."), [*own.points, *own.frames]
+    declare = "" if known else f"; declare it: {name}: {{points: {{{plain}: [x, y, z]}}}}"
+    return ModelError(f"{name!r} has no point or frame {plain!r}{declare}", number="M106", word=plain, known=known)
+
+
 @dataclass(frozen=True)
 class Freedom:
     """A freedom of a joint: its coordinate (None: a ball has none for it) and its rate, which is linear in u."""
@@ -99,6 +114,18 @@ class References:
         if part and part not in body.points:
             raise no_part(name, part, body)
         return Marker(reference, self.numbers[name], Pose(body.points[part] if part else ORIGIN))
+
+    def own_marker(self, name: str, part: str, *, chosen: bool = True) -> Marker:
+        """Return the marker of a body's point or frame, which stands beside the body: `point`, or `body.point`.
+
+        `chosen` as for `no_own_part`.
+        """
+        bodies = self.system.bodies
+        body, plain = bodies.get(name, BARE), part.removeprefix(f"{name}.")
+        own = (*body.points, *body.frames, *OWN_POINTS)
+        if (name in bodies or name == GROUND) and part not in own and plain not in own:
+            raise no_own_part(name, part, bodies, chosen=chosen)
+        return self.marker(f"{name}.{part if part in own else plain}")
 
     def markers(self) -> dict[str, Marker]:
         """Return every named point and frame."""

@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError, at, brief
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions
@@ -63,9 +63,20 @@ def body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
         body, dot, last = body.rpartition(".")
         point = f"{last}.{point}" if point else last
         if not dot:
-            first = reference.partition(".")[0]
-            raise ModelError(f"no body is called {first!r}", number="M106", word=first, known={**bodies, GROUND: None})
+            raise _no_body(reference, bodies)
     return body, point
+
+
+def _no_body(reference: str, bodies: Mapping[str, Body]) -> ModelError:
+    """Return the error for a name that begins with no body: maybe it is a body's point, without the body."""
+    first = reference.partition(".")[0]
+    owners = [name for name, body in bodies.items() if reference in (*body.points, *body.frames, *body.surfaces)]
+    told, known = f"no body is called {first!r}", {**bodies, GROUND: None}
+    if len(owners) > 1:
+        every = " or ".join(brief([f"{name}.{reference}" for name in owners]))
+        return ModelError(f"{told}; a point stands behind its body: {every}", number="M106", word=first)
+    meant = f"{owners[0]}.{reference}" if owners else None
+    return ModelError(told, number="M106", word=first, known=known, meant=meant)
 
 
 def coordinate_names(name: str, joint: Joint) -> tuple[str, ...]:

@@ -79,7 +79,13 @@ ERRORS = [
     ),
     ([("forces/push", PUSH | {"on": "rood"})], "no body is called 'rood'; did you mean rod?", "forces.push.on"),
     ([("forces/push", PUSH | {"at": "top"})], "'rod' has no point or frame 'top'", "forces.push.at"),
-    ([("forces/push", PUSH | {"at": "crank.pin"})], "'rod' has no point or frame 'crank.pin'", "forces.push.at"),
+    (
+        [("forces/push", PUSH | {"at": "crank.pin"})],
+        "'rod' has no point or frame 'crank.pin', which is one of crank: write on: crank, at: pin",
+        "forces.push.at",
+    ),
+    ([("forces/push", PUSH | {"at": "rod.pni"})], "'rod' has no point or frame 'pni'", "forces.push.at"),
+    ([("forces/push", PUSH | {"on": "pin"})], "no body is called 'pin'; did you mean crank.pin?", "forces.push.on"),
     ([("forces/push", PUSH | {"frame": "crnk"})], "no body is called 'crnk'; did you mean crank?", "forces.push.frame"),
     (
         [("forces/s", {"type": "spring_damper", "stiffness": "1", "between": ["rod", "crank.x"]})],

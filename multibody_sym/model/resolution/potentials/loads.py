@@ -116,7 +116,7 @@ def _point(element: Potential, references: References) -> Marker:
     if element.at is None:
         return _centre(marker, on, references)
     with at("at"):
-        return references.marker(f"{on}.{element.at}")
+        return references.own_marker(on, element.at)
 
 
 # --- in joints --------------------------------------------------------------------------------------------------------
