@@ -6,13 +6,13 @@ import errno
 import os
 import re
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
+from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where, joined
 from multibody_sym.expressions.tokens import surroundings
 from multibody_sym.formats.files import open_at_once, path_name, wait_from_now
 from multibody_sym.formats.table_files import with_rows
@@ -75,7 +75,7 @@ def load(path: str | os.PathLike[str]) -> System:
 def loads(text: str, name: str = _TEXT_NAME) -> System:
     """Return the System that a model file's text describes; `name` stands in the errors. It has no table files."""
     name = doors.text("name", name)
-    return _with_places(read_text(doors.text("text", text), name), name)[0]
+    return _with_places(read_text(doors.text("text", text), name, readable=True), name)[0]
 
 
 def load_with_places(
@@ -93,7 +93,7 @@ def load_with_places(
     if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
         raise InputError(message, where=Where(file=name, line=1, column=1), number="F101")
-    return _with_places(read_bytes(content, name), name, os.path.dirname(name), verify)
+    return _with_places(read_bytes(content, name, readable=True), name, os.path.dirname(name), verify)
 
 
 def read_content(name: str, largest: int) -> bytes:
@@ -138,15 +138,47 @@ def _neighbour(name: str) -> str:
 def _with_places(
     tree: Tree, name: str, folder: str | None = None, verify: Callable[[System], object] | None = None
 ) -> tuple[System, Places]:
-    """Return the System and its places; table files are looked for in the `folder`, or not at all."""
-    places = Places(name, tree, has_folder=folder is not None)
+    """Return the System and its places; table files are looked for in the `folder`, or not at all.
+
+    Raises the mistakes of the tree with those of the system.
+    """
+    places, verify = Places(name, tree, has_folder=folder is not None), verify or _verify
     try:
         data, tables = with_rows(tree.data, folder)
-        return system_from_tree(data), replace(places, tables=tables)
+        system = system_from_tree(data)
+        if tree.mistakes:
+            _verify_beside_others(system, verify)
     except MultibodyError as error:
-        from multibody_sym.model.resolution.resolve import mechanism
+        raise _in_order([*tree.mistakes, places.with_others(error, verify)]) from None
+    if tree.mistakes:
+        raise _in_order(tree.mistakes)
+    return system, replace(places, tables=tables)
 
-        raise places.with_others(error, verify or mechanism) from None
+
+def _verify(system: System) -> None:
+    """Raise InputError for what is wrong in a system; what finds it is read where it is needed."""
+    from multibody_sym.model.resolution.resolve import mechanism
+
+    mechanism(system)
+
+
+def _verify_beside_others(system: System, verify: Callable[[System], object]) -> None:
+    """Raise InputError for what is wrong in a system, and nothing else: its file is wrong anyway."""
+    try:
+        verify(system)
+    except InputError:
+        raise
+    except Exception:  # what fails elsewhere is told once the file is right
+        return
+
+
+def _in_order(errors: Sequence[MultibodyError]) -> MultibodyError:
+    """Return the first of errors, by their places in the file, which carries the others."""
+    if len(errors) == 1:
+        return errors[0]
+    first = joined(errors)
+    every, first.others = [first, *first.others], ()
+    return joined(sorted(every, key=lambda each: (each.where.line or 0, each.where.column or 0)))
 
 
 def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:

@@ -23,7 +23,7 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from multibody_sym.errors import InputError, Where
+from multibody_sym.errors import InputError, Where, joined
 from multibody_sym.expressions.tokens import surroundings
 from multibody_sym.formats.yaml_events import events_of
 from multibody_sym.records import dataclass
@@ -58,12 +58,14 @@ class Tree:
     """What a file holds (maps, lists, text), and where: the places of keys and of values by their paths.
 
     A path is the keys, and the indices of list items as text, from the root: `("bodies", "crank", "com", "1")`.
+    `mistakes`: those which leave the tree readable, keys that stand twice; of these it holds the first.
     """
 
     data: Any
     text: str = field(default="", compare=False)
     keys: dict[Path, Place] = field(default_factory=dict, compare=False)
     values: dict[Path, Place] = field(default_factory=dict, compare=False)
+    mistakes: tuple[InputError, ...] = field(default=(), compare=False)
 
     def line(self, number: int) -> str:
         """Return a line of the text, counted from 1."""
@@ -77,8 +79,11 @@ class Tree:
         return part
 
 
-def read_bytes(content: bytes, name: str) -> Tree:
-    """Return the tree of a YAML file's bytes; `name` stands in the errors. Raises InputError with line and column."""
+def read_bytes(content: bytes, name: str, *, readable: bool = False) -> Tree:
+    """Return the tree of a YAML file's bytes; `name` stands in the errors. Raises InputError with line and column.
+
+    A tree that is `readable` is returned with its mistakes.
+    """
     _require_size(len(content), name)
     if content.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\x00" in content[:4]:
         raise _error(name, Place(1, 1), "the file is not in UTF-8 (it looks like UTF-16); save it as UTF-8")
@@ -88,18 +93,21 @@ def read_bytes(content: bytes, name: str) -> Tree:
         before = content[: error.start].decode("utf-8")
         message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8; save the file as UTF-8"
         raise _error(name, _place_at(before, len(before)), message) from None
-    return read_text(text, name)
+    return read_text(text, name, readable=readable)
 
 
-def read_text(text: str, name: str) -> Tree:
-    """Return the tree of a YAML text; `name` stands in the errors. Raises InputError with line and column."""
+def read_text(text: str, name: str, *, readable: bool = False) -> Tree:
+    """Return the tree of a YAML text, as `read_bytes`."""
     text = text.removeprefix("\ufeff")
     _require_size(len(text), name)
     forbidden = _FORBIDDEN.search(text)
     if forbidden:
         message = f"the character U+{ord(forbidden[0]):04X} has no place in a model file"
         raise _error(name, _place_at(text, forbidden.start()), message)
-    return _TreeBuilder(text, name).whole()
+    tree = _TreeBuilder(text, name).whole()
+    if tree.mistakes and not readable:
+        raise joined(tree.mistakes)
+    return tree
 
 
 def _require_size(size: int, name: str) -> None:
@@ -133,8 +141,15 @@ class _TreeBuilder:
         self.nodes = 0
         self.keys: dict[Path, Place] = {}
         self.values: dict[Path, Place] = {}
+        self.mistakes: list[InputError] = []
 
     def whole(self) -> Tree:
+        try:
+            return self.tree()
+        except InputError as error:
+            raise joined([*self.mistakes, error]) from None
+
+    def tree(self) -> Tree:
         self.next()
         start = self.next()
         if isinstance(start, StreamEndEvent):
@@ -144,7 +159,7 @@ class _TreeBuilder:
         after = self.next()
         if isinstance(after, DocumentStartEvent):
             raise self.error(after.start_mark, "a second document starts here; a model file holds one")
-        return Tree(data, self.text, self.keys, self.values)
+        return Tree(data, self.text, self.keys, self.values, tuple(self.mistakes))
 
     def error(self, mark: Any, message: str) -> InputError:
         return self.error_at(Place(mark.line + 1, mark.column + 1) if mark else Place(1, 1), message)
@@ -231,7 +246,9 @@ class _TreeBuilder:
             if key in content:
                 first = self.keys[inside]
                 message = f"the key {key!r} stands here a second time; first in line {first.line}"
-                raise self.error(event.start_mark, message)
+                self.mistakes.append(self.error(event.start_mark, message))
+                self.again(content[key], inside, in_flow)
+                continue
             if not key or "\n" in key:
                 raise self.error(event.start_mark, "a key must be a name on one line")
             self.keys[inside] = place
@@ -239,6 +256,17 @@ class _TreeBuilder:
             if content[key] == "" and not event.style and (joined := _JOINED.fullmatch(key)):
                 raise self.error(event.start_mark, _joined(joined))
         return content
+
+    def again(self, first: Any, path: Path, in_flow: bool) -> None:
+        """Read what stands under a key a second time; a section's elements with other names belong to the `first`."""
+        keys, values, self.keys, self.values = self.keys, self.values, {}, {}
+        second, more, places = self.value(self.next(), path, in_flow), self.keys, self.values
+        self.keys, self.values = keys, values
+        if len(path) == 1 and isinstance(first, dict) and isinstance(second, dict):
+            new = {name: x for name, x in second.items() if name not in first}
+            first.update(new)
+            keys.update((at, place) for at, place in more.items() if at[1] in new)
+            values.update((at, place) for at, place in places.items() if len(at) > 1 and at[1] in new)
 
     def scalar(self, event: Any, in_flow: bool) -> str:
         text: str = event.value

@@ -447,3 +447,24 @@ def test_a_negative_length_is_told_as_such_where_it_stands(
     assert f"constraints.r.length: {told}" in printed
     rods = f"{TIPS}constraints: {{r: {{type: distance, between: [a, b], value: {length}}}}}\nparameters: {{l: 2 m}}\n"
     assert told_of(rods, tmp_path, capsys) == ["constraints.r.value"]
+
+
+def test_keys_that_stand_twice_hide_nothing_else() -> None:
+    """What stands under such a key in an element is read once, sections are read together."""
+    twice = TIPS.replace("b: {mass: 1,", "b: {mass: 1, mass: 2 s,").replace("  B:", "  A: {type: no}\n  B:")
+    model = f"{twice}outputs: {{o: 2*x}}\noutputs: {{o: 3*x, p: 2*y}}\nsimulation: {{t_end: 1 kg}}\n"
+    with pytest.raises(InputError) as raised:
+        loads(model)
+    every = [raised.value, *raised.value.others]
+    told = [each.message.split(";")[0] for each in every]
+    assert [each.where.line for each in every] == [3, 6, 8, 9, 9, 10]
+    assert told[:2] == ["the key 'mass' stands here a second time", "the key 'A' stands here a second time"]
+    assert told[2:4] == ["'x' is not declared", "the key 'outputs' stands here a second time"]
+    assert [each.where.column for each in every[2:]] == [16, 1, 24, 21]
+    assert all(each.excerpt for each in every)
+    with pytest.raises(InputError) as alone:
+        loads(TIPS + "name: again\n")
+    assert not alone.value.others
+    with pytest.raises(InputError) as broken:
+        loads(TIPS + "name: again\noutputs: {o: [1}\n")
+    assert len(broken.value.others) == 1
