@@ -384,6 +384,7 @@ bodies: {a: {mass: 1}, b: {mass: 1}, c: {mass: 1}}
             f"{TIPS}pulleys: {{P: {{at: ground.p}}}}\nconstraints: {{r: {{type: rope, path: [a.tip, P, b.p]}}}}\n",
             ["pulleys.P.at", "constraints.r.path.2"],
         ),
+        (f"{TIPS}contacts: {{c: {{between: [a.tip#, b.top], static: -1, repeat: 2}}}}\n", ["c.between.0", "c.static"]),
         (f"{THREE}joints: {{A: {{type: planar, parent: ground, child: no}}}}\n", ["b", "c", "child"]),
         (f"{THREE}joints: {{A: {{type: planar, parent: a, child: a}}}}\noutputs: {{o: x}}\n", ["b", "c", "child", "o"]),
         (

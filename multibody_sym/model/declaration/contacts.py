@@ -121,9 +121,8 @@ class Contact(Element):
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
         if self.repeat is not None and not any("#" in end for end in self.between):
-            raise ModelError("number the bodies of contacts that repeat, such as between: [block#, table.top]").under(
-                "repeat"
-            )
+            told = "number the bodies of contacts that repeat, such as between: [block#, table.top]"
+            raise ModelError(told, word="between").under("repeat")
 
 
 def verify_coefficients(static: float | None, kinetic: float | None) -> None:

@@ -138,7 +138,8 @@ class _MendedCopy:
             return True
         if judged and self._follows_from_guess(error, path):
             return True
-        if error.word and (*path[:-1], error.word) in self._tried:  # a part beside it that was mended, or is gone
+        other = (*path[:-1], error.word)  # a part beside it that was mended, or is gone
+        if error.word and any(mended[: len(path)] == other for mended in self._tried):
             return True
         return any(mended[: len(path)] == path for mended in self._tried)
 

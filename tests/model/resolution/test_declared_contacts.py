@@ -158,6 +158,23 @@ contacts:
     assert mbs.loads(mbs.dumps(system)) == system
 
 
+def test_numbers_of_contacts_that_repeat_stand_where_their_name_has_them() -> None:
+    """So that expressions can name each, and what the legs of one body bear together."""
+    text = """
+multibody_sym: 1
+name: table
+gravity: [0, -10, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  table: {mass: 10, inertia: {Izz: 1}, points: {leg1: [-1, -1, 0], leg2: [1, -1, 0]}}
+joints: {T: {type: planar, parent: ground, child: table, q: [x, y, p], initial: {q: [0, 1, 0]}}}
+contacts: {leg#: {between: [table.leg#, ground.floor], repeat: 2}}
+ask: {one: normal(leg2), both: normal(leg)}
+"""
+    solved = mbs.solve(mbs.loads(text))
+    assert [solved.answers[name].value for name in ("one", "both")] == pytest.approx([50.0, 100.0])
+
+
 def test_a_particle_needs_no_inertia() -> None:
     system = mbs.System(
         "p",

@@ -88,7 +88,7 @@ def contacts(references: References) -> tuple[OneWay, ...]:
                 taken.add(name)
                 copy = replace(contact, between=between, repeat=None)
                 every.append(tuple(_elements(name, ("contacts", declared), copy, references, flat)))
-            found += _together(declared, every, taken)
+            found += _together(_NUMBER.sub("", declared), every, taken)
     for name, element in system.constraints.items():
         if isinstance(element, Rolling) and element.contact is not None:
             with at("constraints", name):
@@ -138,12 +138,15 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
 
 
 def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the contacts that repeat, `#` in their ends being their number, `#+2` the number after the next."""
+    """Yield the contacts that repeat, `#` in their ends being their number, `#+2` the number after the next.
+
+    A name has its number where it has `#`, else behind it, so that expressions can name each.
+    """
     if contact.repeat is None:
         yield name, contact.between
         return
     for k in range(1, contact.repeat + 1):
-        yield f"{name}{k}", tuple(_numbered(end, k) for end in contact.between)
+        yield _numbered(name if "#" in name else f"{name}#", k), tuple(_numbered(end, k) for end in contact.between)
 
 
 def _numbered(end: str, k: int) -> str:
