@@ -18,7 +18,7 @@ from multibody_sym.formats.files import open_at_once, path_name, wait_from_now
 from multibody_sym.formats.table_files import with_rows
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
 from multibody_sym.model.declaration import doors
-from multibody_sym.model.declaration.file_tree import system_from_tree
+from multibody_sym.model.declaration.file_tree import path_in_file, system_from_tree
 from multibody_sym.model.declaration.system import System
 from multibody_sym.records import dataclass
 
@@ -185,7 +185,7 @@ def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
     """Return `error` with the file, line and column of the nearest thing in the file that `where.path` names."""
     if error.where.file is not None:
         return error
-    path = _within(error.where.path, tree)
+    path = _within(path_in_file(tree.data, error.where.path), tree)
     place = _place(error, path, tree)
     error.where = Where(name, place.line, place.column, path)
     if error.where.path and (error.excerpt is None or _is_shown(error, path, tree)):

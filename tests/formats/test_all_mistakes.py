@@ -469,3 +469,14 @@ def test_keys_that_stand_twice_hide_nothing_else() -> None:
     with pytest.raises(InputError) as broken:
         loads(TIPS + "name: again\noutputs: {o: [1}\n")
     assert len(broken.value.others) == 1
+
+
+def test_mistakes_in_copies_are_told_once_in_the_chain(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chain = "count: 3, body: {mass: 1, com: [yy, 0, 0]}, joint: {type: revolute, parent: end, axis: [0, 0, kk]}"
+    rest = "outputs: {o: 2*zz}\nforces: {f: {type: force, on: rod4, value: [1 m, 0, 0]}}\n"
+    model = f"{TIPS}{rest}repeat: {{{chain}}}\n"
+    places = ["outputs.o", "forces.f.on", "forces.f.value.0"]
+    chained = ["repeat.body.com.0", "repeat.joint.parent", "repeat.joint.axis.2"]
+    assert told_of(model, tmp_path, capsys) == [*places, *chained]
+    listed = model.replace("repeat: {", "repeat: [{").replace("kk]}}", "kk]}}]")
+    assert told_of(listed, tmp_path, capsys) == [*places, *(x.replace("repeat", "repeat.0") for x in chained)]

@@ -133,3 +133,24 @@ def _refuse_taken(name: str, taken: Mapping[str, Any]) -> None:
         raise ModelError(
             f"the chain would declare {name!r} a second time; choose another body_name or joint_name", number="M108"
         )
+
+
+_COPIED: Final = {"bodies": "body", "joints": "joint"}
+"""Sections with copies, and under which key of a chain these stand, as they are called where it names none."""
+
+
+def path_in_file(tree: Any, path: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the path in a file's content of what stands at a path of the system: of copies that of their chain."""
+    section, name = (*path[:2], "", "")[:2]
+    if section not in _COPIED or not isinstance(tree, Mapping):
+        return path
+    declared, chains = tree.get(section), tree.get(REPEAT_KEY)
+    if isinstance(declared, Mapping) and name in declared:
+        return path
+    part = _COPIED[section]
+    listed = [((str(i),), x) for i, x in enumerate(chains)] if isinstance(chains, list) else [((), chains)]
+    for index, chain in listed:
+        begin = str(chain.get(f"{part}_name", part)) if isinstance(chain, Mapping) else None
+        if begin is not None and name.removeprefix(begin).isdecimal() and name.startswith(begin):
+            return (REPEAT_KEY, *index, part, *path[2:])
+    return path

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.errors import InputError, MultibodyError
+from multibody_sym.model.declaration.file_tree import path_in_file
 
 MOST: Final = 100
 """The most mistakes that are looked for."""
@@ -32,6 +34,8 @@ _OURS: Final = "put_in_by_mending_"
 """Begins the names of what is added; no message tells them."""
 _ELEMENT: Final = 2
 """Steps to an element: its section and its name."""
+_CHAIN: Final = 3
+"""Steps to the body or joint of a chain in a list, at most."""
 _VECTOR: Final = 3
 _ELEMENTS: Final[dict[str, Any]] = {"bodies": {}, "parameters": _NUMBER}
 """What may stand in the place of elements that others name; joints see below."""
@@ -52,14 +56,14 @@ def with_others(error: MultibodyError, content: Any, read: Callable[[Any], objec
         return error
     copy = _MendedCopy(content)
     readings = min(_MOST_READINGS, 1 + _PARTS // copy.size)
-    found = met = _apart(error)
+    found = met = _apart(error, content)
     while len(found) < MOST and readings and copy.mend_all(met):
         readings -= 1
         try:
             read(copy.content)
             break
         except InputError as next_error:
-            met = _apart(next_error)
+            met = _apart(next_error, content)
         except Exception:  # the copy is no model that anybody wrote: what it meets elsewhere says nothing
             break
         found = [*found, *(_without_ours(each) for each in met if not copy.explains(each))]
@@ -68,10 +72,21 @@ def with_others(error: MultibodyError, content: Any, read: Callable[[Any], objec
     return first
 
 
-def _apart(error: MultibodyError) -> list[MultibodyError]:
-    """Return an error and the others that it carries, each by itself."""
+def _apart(error: MultibodyError, content: Any) -> list[MultibodyError]:
+    """Return an error and the others that it carries, each by itself, with their paths in the content.
+
+    What is wrong in copies is told of the first.
+    """
     every, error.others = [error, *error.others], ()
-    return every
+    found, copied = list[MultibodyError](), set[Path]()
+    for each in every:
+        path = path_in_file(content, each.where.path)
+        if path not in copied:
+            found.append(each)
+        if path != each.where.path:
+            copied.add(path)
+            each.where = replace(each.where, path=path)
+    return found
 
 
 def _without_ours(error: MultibodyError) -> MultibodyError:
@@ -303,7 +318,7 @@ class _MendedCopy:
         if path not in self._invented:
             self._words.update({path[-1], *_words_in(gone)} - _declared(self.content))
         if path[0] != "joints" or len(path) < _ELEMENT:
-            self._unjoined |= path in (("joints",), ("bodies",)) or path[0] == "repeat"
+            self._unjoined |= path in (("joints",), ("bodies",)) or (path[0] == "repeat" and len(path) <= _CHAIN)
 
     def _without_ends(self, path: Path, gone: Any) -> Any:
         """Put a joint that lets its child move in a plane in the place of one that is gone; return what is lost."""
