@@ -1,7 +1,8 @@
 """All mistakes of a model at once: after each one the model is read again with that one mended, until none is left.
 
 Only the first mistake is certain. A copy of the content is mended as its author might do it: with the word that the
-message suggests, else with a plain number, else without the part. What follows from a part that is gone is no mistake.
+message suggests, else with a known one, a plain number or a vector, else without the part. A body that nothing joins
+gets a joint. What follows from a part that is gone or guessed is no mistake.
 """
 
 from __future__ import annotations
