@@ -85,7 +85,7 @@ def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
 
 
 def _unused(system: System) -> Iterator[Hint]:
-    """Yield parameters, inputs and pulleys that nothing uses, and bodies without mass that carry nothing."""
+    """Yield parameters, inputs and pulleys that nothing uses, and bodies without mass where one is needed."""
     named = {
         leaf.data
         for path, node, _ in expressions(system)
@@ -98,10 +98,12 @@ def _unused(system: System) -> Iterator[Hint]:
     ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
     idle = (name for name in system.pulleys if name not in ropes)
     yield from (Hint(f"no rope runs over pulley {name}", "pulleys", name) for name in idle)
-    carriers = [joint.parent for joint in system.joints.values()]
+    joints = system.joints.values()
+    carriers = [joint.parent for joint in joints]
+    driven = {body_part(x.child, system.bodies)[0] for x in joints if x.steps and not x.free_steps}
     for name, body in system.bodies.items():
         turns_only = body.inertia is not None and body.com is None
-        if name == GROUND or _has_mass(body) or turns_only:
+        if name == GROUND or _has_mass(body) or turns_only or name in driven:
             continue
         if not any(parent == name or parent.startswith(f"{name}.") for parent in carriers):
             told = f"body {name} has no mass; give it one (mass: 1 kg), or a shape with a mass"

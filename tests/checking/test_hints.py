@@ -97,3 +97,20 @@ def test_degrees_of_a_parameter_are_written_where_it_is_declared() -> None:
     assert told.endswith("write the unit: far: 90 deg")
     fixed = text.replace("far: 90", "far: 90 deg")
     assert not [hint for hint in declared_hints(loads(fixed)) if "turns" in hint]
+
+
+def test_a_belt_that_a_motion_drives_needs_no_mass() -> None:
+    text = """\
+multibody_sym: 1
+name: belt
+bodies: {b: {mass: 1}, belt: {surfaces: {top: {plane: [0, 0, 0], normal: y}}}}
+joints:
+  jb: {type: prismatic, parent: ground, child: belt, axis: x, motion: 0.2*t}
+  j: {type: point, parent: ground, child: b, q: [x, y]}
+contacts: {c: {between: [b, belt.top], static: 0.5}}
+gravity: [0, -9.81, 0]
+"""
+    free = text.replace(", motion: 0.2*t", "")
+    told, of_free = (declared_hints(loads(each)) for each in (text, free))
+    assert not any("has no mass" in each for each in told)
+    assert any("body belt has no mass" in each for each in of_free)
