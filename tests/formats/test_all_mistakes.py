@@ -448,6 +448,10 @@ def test_a_negative_length_is_told_as_such_where_it_stands(
     assert f"constraints.r.length: {told}" in printed
     rods = f"{TIPS}constraints: {{r: {{type: distance, between: [a, b], value: {length}}}}}\nparameters: {{l: 2 m}}\n"
     assert told_of(rods, tmp_path, capsys) == ["constraints.r.value"]
+    spring = f"s: {{type: spring, between: [a, b], stiffness: 1, length: {length}}}"
+    springs = f"{TIPS}forces: {{{spring}}}\nparameters: {{l: 2 m}}\n"
+    assert told_of(springs, tmp_path, capsys) == ["forces.s.length"]
+    assert told_of(springs.replace(length, "-1 - cos(t)"), tmp_path, capsys) == []
 
 
 def test_keys_that_stand_twice_hide_nothing_else() -> None:

@@ -56,17 +56,13 @@ def verify_values(motion: Motion) -> None:
                 )
 
 
-def verify_line(motion: Motion, load: Load) -> None:
-    """Raise ModelError for a force along the line between points that coincide, and for a negative rest length.
+def verify_direction(motion: Motion, load: Load) -> None:
+    """Raise ModelError for a force along the line between points that coincide.
 
     A spring pulls with k times the way between its ends where it has neither a rest length nor a damper.
     """
     if load.line is None:
         return
-    length = 0.0 if load.spring is None else motion.state.values([load.spring[1]])[0]
-    if length < 0.0:
-        with at("length"):
-            raise ModelError(f"it is {length:g} m at the start, and no length is negative", number="M109")
     a, b = load.line
     if position(motion, a) == position(motion, b):
         other = ", or the spring neither a length nor damping: it needs no direction then"

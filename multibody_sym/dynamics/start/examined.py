@@ -22,6 +22,7 @@ from multibody_sym.errors import ExpressionError, InputError, ModelError, Where,
 from multibody_sym.model.declaration.constraints import Distance, Rope
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.file_tree import system_from_tree, tree_from_system
+from multibody_sym.model.declaration.forces import SpringDamper
 from multibody_sym.model.declaration.mistakes import with_others
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.system import System, Written, expressions
@@ -126,17 +127,22 @@ def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
 
 
 def _lengths(element: Element) -> tuple[str, ...]:
-    """Return the fields of a constraint that hold a length."""
-    return ("value",) if isinstance(element, Distance) else ("length",) if isinstance(element, Rope) else ()
+    """Return the fields of a constraint or a force that hold a length."""
+    if isinstance(element, Distance):
+        return ("value",)
+    springs = isinstance(element, SpringDamper) and element.between is not None
+    return ("length",) if springs or isinstance(element, Rope) else ()
 
 
 def _verify_sizes(system: System, known: Values) -> None:
-    """Raise ModelError at the first rod or rope with a negative length, or shape with a negative size."""
-    lengths = ((name, key, getattr(x, key)) for name, x in system.constraints.items() for key in _lengths(x))
-    for name, key, length in lengths:
+    """Raise ModelError at the first rod, rope or spring with a negative length, or shape with a negative size."""
+    sections = {"constraints": system.constraints, "forces": system.forces}
+    named = ((section, name, x) for section, elements in sections.items() for name, x in elements.items())
+    lengths = ((section, name, key, getattr(x, key)) for section, name, x in named for key in _lengths(x))
+    for section, name, key, length in lengths:
         value = None if length is None else value_or_none(length, known)
         if value is not None and value < 0.0:
-            with at("constraints", name, key):
+            with at(section, name, key):
                 raise ModelError(f"its length is {value:g} m, and no length is negative", number="M109")
     shapes = ((name, body.shape) for name, body in system.bodies.items() if body.shape is not None)
     for name, shape in shapes:

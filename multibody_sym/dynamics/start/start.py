@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.dynamics.constraints.contradiction import contradictions_named, verify_consistent
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.constraints.row_values import verify_lengths, verify_line, verify_values
+from multibody_sym.dynamics.constraints.row_values import verify_direction, verify_lengths, verify_values
 from multibody_sym.dynamics.constraints.singular import generic_rank, verify_regular
 from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.start.absolute_state import absolute_state
@@ -254,9 +254,10 @@ def _verify_forces(rows: Rows, q: Floats, u: Floats) -> None:
 
 def _verify_loads(motion: Motion) -> None:
     for load in motion.mechanism.loads:
-        with at(*load.path), valued():
-            verify_line(motion, load)
-            applied(motion, [load])
+        with at(*load.path):
+            verify_direction(motion, load)
+            with valued():
+                applied(motion, [load])
 
 
 # --- declared state ------------------------------------------------------------------------------------------------

@@ -30,7 +30,6 @@ from multibody_sym.model.declaration.constraints import (
     Rope,
     VelocityConstraint,
 )
-from multibody_sym.model.declaration.forces import SpringDamper
 from multibody_sym.model.declaration.joint import Initial
 from multibody_sym.model.declaration.joints import Free, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
@@ -156,19 +155,6 @@ def test_force_without_value_at_the_start_is_named() -> None:
     with pytest.raises(ModelError, match="no finite value at the start") as caught:
         start(mechanism(system))
     assert caught.value.where.path == ("forces", "gravitation")
-
-
-def test_a_spring_whose_length_becomes_negative_by_a_parameter_is_named() -> None:
-    system = System(
-        "short",
-        parameters={"l": "-0.1 m"},
-        bodies={"b": Body(mass=1)},
-        joints={"j": Prismatic("ground", "b", axis="x", q="x", initial={"q": 1})},
-        forces={"s": SpringDamper(stiffness=1, between=("ground", "b"), length="l")},
-    )
-    with pytest.raises(ModelError, match=r"it is -0\.1 m at the start, and no length is negative") as caught:
-        start(mechanism(system))
-    assert caught.value.where.path == ("forces", "s", "length")
 
 
 @pytest.mark.parametrize(
