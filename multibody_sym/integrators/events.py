@@ -4,6 +4,8 @@ A step that crosses, or looks beyond a kink in one of its slopes, is taken again
 slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross
 and cross back within it: the functions are looked at until their signs are certain (`looks`). What has just been
 crossed counts as crossed whatever round-off says, and a function that starts at zero has no side until it has left it.
+A stop that is above zero counts anew once it has been below: a step in which it goes there and comes back ends in
+between, as nothing crosses.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ class Watch:
     """The switching functions of a flow and the sides of zero on which they were last seen.
 
     `beyond`: a slope of the step on trial was taken beyond a kink; `origin`: the function at whose event it starts,
-    which has `left` zero so soon, or is `chattering` if it turns back at once, and `flipped` if it was let to.
+    which has `left` zero so soon, or is `chattering` if it turns back at once, and `flipped` if it was let to. `below`:
+    the first part of the step at which a stop that is above zero at both its ends was seen below it, None if none was.
     """
 
     def __init__(self, flow: Flow, events: Events) -> None:
@@ -56,6 +59,7 @@ class Watch:
         self.origin: int | None = None
         self.chattering = self.flipped = False
         self.left = 0.0
+        self.below: float | None = None
 
     def watched(self) -> Flow:
         """Return the flow with a watch on whether its derivatives are taken beyond a kink."""
@@ -124,8 +128,13 @@ class Watch:
             self._let_chatter(step, values)
         for rounds in count():
             high = None if problem is not None else self._trouble(step, values, slope)
-            if problem is None and high is None and not self.beyond:
+            below = self.below if problem is None and high is None and rounds < REPEATS else None
+            if problem is None and high is None and not self.beyond and below is None:
                 return self._ended_clean(step, values) if rounds else self._passed(step, values)
+            if below is not None:
+                step, problem = self._taken(step, below * step.h, take)
+                values = self.values(step.t_new, step.x_new)
+                continue
             if high is not None:
                 if not self._crossed(self._at(step, high)).any():
                     return self._at_event(step, step.t_new, step.x_new, values)
@@ -173,6 +182,7 @@ class Watch:
 
     def _trouble(self, step: Step, values: Floats, slope: Floats) -> float | None:
         """Return a part of the step at which something has crossed, its end first; None if nothing is known to."""
+        self.below = None
         if self._crossed(values).any():
             return 1.0
         return None if self.beyond else self._looked(step, values, slope)
@@ -187,16 +197,17 @@ class Watch:
     def _looked(self, step: Step, values: Floats, slope: Floats, along: Path | None = None) -> float | None:
         """Return the first part of a step, that nothing crosses at its end, at which something is seen to have crossed.
 
-        What is zero at the start is on the side to which it goes.
+        What is zero at the start is on the side to which it goes. Note where a stop was `below`.
         """
         probe = PROBE * step.h
         after = self.values(step.t + probe, step.x + probe * slope)
         before = self.values(step.t_new - probe, step.x_new - probe * step.slope_new)
         self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
         sides, high = self.sides, None
+        above, self.below = self.terminal & (sides > 0.0), None
         start = np.maximum(sides * self.values(step.t, step.x), 0.0)
         ends = Ends(start, sides * after, sides * before, sides * values)
-        for index in np.flatnonzero(ends.uncertain() & ~(self.terminal & (sides > 0.0))).tolist():
+        for index in np.flatnonzero(ends.uncertain() & ~(above & (values < 0.0))).tolist():
             if index == self.origin and self.chattering:
                 continue
 
@@ -204,7 +215,10 @@ class Watch:
                 return float(sides[i] * self._at(step, theta, along)[i])
 
             seen = first_seen(value, *ends.looks(index), self.events.unseen(index))
-            high = seen if high is None or (seen is not None and seen < high) else high
+            if above[index]:
+                self.below = _first(self.below, seen)
+            else:
+                high = _first(high, seen)
         return high
 
     def _ended_clean(self, step: Step, values: Floats) -> Step:
@@ -290,3 +304,8 @@ class Watch:
                 at_high = 0.5 * at_high if last < 0 else at_high
                 last = -1
         return high
+
+
+def _first(one: float | None, other: float | None) -> float | None:
+    """Return the smaller one of two parts of a step that are known."""
+    return min((part for part in (one, other) if part is not None), default=None)

@@ -4,7 +4,8 @@
    slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross
    and cross back within it: the functions are looked at until their signs are certain (looks.c). What has just been
    crossed counts as crossed whatever round-off says, and a function that starts at zero has no side until it has left
-   it. */
+   it. A stop that is above zero counts anew once it has been below: a step in which it goes there and comes back ends in
+   between, as nothing crosses. */
 #include "stepper.h"
 
 #define BEYOND 1e-6      /* part of a step by which its extension is followed beyond its end */
@@ -244,13 +245,15 @@ double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta)
 }
 
 /* The first part of a way, that nothing crosses at its end x_new, where the functions have the `values`, at which something
-   is seen to have crossed; 2 if nothing is. What is zero at the start is on the side to which it goes. */
+   is seen to have crossed; 2 if nothing is. What is zero at the start is on the side to which it goes. `below` becomes the
+   first part at which a stop that is above zero at both ends is seen below it, 2 if none is. */
 static double looked(mbs_run *r, mbs_path along, const double *x_new, const double *slope_new)
 {
     const mbs_state *s = r->state;
     int ng = r->system->ng;
     double *end = r->looks, *after = end + ng, *before = after + ng, *start = before + ng, probe = MBS_PROBE * s->h;
     double high = 2.0;
+    r->below = 2.0;
     mbs_copy(ng, r->values, end);
     look_at(r, s->t + probe, r->x, probe, r->slope);
     mbs_copy(ng, r->values, after);
@@ -261,10 +264,12 @@ static double looked(mbs_run *r, mbs_path along, const double *x_new, const doub
     for (int i = 0; i < ng; ++i) {
         r->sides[i] = r->sides[i] == 0.0 ? side(after[i]) : r->sides[i];
         double on = r->sides[i], first = on * start[i];
-        if ((r->system->terminal[i] && on > 0.0) || (i == s->origin && r->chattering))
+        int above = r->system->terminal[i] && on > 0.0;
+        if ((above && end[i] < 0.0) || (i == s->origin && r->chattering))
             continue;
         double found = mbs_first_seen(r, along, i, first < 0.0 ? 0.0 : first, on * after[i], on * before[i], on * end[i]);
-        high = found < high ? found : high;
+        double *least = above ? &r->below : &high;
+        *least = found < *least ? found : *least;
     }
     return high;
 }
@@ -272,6 +277,7 @@ static double looked(mbs_run *r, mbs_path along, const double *x_new, const doub
 /* A part of the step at which something has crossed, its end first; 2 if nothing is known to. */
 static double trouble(mbs_run *r)
 {
+    r->below = 2.0;
     evaluate(r, r->state->t_new, r->x_new);
     if (any_crossed(r))
         return 1.0;
@@ -299,8 +305,16 @@ int mbs_find_event(mbs_run *r, int status)
         let_chatter(r);
     for (int round = 0;; ++round) {
         double high = taken ? trouble(r) : 2.0;
-        if (taken && high > 1.0 && !r->beyond)
+        int below = taken && high > 1.0 && r->below <= 1.0 && round < REPEATS;
+        if (taken && high > 1.0 && !r->beyond && !below)
             return round ? end_clean(r) : pass(r);
+        if (below) {
+            status = mbs_take(r, r->below * s->h, s->t + r->below * s->h);
+            taken = status == MBS_RUNNING;
+            if (!taken && !mbs_stuck_at_kink(r, status))
+                return status;
+            continue;
+        }
         if (high <= 1.0) {
             evaluate_at(r, mbs_value, high);
             if (!any_crossed(r))

@@ -63,6 +63,7 @@ struct mbs_run {
     double left;     /* so soon the function at whose event the step starts has left zero, ... */
     int chattering;  /* ... unless it turns back at once ... */
     int flipped;     /* ... and is let to */
+    double below;    /* the part of the step at which a stop that is above zero at both its ends is seen below it, or 2 */
     double retaken;  /* the error of an adaptive step that was taken again to just before an event */
 };
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,29 @@ joints:
   B: {type: point, parent: ground, child: b, q: [x2, y2], initial: {q: [0, -3], u: [0, 3]}}
 contacts: {c: {between: [a, b], restitution: e}}
 simulation: {t_end: 2, samples: 5}
+"""
+PRESSED = """\
+multibody_sym: 1
+name: pressed particles
+gravity: [0, 0, 0]
+bodies: {a: {mass: 1}, b: {mass: 2}}
+joints:
+  ja: {type: prismatic, parent: ground, child: a, axis: x, q: xa, initial: {q: 0}}
+  jb: {type: prismatic, parent: ground, child: b, axis: x, q: xb, initial: {q: 0.2}}
+forces: {k: {type: force, on: a, value: [2, 0, 0]}, k2: {type: force, on: b, value: [-1, 0, 0]}}
+contacts: {ab: {between: [a, b], restitution: 0.6}}
+simulation: {samples: 5}
+"""
+LANDING = """\
+multibody_sym: 1
+name: on a resting particle
+gravity: [0, -9.81, 0]
+bodies: {a: {mass: 3}, b: {mass: 0.5}}
+joints:
+  ja: {type: prismatic, parent: ground, child: a, axis: y, q: ya, limits: {lower: 0}}
+  jb: {type: prismatic, parent: ground, child: b, axis: y, q: yb, initial: {q: 1}}
+contacts: {ab: {between: [b, a], restitution: 0.5}}
+simulation: {samples: 5}
 """
 TONGS = """\
 multibody_sym: 1
@@ -66,6 +90,68 @@ def test_particles_without_restitution_go_on_together_where_they_stick() -> None
     text = PARTICLES.replace("restitution: e", "restitution: 0, static: 5")
     run = mbs.simulate(mbs.loads(text), backend="python")
     assert [run[f"u_{x}"][-1] for x in ("x1", "y1", "x2", "y2")] == pytest.approx([1.6, 1.8] * 2, rel=1e-11)
+
+
+def pressed_impacts(e: float) -> tuple[list[float], float]:
+    """Return when PRESSED strikes, and the limit of that: 0.2 m close at 2.5 m/s^2, each flight lasts e as long."""
+    first = math.sqrt(2 * 0.2 / 2.5)
+    times = [first * (1 + 2 * sum(e**k for k in range(1, n + 1))) for n in range(10)]
+    return times, first * (1 + e) / (1 - e)
+
+
+@pytest.mark.parametrize("settings", [{}, {"backend": "python"}, {"step": 0.3}, {"method": "bogacki_shampine"}])
+@pytest.mark.parametrize("t_end", [1.7, 40.0])
+def test_particles_pressed_together_bounce_until_they_stay(settings: dict[str, Any], t_end: float) -> None:
+    times, limit = pressed_impacts(0.6)
+    run = mbs.simulate(mbs.loads(PRESSED), t_end=t_end, **settings)
+    assert [x["t"] for x in run.events[:10]] == pytest.approx(times, rel=1e-9)
+    assert [x["impulse"] for x in run.events[:10]] == pytest.approx([16 / 15 * 0.6**k for k in range(10)], rel=1e-7)
+    assert run.events[-1]["kind"] == "closed"
+    assert run.events[-1]["t"] == pytest.approx(limit, rel=1e-8)
+    assert run["xa"][-1] == pytest.approx(run["xb"][-1], rel=1e-12)
+    assert run["u_xa"][-1] == pytest.approx(t_end / 3, rel=1e-7)
+
+
+@pytest.mark.parametrize(("axes", "place"), [("xy", [0.12, 0.16]), ("xyz", [0.08, 0.16, 0.2 / math.sqrt(5)])])
+def test_free_particles_pressed_together_stay_on_their_line(axes: str, place: list[float]) -> None:
+    """The last impacts are so slow that rounding turns their directions: without friction they would slip apart."""
+    text, way = PRESSED, np.array(place) / 0.2
+    for name, x in (("a", 0.0), ("b", 0.2)):
+        q, at = [f"{name}{axis}" for axis in axes], (x * way).tolist()
+        old = f"{{type: prismatic, parent: ground, child: {name}, axis: x, q: x{name}, initial: {{q: {x or 0}}}}}"
+        assert old in text
+        text = text.replace(
+            old, f"{{type: point, axes: {axes}, parent: ground, child: {name}, q: {q}, initial: {{q: {at}}}}}"
+        )
+    x, y, z = (*way.tolist(), 0.0)[:3]
+    text = text.replace("[2, 0, 0]", f"[{2 * x}, {2 * y}, {2 * z}]").replace("[-1, 0, 0]", f"[{-x}, {-y}, {-z}]")
+    run = mbs.simulate(mbs.loads(text), t_end=20)
+    assert run.events[-1]["kind"] == "closed"
+    assert run.events[-1]["t"] == pytest.approx(pressed_impacts(0.6)[1], rel=1e-8)
+    assert [run[f"u_a{axis}"][-1] for axis in axes] == pytest.approx((20 / 3 * way).tolist(), rel=1e-7)
+
+
+def test_particles_pushed_apart_do_not_meet() -> None:
+    text = PRESSED.replace("[2, 0, 0]", "[-2, 0, 0]").replace("[-1, 0, 0]", "[1, 0, 0]")
+    run = mbs.simulate(mbs.loads(text), t_end=3)
+    assert run.events == []
+    assert run["xa"][-1] == pytest.approx(-9, rel=1e-12)
+
+
+@pytest.mark.parametrize("t_end", [1.345, 1.5, 30.0])
+def test_a_particle_that_lands_on_another_one_bounces_until_it_rests_there(t_end: float) -> None:
+    """Flights of 2 sqrt(2 h/g) e^k end at 3 sqrt(2 h/g), within steps of t_end/200, which they get shorter than."""
+    fall = math.sqrt(2 / 9.81)
+    run = mbs.simulate(mbs.loads(LANDING), t_end=t_end)
+    struck = [x for x in run.events if x["element"] == "ab"]
+    times = [fall * (3 - 2 * 0.5**k) for k in range(len(struck))]
+    assert [x["t"] for x in struck[:-1]] == pytest.approx(times[:-1], rel=1e-9)
+    if t_end < 3 * fall:
+        assert len(struck) == sum(fall * (3 - 2 * 0.5**k) < t_end for k in range(30))
+    else:
+        assert struck[-1]["kind"] == "closed"
+        assert struck[-1]["t"] == pytest.approx(3 * fall, rel=1e-9)
+        assert [run["ya"][-1], run["yb"][-1]] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 def test_points_in_one_place_at_the_start_have_no_normal() -> None:

@@ -24,9 +24,9 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, rounded_up, rubs
+from multibody_sym.simulation.one_way.facts import Facts, rounded_up, rubs
 from multibody_sym.simulation.one_way.held import held_speeds
-from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals
+from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals, rounded_meeting
 
 _FORCES: Final = 2e-13
 """The part of the largest force by which a switching function of forces may be beyond zero."""
@@ -246,7 +246,7 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
     if one.ends == "leaves" and is_tip(one.element):
         return at.allowed_gap(one.element)
     if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
-        return -at.allowed_gap(one.element, ROUNDED_GAP) * at.scale.speed
+        return -rounded_meeting(at, one.element)
     if one.ends in ("closes", "leaves"):
         return at.rounded_gap(one.element)
     if one.ends == "lies flat":

@@ -166,6 +166,8 @@ class Switches:
         element = self.tips.striking(facts, cause.element, (*aside, *self.hidden))
         if element is None:
             return Within(x)
+        if is_tip(element):  # its margin is of the speed with which the points part now
+            return None
         if thin_bars.is_behind(facts, element):
             return None
         leaving = self.bounces.leaving(facts, element)
@@ -213,21 +215,24 @@ class Switches:
         facts = self.seen(now, t, x)
         touches = cause.ends == "closes" and not is_tip(cause.element)
         touches = touches and not thin_bars.is_behind(facts, cause.element)
+        touches = touches or (cause.ends == "closes" and self.tips.strikes(facts, cause.element, now.active))
         closed += [cause.element.name] if touches else []
         return self._touched(now, facts, cause.element) if touches else facts, closed
 
     def _touched(self, now: Stretch, facts: Facts, element: OneWay) -> Facts:
         """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
 
-        That is late by a large part of a short flight; its parabola tells when it touched, after the last impact.
+        That is late by a large part of a short flight; its parabola tells when it touched, after the last impact. Two
+        points have not met yet by as much, and touch later.
         """
         gap, rate = facts.gap(element), facts.rate(element)
-        if not (-2.0 * facts.rounded_gap(element) < gap < 0.0 and rate < 0.0):
+        most = facts.allowed_gap(element) if is_tip(element) else 0.0
+        if not (-2.0 * facts.rounded_gap(element) < gap < most and rate < 0.0):
             return facts
         room = max(rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts)), 0.0)  # a face it grazes: none
         ago = -2.0 * gap / (math.sqrt(room) - rate)
         since = max(self.bounces.rhythm.last, now.problem.start)
-        if not _PROMPT * abs(facts.t) < ago < facts.t - since:
+        if not (_PROMPT * abs(facts.t) < abs(ago) and ago < facts.t - since):
             return facts
         before = stepped(now.problem.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
         q, u = np.split(before, [len(facts.q)])

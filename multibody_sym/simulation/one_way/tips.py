@@ -26,18 +26,23 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.model.mechanism.parameters import ARRAY, ParameterEntry, ParameterVector, Source
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, slot
 from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.facts import Facts, Laws
+from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, Laws
 
 _FIRST: Final = (ONE, ZERO, ZERO)
 """The normal before anything has met."""
 _ACROSS: Final = 1e-9
 """The part of a speed towards an end of a bar, from beyond it, below which what comes is above its side."""
 _AGAIN: Final = 4.0
-"""So many times what counts as one place points have to travel after an impact before they can meet again."""
+"""So many times what is rounding points have to travel after an impact before they can meet again."""
+
+_ROUNDED_TIME: Final = 8.0 * EPSILON
+"""The part of the time by which it is rounded when points meet."""
+_LEAST: Final = 1e-300
+"""The least r . v (m^2/s) that is not zero: points at rest do not come together."""
 
 
 @dataclass(frozen=True)
@@ -165,10 +170,9 @@ class Tips:
         """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
         laws = facts.laws
         for name in self._meeting(facts, active):
-            motion = _motion(facts)
-            towards = self._towards(facts, name, motion)
+            towards = self._towards(facts, name, _motion(facts))
             if towards is not None:
-                laws = _remembered(laws, name, self.rows[name][1], towards, motion)
+                laws = _remembered(facts, laws, name, self.rows[name][1], towards)
         return laws
 
     def aside(self, facts: Facts, active: Collection[str]) -> tuple[str, ...]:
@@ -201,6 +205,12 @@ class Tips:
         idle = {end.side.name for name in held for end in self.sides[name]}.difference(found.mode.idle)
         return replace(found, mode=replace(found.mode, idle=(*found.mode.idle, *sorted(idle)))) if idle else found
 
+    def strikes(self, facts: Facts, element: OneWay, active: Collection[str]) -> bool:
+        """Return whether an element is a contact of two points that strike, and is not `active`."""
+        name = element.name
+        meets = name in self.rows and name in self._meeting(facts, active)
+        return meets and self._towards(facts, name, _motion(facts)) is not None
+
     def struck(self, facts: Facts) -> None:
         """Note that something struck: what is in one place leaves it."""
         self._struck.update({name: facts.t for name in self.rows if self._together(facts, name)})
@@ -216,22 +226,44 @@ class Tips:
     def _towards(self, facts: Facts, name: str, motion: Motion) -> Floats | None:
         """Return the direction in which the first of two points comes to the second; None where nothing strikes.
 
-        So it is where they hardly move, where they have just struck, and above the side of a bar.
+        So it is where they hardly move, where they part or have just struck, and above the side of a bar.
         """
         element, row = self.rows[name]
-        rate = np.array(separation(motion, *(skin.place for skin in row.skins))[1], dtype=float)
+        away, rate = _separation(row, motion)
         speed = float(np.linalg.norm(rate))
+        if speed <= TOUCHING * facts.scale.speed:
+            return None
+        rounding, parted = rounded_meeting(facts, element), float(away @ rate)
         travelled = speed * (facts.t - self._struck.get(name, -np.inf))
-        if speed <= TOUCHING * facts.scale.speed or travelled <= _AGAIN * facts.allowed_gap(element):
+        if parted > _AGAIN * rounding or travelled * speed <= _AGAIN * rounding:
             return None
         comes: Floats = rate / speed
         return comes if all(_from_beyond(end, row, comes, motion) for end in self.sides[name]) else None
+
+
+def rounded_meeting(facts: Facts, element: OneWay) -> float:
+    """Return what rounding makes of r . v (m^2/s) of two points: of places, the time of an impact, and speeds.
+
+    It is that of the speed with which they move now: slow ones turn back from so much nearer.
+    """
+    row = element.normals[0]
+    assert isinstance(row, ContactRow)
+    distance, now = (float(np.linalg.norm(vector)) for vector in _separation(row, _motion(facts)))
+    speed = max(now, TOUCHING * facts.scale.speed)
+    places = facts.rounding_of_gap(element) + _ROUNDED_TIME * abs(facts.t) * speed
+    return max(speed * places + distance * ROUNDED_GAP * facts.scale.speed, _LEAST)
 
 
 def is_tip(element: OneWay) -> bool:
     """Return whether an element is a contact of two points."""
     row = element.normals[0] if element.normals else None
     return isinstance(row, ContactRow) and row.tip is not None
+
+
+def _separation(row: ContactRow, motion: Motion) -> Floats:
+    """Return where the first of two points is from the second, and the rate of that (2, 3)."""
+    first, second = row.skins
+    return np.array(separation(motion, first.place, second.place), dtype=float)
 
 
 def _motion(facts: Facts) -> Motion:
@@ -248,12 +280,22 @@ def _from_beyond(end: _End, row: ContactRow, towards: Floats, motion: Motion) ->
     return bool(comes @ outward < -_ACROSS)
 
 
-def _remembered(laws: Laws, name: str, row: ContactRow, towards: Floats, motion: Motion) -> Laws:
-    """Return laws with a normal, in the axes of the body of the second point, against the way of the first."""
-    tip = row.tip
+def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:
+    """Return laws with a normal, in the axes of the body of the second point, against the way of the first.
+
+    It stays where they come together along it but for a speed that counts as rest: they meet again along a line, and
+    the slower they are the less the rounding of their speeds says of it.
+    """
+    tip, places = row.tip, laws.mechanism.parameters.places
     assert tip is not None
-    axes = [np.array(direction(motion, tip.place, axis), dtype=float) for axis in IDENTITY]
-    new = {_entry(name, k): -float(axis @ towards) for k, axis in enumerate(axes)}
+    motion = _motion(facts)
+    axes = np.array([direction(motion, tip.place, axis) for axis in IDENTITY], dtype=float)
+    new = {_entry(name, k): float(x) for k, x in enumerate(axes @ -towards)}
+    known = np.array([laws.parameters[places[entry]] for entry in new]) @ axes
+    speed = float(np.linalg.norm(_separation(row, motion)[1]))
+    aside = speed * float(np.linalg.norm(towards - (towards @ known) * known))
+    if towards @ known < 0.0 and aside <= TOUCHING * facts.scale.speed:
+        return laws
     return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
 
 
