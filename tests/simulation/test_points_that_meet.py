@@ -131,6 +131,13 @@ def test_free_particles_pressed_together_stay_on_their_line(axes: str, place: li
     assert [run[f"u_a{axis}"][-1] for axis in axes] == pytest.approx((20 / 3 * way).tolist(), rel=1e-7)
 
 
+def test_another_library_sees_short_flights_within_its_steps() -> None:
+    """Its errors are as large as the last flights are high: it knows the limit to 1e-6."""
+    run = mbs.simulate(mbs.loads(PRESSED), t_end=10, method="Radau")
+    assert run.events[-1]["kind"] == "closed"
+    assert run.events[-1]["t"] == pytest.approx(pressed_impacts(0.6)[1], rel=1e-6)
+
+
 def test_particles_pushed_apart_do_not_meet() -> None:
     text = PRESSED.replace("[2, 0, 0]", "[-2, 0, 0]").replace("[-1, 0, 0]", "[1, 0, 0]")
     run = mbs.simulate(mbs.loads(text), t_end=3)

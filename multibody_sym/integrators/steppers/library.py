@@ -356,7 +356,8 @@ class _Crossing:
     def _first_seen(self, way: Callable[[float], Floats], begin: float, end: float, crossed: NDArray[np.intp]) -> float:
         """Return the first time before `end` at which something has crossed on a way; `end` if nothing has.
 
-        As long as time does not move, everything is on its side, whatever round-off says.
+        As long as time does not move, everything is on its side, whatever round-off says. So counts a stop above zero
+        that comes back there from below.
         """
         assert self.events is not None
         h, least = end - begin, float(np.spacing(abs(begin)))
@@ -364,7 +365,7 @@ class _Crossing:
         self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
         sides, high = self.sides, 1.0
         ends = Ends(np.maximum(sides * start, 0.0), sides * after, sides * before, sides * values)
-        looked = ends.uncertain() & ~(self.terminal & (sides > 0.0))
+        looked = ends.uncertain() & ~(self.terminal & (sides > 0.0) & (values < 0.0))
         looked[crossed] = False
         for index in np.flatnonzero(looked).tolist():
 
