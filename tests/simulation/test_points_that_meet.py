@@ -161,6 +161,14 @@ def test_a_particle_that_lands_on_another_one_bounces_until_it_rests_there(t_end
         assert [run["ya"][-1], run["yb"][-1]] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
+def test_a_particle_that_loses_nothing_bounces_as_long_as_a_run_lasts() -> None:
+    """All flights are shorter than the longest steps, t_end/200."""
+    text = LANDING.replace("restitution: 0.5", "restitution: 1").replace("between: [b, a]", "between: [b, ground.o]")
+    text = text.replace("bodies: {", "bodies: {ground: {points: {o: [0, 0, 0]}}, ")
+    run, fall = mbs.simulate(mbs.loads(text), t_end=200), math.sqrt(2 / 9.81)
+    assert [x["t"] for x in run.events] == pytest.approx([fall * (2 * k + 1) for k in range(221)], rel=1e-8)
+
+
 def test_points_in_one_place_at_the_start_have_no_normal() -> None:
     text = PARTICLES.replace("[-4, aside]", "[0, 0]").replace("[0, -3]", "[0, 0]")
     with pytest.raises(ModelError, match=r"contacts\.c: a and b are points and start at one place, .*impact: "):

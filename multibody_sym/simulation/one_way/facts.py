@@ -152,10 +152,11 @@ class Facts(RowNumbers):
         """Return which rim of some elements lies flat on its plane, in words; empty where none does."""
         rows = ((x.name, x.normals[0]) for x in elements)
         rims = [(name, row) for name, row in rows if isinstance(row, ContactRow) and row.rim is not None]
-        return next((f"{name}: {flat}" for name, row in rims for flat in flat_rims([row], self._motion)), "")
+        return next((f"{name}: {flat}" for name, row in rims for flat in flat_rims([row], self.motion)), "")
 
     @cached_property
-    def _motion(self) -> Motion:
+    def motion(self) -> Motion:
+        """The motion over numbers."""
         mechanism, known = self.laws.mechanism, (self.q.tolist(), self.u.tolist(), self.laws.parameters.tolist())
         return motion_of(mechanism, state_of(mechanism, float, self.t, *known))
 

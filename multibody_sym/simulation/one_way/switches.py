@@ -24,10 +24,13 @@ from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.modes import Key
 from multibody_sym.simulation.one_way.stretches import Change, Stretch
-from multibody_sym.simulation.one_way.tips import Tips, is_tip
+from multibody_sym.simulation.one_way.tips import Tips, is_tip, rounded_meeting
 
 _PROMPT: Final = 1e-14
 """The part of the time up to which an impact is not too late."""
+
+_FITS: Final = 4.0
+"""The factor up to which the margin of a mode differs from that of points as fast as they are now."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +169,7 @@ class Switches:
         element = self.tips.striking(facts, cause.element, (*aside, *self.hidden))
         if element is None:
             return Within(x)
-        if is_tip(element):  # its margin is of the speed with which the points part now
+        if is_tip(element) and not self._fits(now, facts, element):
             return None
         if thin_bars.is_behind(facts, element):
             return None
@@ -188,6 +191,14 @@ class Switches:
         if facts.t != t:
             after = stepped(now.problem.rates, facts.t, after, t - facts.t)
         return Within(after, facts=facts, blow=blow, collapsed=collapsed, late=late)
+
+    @staticmethod
+    def _fits(now: Stretch, facts: Facts, element: OneWay) -> bool:
+        """Return whether the margin of a mode is that of two points as fast as they meet now."""
+        pairs = zip(now.program.switchings, now.problem.margins, strict=True)
+        margins = {one.element.name: -margin for one, margin in pairs if one is not None and one.ends == "closes"}
+        own = rounded_meeting(facts, element)
+        return own / _FITS < margins.get(element.name, 0.0) < _FITS * own
 
     def hit(self, blow: Blow) -> None:
         """Note an impact."""

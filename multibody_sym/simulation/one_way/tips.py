@@ -14,10 +14,9 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING
-from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction, separation
-from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Round, Skin, Tip, is_point
 from multibody_sym.model.mechanism.markers import Marker
@@ -37,7 +36,7 @@ _FIRST: Final = (ONE, ZERO, ZERO)
 _ACROSS: Final = 1e-9
 """The part of a speed towards an end of a bar, from beyond it, below which what comes is above its side."""
 _AGAIN: Final = 4.0
-"""So many times what is rounding points have to travel after an impact before they can meet again."""
+"""So many times what counts as one place points that have parted have to travel before they can meet from there."""
 
 _ROUNDED_TIME: Final = 8.0 * EPSILON
 """The part of the time by which it is rounded when points meet."""
@@ -170,7 +169,7 @@ class Tips:
         """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
         laws = facts.laws
         for name in self._meeting(facts, active):
-            towards = self._towards(facts, name, _motion(facts))
+            towards = self._towards(facts, name, facts.motion)
             if towards is not None:
                 laws = _remembered(facts, laws, name, self.rows[name][1], towards)
         return laws
@@ -179,7 +178,7 @@ class Tips:
         """Return what takes no part although it touches: points without a normal, and sides of bars at met ends."""
         found = [end.side.name for name in active for end in self.sides.get(name, ())]
         for name in self._meeting(facts, active):
-            strikes = self._towards(facts, name, _motion(facts)) is not None
+            strikes = self._towards(facts, name, facts.motion) is not None
             found += [end.side.name for end in self.sides[name]] if strikes else [name]
         return tuple(found)
 
@@ -209,7 +208,7 @@ class Tips:
         """Return whether an element is a contact of two points that strike, and is not `active`."""
         name = element.name
         meets = name in self.rows and name in self._meeting(facts, active)
-        return meets and self._towards(facts, name, _motion(facts)) is not None
+        return meets and self._towards(facts, name, facts.motion) is not None
 
     def struck(self, facts: Facts) -> None:
         """Note that something struck: what is in one place leaves it."""
@@ -233,9 +232,9 @@ class Tips:
         speed = float(np.linalg.norm(rate))
         if speed <= TOUCHING * facts.scale.speed:
             return None
-        rounding, parted = rounded_meeting(facts, element), float(away @ rate)
         travelled = speed * (facts.t - self._struck.get(name, -np.inf))
-        if parted > _AGAIN * rounding or travelled * speed <= _AGAIN * rounding:
+        just_struck = travelled <= _AGAIN * facts.allowed_gap(element) and rate @ _normal(facts, name, row) > 0.0
+        if just_struck or away @ rate > _AGAIN * rounded_meeting(facts, element):
             return None
         comes: Floats = rate / speed
         return comes if all(_from_beyond(end, row, comes, motion) for end in self.sides[name]) else None
@@ -248,7 +247,7 @@ def rounded_meeting(facts: Facts, element: OneWay) -> float:
     """
     row = element.normals[0]
     assert isinstance(row, ContactRow)
-    distance, now = (float(np.linalg.norm(vector)) for vector in _separation(row, _motion(facts)))
+    distance, now = (float(np.linalg.norm(vector)) for vector in _separation(row, facts.motion))
     speed = max(now, TOUCHING * facts.scale.speed)
     places = facts.rounding_of_gap(element) + _ROUNDED_TIME * abs(facts.t) * speed
     return max(speed * places + distance * ROUNDED_GAP * facts.scale.speed, _LEAST)
@@ -266,12 +265,6 @@ def _separation(row: ContactRow, motion: Motion) -> Floats:
     return np.array(separation(motion, first.place, second.place), dtype=float)
 
 
-def _motion(facts: Facts) -> Motion:
-    laws = facts.laws
-    given = facts.t, facts.q.tolist(), facts.u.tolist(), laws.parameters.tolist()
-    return motion_of(laws.mechanism, state_of(laws.mechanism, float, *given))
-
-
 def _from_beyond(end: _End, row: ContactRow, towards: Floats, motion: Motion) -> bool:
     """Return whether what comes to an end of a bar comes from beyond it, and not from above its side."""
     this, other = (np.array(position(motion, marker), dtype=float) for marker in end.ends)
@@ -286,17 +279,28 @@ def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: F
     It stays where they come together along it but for a speed that counts as rest: they meet again along a line, and
     the slower they are the less the rounding of their speeds says of it.
     """
-    tip, places = row.tip, laws.mechanism.parameters.places
+    tip = row.tip
     assert tip is not None
-    motion = _motion(facts)
-    axes = np.array([direction(motion, tip.place, axis) for axis in IDENTITY], dtype=float)
-    new = {_entry(name, k): float(x) for k, x in enumerate(axes @ -towards)}
-    known = np.array([laws.parameters[places[entry]] for entry in new]) @ axes
-    speed = float(np.linalg.norm(_separation(row, motion)[1]))
+    new = {_entry(name, k): float(x) for k, x in enumerate(_axes(facts, tip) @ -towards)}
+    known = _normal(facts, name, row)
+    speed = float(np.linalg.norm(_separation(row, facts.motion)[1]))
     aside = speed * float(np.linalg.norm(towards - (towards @ known) * known))
     if towards @ known < 0.0 and aside <= TOUCHING * facts.scale.speed:
         return laws
     return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
+
+
+def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
+    """Return the normal that is remembered of two points, in world axes."""
+    tip, places = row.tip, facts.laws.mechanism.parameters.places
+    assert tip is not None
+    normal: Floats = facts.laws.parameters[[places[_entry(name, k)] for k in range(3)]] @ _axes(facts, tip)
+    return normal
+
+
+def _axes(facts: Facts, tip: Tip) -> Floats:
+    """Return the axes (3, 3) of the body of a tip in world axes."""
+    return np.array([direction(facts.motion, tip.place, axis) for axis in IDENTITY], dtype=float)
 
 
 def remembered_normals(at: Facts, mode: Mode) -> tuple[float, ...]:
