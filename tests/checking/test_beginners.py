@@ -214,6 +214,7 @@ ROWS = [
     ),
     (PENDULUM, "", "constraints: {«r: {type: distance, between: [bob, ground]}}", "value is missing", "how far apart"),
     (LOADS, "right]", "«pully, right]", "no body or pulley is called 'pully'", "did you mean pulley?"),
+    (LOADS, "right]", "«Q, right]", "no body or pulley is called 'Q'", "known: pulley, "),
     (LOADS, "[left, pulley, right]", "[left, «pulley]", "pulley", "end"),
     (LOADS, "ground.axle}", "ground.axle, «diameter: 1 m}", "unknown key 'diameter'", "radius"),
     (WHEEL, "disc: d/2", "disc: «d", "d stands for a radius here", "if it is the diameter: d/2"),

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from multibody_sym.errors import ModelError, at, nearest
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import Pulley, Rope, Roughness
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.rope_path import Bend
@@ -226,7 +226,7 @@ def _bend(index: int, step: str, references: References) -> Bend:
         try:
             return Bend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
         except ModelError as error:
-            if not nearest(step, references.pulleys):
+            if not references.pulleys or not error.known or "." in step:
                 raise
             told = f"no body or pulley is called {step!r}"
-            raise ModelError(told, number="M115", word=step, known=references.pulleys) from error
+            raise ModelError(told, number="M106", word=step, known=[*references.pulleys, *error.known]) from error
