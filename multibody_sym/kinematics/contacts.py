@@ -37,7 +37,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import apply as operation
-from multibody_sym.scalars.functions import is_exactly, sign, sqrt, where
+from multibody_sym.scalars.functions import is_exactly, maximum, minimum, sign, sqrt, where
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -56,6 +56,10 @@ _PARALLEL: Final = 1e-12
 """The square of an angle (rad) up to which a normal is along an axis."""
 _PARALLEL_LINES: Final = 1e-18
 """The same for two lines that cross: they are where they touch to what is left of their digits."""
+AT_END: Final = 1e-10
+"""The part of the length of a face by which a corner may be beyond its end if its body is not, ..."""
+PAST_END: Final = 1e-8
+"""... and by which it has to be inside if its body is beyond: more than what counts as touching."""
 _Z: Vec = (0, 0, 1)
 
 
@@ -347,8 +351,10 @@ def _axis_seen(normal: Vec) -> Vec:
 def reach(row: ContactRow, motion: Motion) -> list[S]:
     """Return functions that are >= 0 where a contact with a face that ends may hold; beyond it, it does not.
 
-    What is round is above the face, from end to end; a point is nearer to it than to the faces beside it; and the body
-    whose corner touches is above the face. Points meet where they are at one place, and nowhere else.
+    What is round is above the face, from end to end. A corner at the very end is there if its body is: a body beyond
+    the end slides along the face that begins there. The body whose corner touches is above the face; a point is nearer
+    to it than to the faces beside it, of which those do not count that this body is not above, as its corners do not
+    touch them anywhere. Points meet where they are at one place, and nowhere else.
     """
     if any(isinstance(skin, Edge) for skin in row.skins):
         return _reach_along(row.skins, motion)
@@ -359,15 +365,40 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
     if face is None:
         return []
     other = row.skins[0] if row.skins[1] is face else row.skins[1]
-    centre, height = position(motion, other.place), _height(Face(face.place, face.normal), motion, other.place)
-    found = [height - _height(beside, motion, other.place) for beside in face.beside]
+    found = _nearest(face, other, row.inner, motion)
     if face.ends is not None:
-        p, q = (position(motion, end) for end in face.ends)
-        along = subtract(q, p)
+        p, q = face.ends
+        along = subtract(position(motion, q), position(motion, p))
         length = sqrt(dot(along, along))
-        found += [dot(along, subtract(centre, p)) / length, dot(along, subtract(q, centre)) / length]
+        for end, inward in ((p, along), (q, negate(along))):
+            way = _way(inward, length, end, other.place, motion)
+            if row.inner is not None:
+                found.append(way + AT_END * length)
+                way = maximum(way - PAST_END * length, _way(inward, length, end, row.inner, motion))
+            found.append(way)
     if row.inner is not None:
         found.append(_height(Face(face.place, face.normal), motion, row.inner))
+    return found
+
+
+def _way(inward: Vec, length: S, end: Marker, marker: Marker, motion: Motion) -> S:
+    """Return how far a marker is inside an end of a face, whose other end is away by `inward`, of this `length`."""
+    return dot(inward, subtract(position(motion, marker), position(motion, end))) / length
+
+
+def _nearest(face: Flat, other: Skin, inner: Marker | None, motion: Motion) -> list[S]:
+    """Return functions >= 0 where what may touch a face is nearer to it than to those beside it that it may touch."""
+    height = _height(Face(face.place, face.normal), motion, other.place)
+    found: list[S] = []
+    for beside in face.beside:
+        to_beside = _height(beside, motion, other.place)
+        if inner is None:
+            found.append(height - to_beside)
+            continue
+        depth = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
+        (size,) = motion.state.values([depth])
+        inside = minimum(-_height(beside, motion, inner), AT_END * size - to_beside)
+        found.append(maximum(height - to_beside, inside))
     return found
 
 
