@@ -375,7 +375,7 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
             if row.inner is not None:
                 found.append(way + AT_END * length)
                 way = maximum(way - PAST_END * length, _way(inward, length, end, row.inner, motion))
-            found.append(way)
+            found.append(way + AT_END * length if face.at_end else way)
     if row.inner is not None:
         found.append(_height(Face(face.place, face.normal), motion, row.inner))
     return found

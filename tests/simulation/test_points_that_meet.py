@@ -203,3 +203,35 @@ def test_rods_that_are_pressed_end_on_end_come_to_rest_there(tongs: mbs.System, 
     assert max(abs(run["u_a"][-1]), abs(run["u_b"][-1])) < 1e-12
     lost = 2 * (run["a"][0] - run["a"][-1]) * 20.0 + 2 * 2 * 0.7**2 / 3 / 2
     assert sum(x.get("lost", 0.0) for x in run.events) == pytest.approx(lost, rel=1e-7)
+
+
+ABOVE_AN_END = """
+multibody_sym: 1
+name: above an end
+gravity: [0, -10, 0]
+bodies: {a: {mass: 1}, ground: {surfaces: {shelf: SHELF}}}
+joints: {ja: {type: point, parent: ground, child: a, q: [x, y], initial: {q: [X, 0.5]}}}
+contacts: {c: {between: [a, ground.shelf], open: true, restitution: 0.5}}
+simulation: {t_end: 0.5, samples: 2}
+"""
+SHELVES = {
+    "bar": "{segment: [[0, 0, 0], [1, 0, 0]]}",
+    "upper side": "{segment: [[0, 0, 0], [1, 0, 0]], normal: y}",
+    "face": "{plane: [0, 0, 0], normal: y, between: [[0, 0, 0], [1, 0, 0]]}",
+}
+
+
+@pytest.mark.parametrize("shelf", list(SHELVES))
+@pytest.mark.parametrize("x", ["0", "1", "1 + 1e-13"])
+def test_a_point_that_comes_down_onto_the_very_end_of_a_bar_strikes_it(shelf: str, x: str) -> None:
+    """It is nearest to both ends at one instant, and in one place with one of them; it comes back up with half v."""
+    run = mbs.simulate(mbs.loads(ABOVE_AN_END.replace("SHELF", SHELVES[shelf]).replace("X", x)))
+    t = 0.5 - math.sqrt(0.1)
+    assert run["y"][-1] == pytest.approx(5 * math.sqrt(0.1) * t - 5 * t**2, abs=1e-9)
+
+
+@pytest.mark.parametrize("x", ["0", "1", "1 + 1e-13"])
+def test_a_point_comes_to_rest_on_the_very_end_of_a_thin_bar(x: str) -> None:
+    """It bounces for sqrt(0.1) (1 + 2 (1/2 + 1/4 + ..)) = 0.95 s."""
+    run = mbs.simulate(mbs.loads(ABOVE_AN_END.replace("SHELF", SHELVES["bar"]).replace("X", x)), t_end=1)
+    assert (run["y"][-1], run["u_y"][-1]) == pytest.approx((0, 0), abs=1e-12)

@@ -60,11 +60,13 @@ class Flat(Skin):
     """A plane with its unit normal; in a plane model it may end at two places.
 
     `beside` are the other faces of its body: points touch it only where they are nearest to it, outside being near.
+    `at_end`: a particle at its very end, to rounding, touches it, as nothing begins there that it may slide along.
     """
 
     normal: Point
     ends: tuple[Marker, Marker] | None = None
     beside: tuple[Face, ...] = ()
+    at_end: bool = False
 
 
 @dataclass(frozen=True)

@@ -88,12 +88,14 @@ def with_one_side(mechanism: Mechanism) -> tuple[Mechanism, tuple[ThinBar, ...]]
 
 
 def _one_sided(element: OneWay) -> OneWay:
-    """Return a side of a bar that is touched wherever it is within reach."""
+    """Return a side of a bar that is touched wherever it is within reach, and at its very ends."""
 
     def row_of(row: Row) -> Row:
         if not isinstance(row, ContactRow):
             return row
-        first, second = (replace(skin, beside=()) if isinstance(skin, Flat) else skin for skin in row.skins)
+        first, second = (
+            replace(skin, beside=(), at_end=True) if isinstance(skin, Flat) else skin for skin in row.skins
+        )
         return replace(row, skins=(first, second))
 
     frictions = tuple(replace(part, rows=tuple(map(row_of, part.rows))) for part in element.frictions)

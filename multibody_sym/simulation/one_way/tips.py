@@ -185,12 +185,14 @@ class Tips:
     def striking(self, facts: Facts, element: OneWay, others: Collection[str]) -> OneWay | None:
         """Return what strikes where an element closes; `others` take no part. None where points only pass by.
 
-        Of an end and the side of its bar it may be the other one.
+        Of an end and the side of its bar it may be the other one, and of points that are nearest at one instant, as to
+        both ends of a bar, those that are in one place.
         """
         if element.name not in self.rows and element.name not in others:
             return element
         if element.name in self.rows and not self._together(facts, element.name):
-            return None
+            met = (self.striking(facts, self.rows[name][0], others) for name in self._meeting(facts, ()))
+            return next((x for x in met if x is not None), None)
         beside = [end.side for end in self.sides.get(element.name, ())]
         beside += [self.rows[name][0] for name, ends in self.sides.items() if element in [end.side for end in ends]]
         near = (x for x in (element, *beside) if x.name not in others)
