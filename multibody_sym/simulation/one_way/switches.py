@@ -93,7 +93,7 @@ class Switches:
         if endless := self.standstill.lasts(t, len(self.laws.unilateral)):
             lately = takewhile(lambda each: each.time >= self.standstill.since, changes)
             return f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}"
-        if cause.ends != "closes" or not thin_bars.is_behind(self.at(t, x), cause.element):
+        if cause.ends != "closes" or is_tip(cause.element) or not thin_bars.is_behind(self.at(t, x), cause.element):
             return ""
         hidden = thin_bars.turned_round(self.bars, cause.element, self.hidden)
         self.hidden = self.hidden if hidden is None else tuple(hidden)
