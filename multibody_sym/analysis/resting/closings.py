@@ -19,7 +19,7 @@ import numpy as np
 from multibody_sym.analysis.places import Mask
 from multibody_sym.analysis.resting.search import SECONDS, Found, Search, found_from, search_from
 from multibody_sym.dynamics.constraints.closing import closed_near
-from multibody_sym.dynamics.laws.assemble import one_way_rows
+from multibody_sym.dynamics.laws.assemble import Scale, one_way_rows
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import placed, rows_at, started
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -141,6 +141,11 @@ class _Closings:
         return [closed, *(each for each in every if each != closed)]
 
     @cached_property
+    def _scale(self) -> Scale:
+        """The sizes at the start: in a position all may be at the origin."""
+        return rows_at(self.resolved, self.begin).scale
+
+    @cached_property
     def declared(self) -> Mechanism:
         """The mechanism without friction."""
         return _smooth(self.resolved)
@@ -163,7 +168,8 @@ class _Closings:
 
     def _rest(self, q: Floats, closed: Closed) -> Rest | None:
         """Return a position as one of rest, None where something is inside of another, or does not press or pull."""
-        rows = rows_at(self.resolved, replace(self.begin, q=tuple(q.tolist()), u=(0.0,) * len(self.begin.u)))
+        there = replace(self.begin, q=tuple(q.tolist()), u=(0.0,) * len(self.begin.u))
+        rows = rows_at(self.resolved, there, self._scale)
         standing = {name: rows.standing(x) for name, x in self.elements.items()}
         if "inside" in standing.values() or any(standing[name] == "open" for name in closed):
             return None
@@ -223,7 +229,8 @@ def stands(search: Search, q: Floats) -> bool:
     mechanism = search.mechanism
     if mechanism.mode is None:
         return True
-    rows = one_way_rows(mechanism, search.places.motion(q))
+    scale = one_way_rows(mechanism, search.places.motion(search.places.start)).scale
+    rows = one_way_rows(mechanism, search.places.motion(q), scale)
     names = [row.name for row in mechanism.rows]
     try:
         forces = search.flow.multipliers(q)

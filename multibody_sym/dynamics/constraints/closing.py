@@ -169,23 +169,23 @@ class Rows:
         """Return H (s x n) of rows, without what rounding leaves of rows that move nothing."""
         return constraint_jacobian(rows).reshape(len(rows), len(self.mechanism.speeds))
 
-    def missed(self, q: Floats) -> Missed | None:
+    def missed(self, q: Floats, least: float = 0.0) -> Missed | None:
         """Return phi of holonomic rows beside the model's length, or |H| by such lengths where rows are expressions.
 
-        That length is how far a body or a named point is from the origin; a direction counts as one. None where the
-        rows have no value.
+        That length is how far a body or a named point is from the origin, `least` (m) or more; a direction counts as
+        one. None where the rows have no value.
         """
         here = self.at(q)
         if here is None:
             return None
-        length = self._length(q)
+        length = max(least, self.length(q))
         sizes = np.abs(here[1]) @ np.array([length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
         for j, row in enumerate(self.mechanism.rows[k] for k in self.active):
             if not isinstance(row, ExpressionRow):
                 sizes[j] = 1.0 if isinstance(row, AngleRow) else length
         return Missed(here[0], sizes)
 
-    def _length(self, q: Floats) -> float:
+    def length(self, q: Floats) -> float:
         """Return how far the farthest body or named point is from the origin."""
         found = self.numbers(q)
         if found is not None:
@@ -270,13 +270,14 @@ def closed_near(rows: Rows, q: Floats) -> Floats | None:
 
 def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
     here, slow = rows.at(q), 0
+    begun = 0.0 if here is None else rows.length(q)  # all may come to the origin, where the model has no length
     for _ in range(_STEPS):
         if here is None:
             return None
         phi, jacobian = here
         size = float(np.linalg.norm(phi))
         step = least_change(rows, q, jacobian, -phi, free, weighted, _damped)
-        if _is_rounding(step) and _closed(rows, q, EPSILON):  # a coordinate near zero could follow phi far below it
+        if _is_rounding(step) and _closed(rows, q, EPSILON, begun):  # one near zero could follow phi far below it
             return q
         step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
         ahead = _line_search(rows, q, step, size)
@@ -284,12 +285,12 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
         if ahead is None or slow >= _SLOW_STEPS:
             break
         q, here = ahead
-    missed = None if here is None else rows.missed(q)
+    missed = None if here is None else rows.missed(q, begun)
     return q if missed is not None and here is not None and missed.closed(here[1]) else None
 
 
-def _closed(rows: Rows, q: Floats, part: float) -> bool:
-    missed = rows.missed(q)
+def _closed(rows: Rows, q: Floats, part: float, least: float) -> bool:
+    missed = rows.missed(q, least)
     return missed is not None and missed.within(part)
 
 

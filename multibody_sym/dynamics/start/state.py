@@ -15,7 +15,7 @@ from itertools import chain, combinations, islice
 from typing import Final
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, accelerations_of, one_way_rows
+from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, Scale, accelerations_of, one_way_rows
 from multibody_sym.dynamics.laws.problem import Found, LawProblem, Verdict
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
@@ -226,10 +226,10 @@ def with_numbers_as_data(state: StartState) -> StartState:
     return replace(state, declared=declared, begin=replace(state.begin, parameters=(*state.begin.parameters, *values)))
 
 
-def rows_at(base: Mechanism, begin: Start) -> OneWayRows:
-    """Return the rows of one-way elements at a start."""
+def rows_at(base: Mechanism, begin: Start, scale: Scale | None = None) -> OneWayRows:
+    """Return the rows of one-way elements at a start, with its sizes or others."""
     state = state_of(base, float, 0.0, begin.q, begin.u, begin.parameters)
-    return one_way_rows(base, motion_of(base, state))
+    return one_way_rows(base, motion_of(base, state), scale)
 
 
 def placed(declared: Mechanism, mode: Mode) -> Mechanism:
