@@ -42,3 +42,14 @@ def test_a_box_slides_over_the_edge_and_tips() -> None:
     assert times["open", "c.corner2"] == pytest.approx(2 - 2 * math.sqrt(1 - 0.3), abs=1e-9)
     assert times["slide+", "c.bottom.end2"] == times["open", "c.corner2"]
     assert times["open", "c.corner1"] == pytest.approx(2 - 2 * math.sqrt(1 - 0.495), abs=1e-8)
+
+
+@pytest.mark.parametrize("ends", ["b, ground.table", "ground.table, b"])
+def test_a_rod_bounces_on_a_table_that_ends(ends: str) -> None:
+    """It falls 0.2 m in 0.2 s and rises as high again; each of its ends may meet each end of the table."""
+    joint = "type: planar, parent: ground, child: b, initial: {q: [-1.5, 0.2, 0]}"
+    text = TABLE.format(body="b: {shape: {rod: 0.5, mass: 1}}", joint=joint, mu=0)
+    text = text.replace("b, ground.table", ends).replace("static: 0", "restitution: 1")
+    run = mbs.simulate(mbs.loads(text), t_end=0.4, backend="python")
+    assert [event["t"] for event in run.events] == pytest.approx([0.2, 0.2], abs=1e-9)
+    assert run.q[-1] == pytest.approx([-1.5, 0.2, 0.0], abs=1e-8)

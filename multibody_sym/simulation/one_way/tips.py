@@ -81,9 +81,9 @@ class _End:
 
     @property
     def name(self) -> str:
-        words = self.side.name.removeprefix(self.side.group).strip(".").split(".")
-        parts = [words[1 - self.place] if len(words) == 2 else "", ""]
-        parts[1] = f"end{self.number + 1}"
+        """The contact's name with the point's word, where it has one, and the bar's end, in the order of both."""
+        words = self.side.name.removeprefix(self.side.group).split(".")
+        parts = [next((word for word in words if word.startswith("end")), ""), f"end{self.number + 1}"]
         return ".".join(filter(None, (self.side.group, *(parts if self.place else parts[::-1]))))
 
 
