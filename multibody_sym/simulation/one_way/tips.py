@@ -294,9 +294,9 @@ def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: F
 
 def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
     """Return the normal that is remembered of two points, in world axes."""
-    tip, places = row.tip, facts.laws.mechanism.parameters.places
+    tip, entries, values = row.tip, facts.laws.mechanism.parameters, facts.laws.parameters
     assert tip is not None
-    normal: Floats = facts.laws.parameters[[places[_entry(name, k)] for k in range(3)]] @ _axes(facts, tip)
+    normal: Floats = np.array([entries.value(values, _entry(name, k)) for k in range(3)]) @ _axes(facts, tip)
     return normal
 
 
