@@ -294,7 +294,7 @@ def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: F
 
 def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
     """Return the normal that is remembered of two points, in world axes."""
-    tip, entries, values = row.tip, facts.laws.mechanism.parameters, facts.laws.parameters
+    tip, entries, values = row.tip, facts.laws.mechanism.parameters, facts.laws.parameters.tolist()
     assert tip is not None
     normal: Floats = np.array([entries.value(values, _entry(name, k)) for k in range(3)]) @ _axes(facts, tip)
     return normal
