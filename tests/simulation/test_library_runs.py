@@ -67,3 +67,25 @@ forces: {push: {type: force, on: block, value: [1 - sqrt(x), 0, 0]}}
     told = f"the rate of u_x has no finite derivative at t = 0 s, which {method} needs"
     with pytest.raises(FailedRunError, match=told):
         mbs.simulate(mbs.loads(block), t_end=1, method=method, samples=2, backend="python")
+
+
+PRESSED = """
+multibody_sym: 1
+name: pressed blocks
+gravity: [0, 0, 0]
+bodies: {a: {mass: 1}, b: {mass: 2, surfaces: {face: {plane: [0, 0, 0], normal: -x}}}}
+joints:
+  ja: {type: prismatic, parent: ground, child: a, axis: x, q: xa, initial: {q: 0}}
+  jb: {type: prismatic, parent: ground, child: b, axis: x, q: xb, initial: {q: 0.2}}
+forces: {ka: {type: force, on: a, value: [2, 0, 0]}, kb: {type: force, on: b, value: [-1, 0, 0]}}
+contacts: {ab: {between: [a, b.face], restitution: 0.6}}
+"""
+
+
+@pytest.mark.parametrize(("method", "error"), [("BDF", 1e-3), ("RK45", 1e-9)])
+def test_bounces_come_to_rest_on_the_face(method: str, error: float) -> None:
+    """They close by 2.5 m/s^2: first after 0.4 s, and the bounces take 2*0.4*e/(1 - e) s."""
+    run = mbs.simulate(mbs.loads(PRESSED), t_end=2, method=method, samples=21)
+    assert run.events[-1]["kind"] == "closed"
+    assert abs(run.events[-1]["t"] - 1.6) < error
+    assert np.abs(run["xb"] - run["xa"])[-4:].max() < 1e-12

@@ -275,7 +275,7 @@ class _Crossing:
         if events and events.margins:  # what has just bounced is on its way back
             here, soon = events.beyond(t, x), events.beyond(t + _SOON, x + _SOON * slope)
             self.sides[(here > 0.0) & (soon < here)] = 1.0
-            self.events = with_tolerance(flow, events, t, x)
+            self.events = with_tolerance(flow, events, t, x, slope)
 
     def passed(self, t: float, x: Floats) -> None:
         """Tell of the end of a step that was taken: what has left zero there may not exceed it any more."""
@@ -384,13 +384,15 @@ class _Crossing:
         """
         from scipy.optimize import brentq
 
-        def g(time: float) -> float:
-            if time == t:
-                return float(self.sides[index]) * 1e-300  # still on its side, whatever round-off says
-            return float(self._at(time, solver)[index])
-
         if not t < end:
             return end
+        side = float(self.sides[index])
+        size = abs(float(self._at(end, solver)[index]))
+
+        def g(time: float) -> float:
+            value = float(self._at(time, solver)[index]) if time > t else side * size
+            return value or side * 1e-300  # at zero, and at the start, still on its side, whatever round-off says
+
         found = float(brentq(g, t, end, xtol=4e-16 * max(1.0, abs(end)), rtol=1e-15))
         further = float(np.spacing(abs(found)))
         while found < end and not self.sides[index] * g(found) < 0.0:

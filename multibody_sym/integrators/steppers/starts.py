@@ -7,17 +7,21 @@ make an error of the second power in their first steps: however short these are,
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.integrators.flow import Events, Flow
 from multibody_sym.numerics.arrays import Floats
 
+_SOON: Final = 2.0**-20  # s
 
-def with_tolerance(flow: Flow, events: Events, t: float, x: Floats) -> Events:
+
+def with_tolerance(flow: Flow, events: Events, t: float, x: Floats, slope: Floats) -> Events:
     """Return events at the start (t, x) of a run in a mode: what is at zero there may be beyond it within tolerance.
 
-    That is what a function (ng,) changes by if every component of the state changes by its tolerance.
+    That is what a function (ng,) changes by if every component of the state changes by its tolerance. What leaves zero
+    by more than that in a second, as after an impact, is on its side.
     """
     margins, own = np.array(events.margins), slice(len(events.terminal) - len(events.margins), None)
     here, scales = events.values(t, x)[own], flow.scales(x, x)
@@ -26,7 +30,9 @@ def with_tolerance(flow: Flow, events: Events, t: float, x: Floats) -> Events:
         return events
     changes = [np.abs(events.values(t, x + scale)[own] - here) for scale in np.diag(scales)]
     wide = np.maximum(margins, np.sum(changes, axis=0))
-    return replace(events, margins=tuple(np.where(at_zero, wide, margins).tolist()))
+    soon = events.values(t + _SOON, x + _SOON * slope)[own]
+    stays = at_zero & ~(here - soon > _SOON * wide)
+    return replace(events, margins=tuple(np.where(stays, wide, margins).tolist()))
 
 
 def once_left(events: Events, usual: Events, values: Floats) -> Events:

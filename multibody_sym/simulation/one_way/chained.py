@@ -12,6 +12,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
 from multibody_sym.numerics.arrays import Floats
@@ -73,8 +74,11 @@ class PreparedRuns:
     def switches(self) -> Switches:
         """Return the decisions of a run that has not begun."""
         unseen = min(_UNSEEN * self.template.atol, _UNSEEN_MOST)
+        scale = replace(self.scale, unseen=unseen)
+        if isinstance(self.template.method, LibraryMethod):
+            scale = replace(scale, rtol=self.template.rtol, atol=self.template.atol)
         standstill = Standstill(self.template.t_end - self.template.t0)
-        return Switches(self.laws, replace(self.scale, unseen=unseen), self.bars, standstill)
+        return Switches(self.laws, scale, self.bars, standstill)
 
     @cached_property
     def first(self) -> tuple[Decided, tuple[str, ...]]:

@@ -405,7 +405,7 @@ def _ahead(facts: Facts, closed: Collection[str]) -> float:
 
 
 def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float) -> bool:
-    """Return whether the height of a bounce is lost in rounding."""
+    """Return whether the height of a bounce is lost in rounding, or in the errors of steps of other libraries."""
     return rebound * rebound < 2.0 * falling * lost_height(facts, element)
 
 
@@ -422,7 +422,9 @@ def low_together(facts: Facts, touching: Collection[str], apart: Collection[str]
 
 
 def lost_height(facts: Facts, element: OneWay) -> float:
-    return float(_HEIGHT * facts.farthest(element))
+    """Return the height (m, or rad) below which a bounce is lost in rounding, or within the tolerances of steps."""
+    farthest, scale = facts.farthest(element), facts.scale
+    return max(_HEIGHT * farthest, scale.atol + scale.rtol * farthest)
 
 
 def ceases(facts: Facts, element: OneWay) -> bool:
