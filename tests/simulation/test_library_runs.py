@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.integrators.flow import Events, Flow
 from multibody_sym.integrators.methods.library import SUNDIALS
 from multibody_sym.integrators.methods.methods import METHODS
+from multibody_sym.integrators.steppers.library import library_steps
 from multibody_sym.simulation.failures import FailedRunError
 
 # Nothing depends on the angle s of the spindle: a difference in it tells nothing of any rate.
@@ -89,3 +91,13 @@ def test_bounces_come_to_rest_on_the_face(method: str, error: float) -> None:
     assert run.events[-1]["kind"] == "closed"
     assert abs(run.events[-1]["t"] - 1.6) < error
     assert np.abs(run["xb"] - run["xa"])[-4:].max() < 1e-12
+
+
+@pytest.mark.parametrize("method", ["BDF", "RK45"])
+def test_what_starts_beyond_a_switch_and_turns_back_short_of_it_ends_the_mode_where_it_started(method: str) -> None:
+    events = Events(lambda t, x: -x[:1], (True,), margins=(0.0,))
+    flow = Flow(METHODS[method], lambda t, x: np.array([x[1], -2.0]), 0.0, 1.0, np.array([-1e-4, 1e-2]), events=events)
+    *_, last = library_steps(flow)
+    assert last.event == 0
+    assert last.t_new == pytest.approx(0.01, abs=1e-5)
+    assert last.x_new == pytest.approx([-1e-4, -1e-2], abs=1e-5)

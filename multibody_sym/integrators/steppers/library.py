@@ -39,6 +39,7 @@ BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
 _SOON: Final = 2.0**-20  # part of the time in which the state changes by its own size
 _AT_ONCE: Final = 1e-9  # part of a way that is not worth another step
+_ROUNDED: Final = 2.0**-48  # part of the state by which a function may seem to have turned
 _REPEATS: Final = 20  # of a step, from its start to what crosses in it
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
@@ -266,15 +267,23 @@ def _step(flow: Flow, solver: _Solver, t: float, x: Floats, t_new: float, x_new:
 
 
 class _Crossing:
-    """The sides of zero on which switching functions were last seen; one that is zero at the start has none yet."""
+    """The sides of zero on which switching functions were last seen; one that is zero at the start has none yet.
+
+    Those of a mode that start beyond zero and turn back have `turned`: they may not exceed these values (ng,), infinite
+    for all others, until they have been below zero.
+    """
 
     def __init__(self, flow: Flow, t: float, x: Floats, slope: Floats) -> None:
         self.usual = self.events = events = flow.events
         self.terminal = np.array(events.terminal if events else (), dtype=bool)
         self.sides = events.sides(t, x) if events else np.zeros(0)
+        self.turned = np.full(len(self.sides), math.inf)
         if events and events.margins:  # what has just bounced is on its way back
             here, soon = events.beyond(t, x), events.beyond(t + _SOON, x + _SOON * slope)
-            self.sides[(here > 0.0) & (soon < here)] = 1.0
+            back = (here > 0.0) & (soon < here)
+            self.sides[back] = 1.0
+            back[: len(back) - len(events.margins)] = False
+            self.turned[back] = here[back] + _ROUNDED * max(1.0, float(np.abs(x).max(initial=0.0)))
             self.events = with_tolerance(flow, events, t, x, slope)
 
     def passed(self, t: float, x: Floats) -> None:
@@ -298,6 +307,8 @@ class _Crossing:
             crossed, end, event = self._crossed(self._at(seen, solver)), seen, None
             if len(crossed):
                 end, event = self._earliest(crossed, t, seen, solver)
+        elif event is None and len(returned := np.flatnonzero((self.sides > 0.0) & (values > self.turned))):
+            end, event = min((self._time(int(i), t, end, solver), int(i)) for i in returned)
         if event is None:
             self.sides = np.where(values == 0.0, self.sides, np.sign(values))
             return end, None
@@ -386,15 +397,17 @@ class _Crossing:
 
         if not t < end:
             return end
-        side = float(self.sides[index])
-        size = abs(float(self._at(end, solver)[index]))
+        side, level = float(self.sides[index]), 0.0
+        if side > 0.0 and self.turned[index] < math.inf:  # it has not been below zero
+            side, level = -1.0, float(self.turned[index])
+        size = abs(float(self._at(end, solver)[index]) - level)
 
         def g(time: float) -> float:
-            value = float(self._at(time, solver)[index]) if time > t else side * size
+            value = float(self._at(time, solver)[index]) - level if time > t else side * size
             return value or side * 1e-300  # at zero, and at the start, still on its side, whatever round-off says
 
         found = float(brentq(g, t, end, xtol=4e-16 * max(1.0, abs(end)), rtol=1e-15))
         further = float(np.spacing(abs(found)))
-        while found < end and not self.sides[index] * g(found) < 0.0:
+        while found < end and not side * g(found) < 0.0:
             found, further = min(found + further, end), 2.0 * further
         return found
