@@ -30,8 +30,9 @@ def with_tolerance(flow: Flow, events: Events, t: float, x: Floats, slope: Float
         return events
     changes = [np.abs(events.values(t, x + scale)[own] - here) for scale in np.diag(scales)]
     wide = np.maximum(margins, np.sum(changes, axis=0))
-    soon = events.values(t + _SOON, x + _SOON * slope)[own]
-    stays = at_zero & ~(here - soon > _SOON * wide)
+    soon, later = (events.values(t + h, x + h * slope)[own] for h in (_SOON, 2.0 * _SOON))
+    falls = (3.0 * here - 4.0 * soon + later) / (2.0 * _SOON)  # without the bend of the straight way
+    stays = at_zero & ~(falls > wide)
     return replace(events, margins=tuple(np.where(stays, wide, margins).tolist()))
 
 
