@@ -168,7 +168,7 @@ def _verify_beside_others(system: System, verify: Callable[[System], object]) ->
         verify(system)
     except InputError:
         raise
-    except Exception:  # what fails elsewhere is told once the file is right
+    except Exception:  # a wrong file may fail anywhere: its mistakes are raised without that
         return
 
 

@@ -76,7 +76,7 @@ def with_others(error: MultibodyError, content: Any, read: Callable[[Any], objec
 def _apart(error: MultibodyError, content: Any) -> list[MultibodyError]:
     """Return an error and the others that it carries, each by itself, with their paths in the content.
 
-    What is wrong in copies is told of the first.
+    A mistake in all copies of a chain stands in the first one alone.
     """
     every, error.others = [error, *error.others], ()
     found, copied = list[MultibodyError](), set[Path]()

@@ -169,7 +169,7 @@ class Tips:
         """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
         laws = facts.laws
         for name in self._meeting(facts, active):
-            towards = self._towards(facts, name, facts.motion)
+            towards = self._towards(facts, name)
             if towards is not None:
                 laws = _remembered(facts, laws, name, self.rows[name][1], towards)
         return laws
@@ -178,7 +178,7 @@ class Tips:
         """Return what takes no part although it touches: points without a normal, and sides of bars at met ends."""
         found = [end.side.name for name in active for end in self.sides.get(name, ())]
         for name in self._meeting(facts, active):
-            strikes = self._towards(facts, name, facts.motion) is not None
+            strikes = self._towards(facts, name) is not None
             found += [end.side.name for end in self.sides[name]] if strikes else [name]
         return tuple(found)
 
@@ -210,7 +210,7 @@ class Tips:
         """Return whether an element is a contact of two points that strike, and is not `active`."""
         name = element.name
         meets = name in self.rows and name in self._meeting(facts, active)
-        return meets and self._towards(facts, name, facts.motion) is not None
+        return meets and self._towards(facts, name) is not None
 
     def struck(self, facts: Facts) -> None:
         """Note that something struck: what is in one place leaves it."""
@@ -224,13 +224,13 @@ class Tips:
     def _meeting(self, facts: Facts, active: Collection[str]) -> list[str]:
         return [name for name in self.rows if name not in active and self._together(facts, name)]
 
-    def _towards(self, facts: Facts, name: str, motion: Motion) -> Floats | None:
+    def _towards(self, facts: Facts, name: str) -> Floats | None:
         """Return the direction in which the first of two points comes to the second; None where nothing strikes.
 
         So it is where they hardly move, where they part or have just struck, and above the side of a bar.
         """
         element, row = self.rows[name]
-        away, rate = _separation(row, motion)
+        away, rate = _separation(row, facts.motion)
         speed = float(np.linalg.norm(rate))
         if speed <= TOUCHING * facts.scale.speed:
             return None
@@ -239,7 +239,7 @@ class Tips:
         if just_struck or away @ rate > _AGAIN * rounded_meeting(facts, element):
             return None
         comes: Floats = rate / speed
-        return comes if all(_from_beyond(end, row, comes, motion) for end in self.sides[name]) else None
+        return comes if all(_from_beyond(end, row, comes, facts.motion) for end in self.sides[name]) else None
 
 
 def rounded_meeting(facts: Facts, element: OneWay) -> float:
