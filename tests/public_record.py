@@ -92,11 +92,11 @@ def _plain(signature: inspect.Signature) -> str:
 
 def _returned() -> list[type[Any]]:
     """Return the classes of what public functions return that have no public name and are called or read by users."""
-    from multibody_sym.simulation.failures import FailedRunError
+    from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
     from multibody_sym.simulation.right_side import RightSide
     from multibody_sym.simulation.tree_functions import TreeFunction
 
-    return [FailedRunError, RightSide, TreeFunction]
+    return [FailedRunError, MotionEndsError, RightSide, TreeFunction]
 
 
 def _commands() -> Iterator[tuple[str, str]]:

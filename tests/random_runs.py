@@ -123,7 +123,8 @@ def _judged(command: str, code: int, out: str, err: str) -> dict[str, Any]:
         started = re.search(r"(?:at|from) t = (\S+)", text)
         later = started is not None and float(started.group(1).rstrip(",:;") or 0) > 0
         mid = later and code == 3 and "simulate" in COMMANDS[command]
-        return {"class": "refusal in mid-run" if mid else "refusal", "text": text}
+        ends = '"number": "R101"' in out or "[R101]" in err
+        return {"class": "refusal" if not mid else "end of the motion" if ends else "refusal in mid-run", "text": text}
     if code:
         return {"class": f"exit {code}", "text": text}
     if re.search(r"\b(nan|inf|NaN|Infinity)\b", out):
@@ -199,7 +200,7 @@ def _one_model(asked: argparse.Namespace, number: int, commands: Sequence[str], 
         row = {"seed": asked.seed, "model": number, "name": name, "command": command, **outcome(command, file)}
         with asked.table.open("a") as table:
             table.write(json.dumps(row) + "\n")
-        if asked.folder and row["class"] not in ("answer", "refusal"):
+        if asked.folder and row["class"] not in ("answer", "refusal", "end of the motion"):
             asked.folder.mkdir(exist_ok=True)
             (asked.folder / f"{number}_{command}_{name}.yaml").write_text(text)
 

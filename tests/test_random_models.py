@@ -13,7 +13,7 @@ from random_runs import judged_run, main, rows_of, seed_of
 
 import multibody_sym as mbs
 from multibody_sym.checking import check as checking
-from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
 
 REFUSED = {"answer", "refusal"}
 RUN = (
@@ -94,8 +94,9 @@ def test_commands_answer_or_refuse(tmp_path: Path) -> None:
 )
 def test_motions_that_end_beside_friction_name_why(seed: int, words: str) -> None:
     """A drag that drives, a spring as stiff as it is fast, links that come into line: no friction jams there."""
-    with pytest.raises(mbs.RunError, match=words):
+    with pytest.raises(MotionEndsError, match=words) as met:
         mbs.simulate(mbs.loads(random_model(seed)), t_end=1.0)
+    assert met.value.number == "R101"
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ class Recording:
                 write()
                 kept = self._growing.partial if self._growing is not None else self.path
                 message = f"{error.message}; what was computed until then is in {_beside(kept, self.path)}"
-                raise FailedRunError(message, error.trajectory) from None
+                raise type(error)(message, error.trajectory) from None
         if self._grows and self._growing is not None:
             self.place = self._growing.place
 

@@ -319,6 +319,17 @@ class RunFailure:
 
 
 @dataclass(frozen=True)
+class Reason:
+    """Why a run could not go on, in words; `ends`: the motion of the model has no continuation there, as it is shown.
+
+    Where none was found, or steps or accuracy were at fault, the motion may well go on.
+    """
+
+    text: str
+    ends: bool = False
+
+
+@dataclass(frozen=True)
 class Event:
     """Switching function `index` crossed zero at `time`; the run stopped there if it is `terminal`."""
 

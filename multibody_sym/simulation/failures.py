@@ -19,3 +19,13 @@ class FailedRunError(RunError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.message, self.trajectory), vars(self)
+
+
+class MotionEndsError(FailedRunError):
+    """The motion of the model itself has no continuation; `trajectory` is all of it.
+
+    A speed or a force grows without bound there, constraints contradict each other, a mass is used up, a rope comes off
+    its wheel, or no state fulfils the laws of contact and friction.
+    """
+
+    number = "R101"

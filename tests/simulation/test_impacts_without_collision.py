@@ -77,7 +77,7 @@ def test_without_a_restitution_there_is_no_state_and_it_is_proved() -> None:
     assert (found.mode, found.blow) == (None, None)
     assert found.found is not None
     assert found.found.proved
-    assert "declare a restitution" in found.why_none
+    assert "declare a restitution" in found.why_none.text
 
 
 def test_with_a_restitution_of_zero_nothing_is_given_back() -> None:

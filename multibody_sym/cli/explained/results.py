@@ -122,12 +122,21 @@ constraints: {string: {type: rope, path: [a, b]}}
     # --- runs, output, usage, defects
     "R100": Explained(
         "The run failed on the way",
-        "A coordinate grew without bound, a mass ended, a mechanism came to a position in which it locks, or steps "
-        "became too small.",
-        "What was computed until then is kept. The message names what and when; `check` and a plot show more.",
+        "Steps became too many or too small, a number too large, or no state was found in which the run goes on.",
+        "What was computed until then is kept. The message names what and when, and what was tried; the motion may go "
+        "on there: other steps, tolerances or another method tell.",
         slider(("q: x}", "q: x, initial: {q: 1, u: 1}}"))
         + "forces: {F: {type: force, on: block, value: [k*x, 0, 0]}}\nsimulation: {t_end: 300}\n",
         ("simulate", "--backend", "python"),
+    ),
+    "R101": Explained(
+        "The motion ends there",
+        "The model has none beyond: a speed grows without bound, a motion drives into a stop, constraints contradict "
+        "each other, a mass is used up, a rope comes off its wheel, or friction leaves no state.",
+        "The motion until then is complete. End the run before, or change what the message names.",
+        slider(("k: 10 N/m", "k: 10 N/m^3"), ("q: x}", "q: x, initial: {q: 1, u: 1}}"))
+        + "forces: {F: {type: force, on: block, value: [k*x^3, 0, 0]}}\n",
+        ("simulate", "--t-end", "3", "--backend", "python"),
     ),
     "O100": Explained(
         "The result cannot be kept",

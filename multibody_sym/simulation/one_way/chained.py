@@ -19,7 +19,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain, shortly
 from multibody_sym.runtime.course import Passage
-from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, RunFailure
+from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Reason, RunFailure
 from multibody_sym.scalars.node import Node
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.along.jumps import Jump, Passed, added, passed
@@ -114,7 +114,7 @@ class OneWayRun:
     stretches: list[Stretch] = field(default_factory=list)
     lost: dict[str, float] = field(default_factory=dict)
     lost_at_start: float = 0.0
-    trouble: str = ""
+    trouble: Reason | None = None
     legs: list[Leg] = field(default_factory=list)
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)
@@ -138,7 +138,8 @@ class OneWayRun:
         self._go_the_same_ways()
         entered = self._entered(found, None)
         if isinstance(entered, RunFailure):
-            raise NoSolutionError(f"{self.trouble} at the start")
+            assert self.trouble is not None
+            raise NoSolutionError(f"{self.trouble.text} at the start")
         self.lost_at_start = sum(self.lost.values())
         return entered
 
@@ -201,7 +202,7 @@ class OneWayRun:
         """Return the run in the mode that follows at a switch, or why there is none."""
         cause = self.stretches[-1].cause(switch.index)
         self.trouble = self.switches.hindered(switch.begun.time, switch.x, cause, reversed(self.changes))
-        if self.trouble:
+        if self.trouble is not None:
             return RunFailure(Status.NO_MODE, switch.begun.time, None)
         if cause.ends == "moves on" and cause.part is not None:
             return self._on_its_way(switch, cause.part)
@@ -234,9 +235,11 @@ class OneWayRun:
             return again
         found = self.switches.beyond(now, jam.facts)
         if found.mode is None:
-            self.trouble = (
+            why = found.why_none
+            self.trouble = Reason(
                 f"friction jams: the force at {jam.row} grows without bound, for with its friction it hardly moves "
-                f"what it presses (Painleve's paradox), and behind that {found.why_none}"
+                f"what it presses (Painleve's paradox), and behind that {why.text}",
+                why.ends,
             )
             return RunFailure(Status.NO_MODE, t, None)
         return self._later(found, switch)
@@ -343,7 +346,7 @@ class OneWayRun:
             if beyond is not None:
                 return self._entered(beyond, switch)
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
-            self.trouble = (
+            self.trouble = Reason(
                 f"no state of {changing or 'what touches'} was found that lasts: {returns} times the same one followed "
                 f"within {self._returns.soon:.3g} s, the last ones kept up to 1e-8 of the forces beyond their limits,"
             )

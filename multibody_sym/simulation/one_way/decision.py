@@ -21,6 +21,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
+from multibody_sym.runtime.problem import Reason
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, rounded_up
@@ -65,7 +66,7 @@ class Decided:
     blow: Blow | None = None
     late: Mapping[str, float] = field(default_factory=dict)
     collapsed: frozenset[str] = frozenset()
-    hindered: str = ""
+    hindered: Reason | None = None
 
     @property
     def several(self) -> bool:
@@ -84,13 +85,14 @@ class Decided:
         return {x: y for x, y in taken.items() if x in open_forces or any(z.get(x) != y for z in states)} or taken
 
     @property
-    def why_none(self) -> str:
-        """Why there is no mode, in words, and what to do."""
+    def why_none(self) -> Reason:
+        """Why there is no mode, and what to do."""
         none = "" if self.found is None else self.found.why_none
         touching = [x for x in (self.posed.elements if self.posed else ()) if x.unilateral]
         collide = "" if not touching or any(x.collides for x in touching) else _COLLIDE
         cures = f"end the run before, lower the friction, {collide}or make it smooth by {_SMOOTH}"
-        return self.hindered or f"{none} ({cures}),"
+        proved = self.found is not None and self.found.proved
+        return self.hindered or Reason(f"{none} ({cures}),", ends=proved)
 
     @staticmethod
     def largest_of(forces: Floats, facts: Facts, rows: Sequence[int]) -> float:
@@ -163,7 +165,8 @@ def decided(
     touching = [name for name in settling.touching(facts, closed) if name not in apart | flying]
     facts = moved(facts, q=onto_rows(facts, touching))
     if lying := facts.lying(named(facts, touching)):
-        return Decided(facts, None, 0.0, None, None, hindered=f"{lying} ({ON_POINTS}, or end the run before),")
+        flat = Reason(f"{lying} ({ON_POINTS}, or end the run before),", ends=True)
+        return Decided(facts, None, 0.0, None, None, hindered=flat)
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing) if before is not None else {}
     held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
@@ -188,7 +191,7 @@ def decided(
             left = _left(facts, touching, after.touching, before)
             late = late if left is None else dict.fromkeys(late, left)
     except NoSolutionError as error:
-        return Decided(facts, None, 0.0, None, None, hindered=f"the impact cannot be solved: {error}")
+        return Decided(facts, None, 0.0, None, None, hindered=Reason(f"the impact cannot be solved: {error}"))
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
     state, mode = _lasting(problem, found, hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)

@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
+from multibody_sym.runtime.problem import Reason
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
@@ -88,16 +89,16 @@ class Switches:
         )
         return self.tips.resting(decided(facts, (), hidden=self.hidden, beyond=aside))
 
-    def hindered(self, t: float, x: Floats, cause: Switching, changes: Iterable[Change]) -> str:
-        """Return why nothing follows what has ended a mode, after the latest `changes` first; empty where it does."""
+    def hindered(self, t: float, x: Floats, cause: Switching, changes: Iterable[Change]) -> Reason | None:
+        """Return why nothing follows what has ended a mode, after the latest `changes` first; None where it does."""
         if endless := self.standstill.lasts(t, len(self.laws.unilateral)):
             lately = takewhile(lambda each: each.time >= self.standstill.since, changes)
-            return f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}"
+            return Reason(f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}")
         if cause.ends != "closes" or is_tip(cause.element) or not thin_bars.is_behind(self.at(t, x), cause.element):
-            return ""
+            return None
         hidden = thin_bars.turned_round(self.bars, cause.element, self.hidden)
         self.hidden = self.hidden if hidden is None else tuple(hidden)
-        return f"{cause.element.name}: {thin_bars.FROM_BEHIND}" if hidden is None else ""
+        return Reason(f"{cause.element.name}: {thin_bars.FROM_BEHIND}") if hidden is None else None
 
     # --- what follows -------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
-from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
 from multibody_sym.simulation.runs.made import Made, MadeAlone, Piece
 from multibody_sym.simulation.runs.modes import Beginning, Departed
 from multibody_sym.simulation.runs.runnable import Runnable
@@ -45,26 +45,27 @@ def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
 
 
 def ended(made: Made) -> Trajectory:
-    """Return the trajectory of a run. Raises FailedRunError."""
+    """Return the trajectory of a run. Raises FailedRunError, MotionEndsError."""
     trajectory = Trajectory(made)
     if made.told.loses_mass and (made.failure is not None or trajectory.stop is not None):
         from multibody_sym.simulation.runs.why_failed import mass_used_up
 
         if (left := mass_used_up(trajectory)) is not None:
-            raise FailedRunError(left, trajectory)
+            raise MotionEndsError(left, trajectory)
     if trajectory.stop is not None:
         from multibody_sym.simulation.runs.why_failed import wheel_left
 
         if (left := wheel_left(trajectory)) is not None:
-            raise FailedRunError(left, trajectory)
+            raise MotionEndsError(left, trajectory)
     failure, modes = made.failure, made.modes
     if failure is None or failure.status is Status.INTERRUPTED:
         if modes is not None and (passed := modes.passed_through(made.t, made.q, made.u)):
             raise FailedRunError(passed, trajectory)
         return trajectory
-    from multibody_sym.simulation.runs.why_failed import failure_message  # which few runs need
+    from multibody_sym.simulation.runs.why_failed import why_failed  # which few runs need
 
-    raise FailedRunError(failure_message(trajectory, failure), trajectory)
+    reason = why_failed(trajectory, failure)
+    raise (MotionEndsError if reason.ends else FailedRunError)(reason.text, trajectory)
 
 
 def _kept(ready: Runnable, problem: Problem, done: Integration) -> Integration:

@@ -29,7 +29,7 @@ from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
-from multibody_sym.runtime.problem import Problem, RunFailure
+from multibody_sym.runtime.problem import Problem, Reason, RunFailure
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.runs.stiffness import stiffness_of
@@ -74,12 +74,13 @@ _NO_CAUSE: Final = (
 )
 
 
-def failure_message(run: Trajectory, failure: RunFailure) -> str:
+def why_failed(run: Trajectory, failure: RunFailure) -> Reason:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
     failure = _in_rows_of_its_mode(run, failure)
     tight = _tight(run, failure.time)
     if tight:
-        return f"at t = {failure.time:.6g} s {tight.text}, and what goes on from there is not told; {tight.advice}"
+        at = f"at t = {failure.time:.6g} s"
+        return Reason(f"{at} {tight.text}, and what goes on from there is not told; {tight.advice}")
     return _happened(run, failure)
 
 
@@ -177,42 +178,49 @@ def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
     )
 
 
-def _happened(run: Trajectory, failure: RunFailure) -> str:
+def _happened(run: Trajectory, failure: RunFailure) -> Reason:
     mechanism, when = _ended_in(run)[0], f"at t = {failure.time:.6g} s"
     what = _component(run.ready.mechanism if failure.status is Status.LEFT else mechanism, failure)
     if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem, failure.time):
-        return _too_long(run.problem, failure)
+        return Reason(_too_long(run.problem, failure))
     if failure.status is Status.NOT_FINITE:
-        return f"{what} {when}: {_not_finite(run, failure.time)}"
+        why = _not_finite(run, failure.time)
+        return replace(why, text=f"{what} {when}: {why.text}")
     if failure.status is Status.NO_SLOPE:
         name = run.problem.method.name
-        return (
+        return Reason(
             f"the rate of {what} has no finite derivative {when}, which {name} needs: an expression, "
             "such as a root at zero, rises without bound there; take an explicit method, or bound its slope"
         )
     if failure.status is Status.STEP_UNDERFLOW and failure.component is None:
         name = run.problem.method.name
-        return (
+        return Reason(
             f"{name} takes no further step {when}, and does not say why: the motion has a jump or a singularity there, "
             "or the method does not fit it; take other tolerances, or one of this package's methods"
         )
     if failure.status is Status.STEP_UNDERFLOW:
-        return f"the step became too small {when}, on account of {what}: {_cause(run, failure.time) or _NO_CAUSE}"
+        cause = _cause(run, failure.time)
+        told = f"the step became too small {when}, on account of {what}: {cause or _NO_CAUSE}"
+        return Reason(told, ends=cause is not None)
     if failure.status is Status.NOT_CONVERGED:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
-        return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"
+        return Reason(f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}")
     if failure.status in (Status.STEP_LIMIT, Status.CHATTERS):
         most = failure.status is Status.STEP_LIMIT
         got = "the run took its largest number of steps and got" if most else "the run gets"
-        return f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(run, failure.time)}"
-    if failure.status in (Status.NO_MODE, Status.SINGULAR):
-        return _singular(run, failure.time) if failure.status is Status.SINGULAR else f"{_trouble(run)} {when}"
+        return Reason(f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(run, failure.time)}")
+    if failure.status is Status.SINGULAR:
+        return _singular(run, failure.time)
+    if failure.status is Status.NO_MODE:
+        assert run.modes is not None
+        assert run.modes.trouble is not None
+        return replace(run.modes.trouble, text=f"{run.modes.trouble.text} {when}")
     assert failure.status in _BROKEN
     found = _contradiction(run, failure.time)
     if found is not None:
-        return found.message(mechanism, when)
+        return Reason(found.message(mechanism, when), ends=True)
     if failure.status is Status.LEFT:
-        return (
+        return Reason(
             f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
@@ -221,34 +229,35 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
     if isinstance(row, VelocityRow):
         named = {leaf.data[1] for leaf in leaves([row.zero], "slot") if leaf.data[0] == "u"}
         names = [speed.name for k, speed in enumerate(mechanism.speeds) if k in named]
-        return (
+        return Reason(
             f"{told}: it acts on every speed that it names ({', '.join(names)}), as all constraints do, and the forces "
             "that this takes grow beyond what a step can follow; it is no equation of a state of its own"
         )
-    return (
+    return Reason(
         f"{told}: no position beyond was found that satisfies it, down to the shortest step; this is where lengths end "
         "the motion, or where the method has lost it: shorter steps or tolerances tell"
     )
 
 
-def _not_finite(run: Trajectory, time: float) -> str:
+def _not_finite(run: Trajectory, time: float) -> Reason:
     """Return which inputs have no finite value at a time near the end of a run, or else why, or what may have none."""
     mechanism, problem, end = run.ready.mechanism, run.problem, run.integration
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
     if end.q_final is None or end.u_final is None:
-        return unknown
+        return Reason(unknown)
     if mechanism.inputs:
         (values,) = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)
         names = [name for name, x in zip(mechanism.inputs, values, strict=True) if not np.isfinite(x)]
         if names:
             has = "has" if len(names) == 1 else "have"
-            return f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there"
+            told = f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there"
+            return Reason(told, ends=True)
     if cause := _cause(run, time):
-        return cause
+        return Reason(cause, ends=True)
     fastest = max(zip(mechanism.speeds, end.u_final.tolist(), strict=True), key=lambda each: abs(each[1]), default=None)
     if fastest is None:
-        return unknown
-    return f"{unknown}: the largest speed, {fastest[0].name}, is {fastest[1]:.3g} {fastest[0].unit}"
+        return Reason(unknown)
+    return Reason(f"{unknown}: the largest speed, {fastest[0].name}, is {fastest[1]:.3g} {fastest[0].unit}")
 
 
 def mass_used_up(run: Trajectory) -> str | None:
@@ -345,38 +354,39 @@ def _is_too_long(problem: Problem, failed: float) -> bool:
         return False
 
 
-def _singular(run: Trajectory, time: float) -> str:
+def _singular(run: Trajectory, time: float) -> Reason:
     """Return that rows become dependent at a time near the end of a run, and which; or that friction jams there."""
     mechanism, parameters = _ended_in(run)
     rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
     motion = rows.motion(run.integration.q_final, run.integration.u_final)
     first = rows.motion(run.ready.q0, run.ready.u0)
     if vanishing := _in_line(first, motion) or _grown(run, time, motion):
-        return f"no step was found that leads on from t = {time:.6g} s: {vanishing}"
+        return Reason(f"no step was found that leads on from t = {time:.6g} s: {vanishing}", ends=True)
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
     if run.modes is not None and run.modes.stretches and _jams(run, time):
         sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
-        return (
+        return Reason(
             f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly move "
             "what they press (Painleve's paradox), and no change of their sign was found behind which the motion goes "
             "on; lower the friction, or end the run before"
         )
     if found.independence > _APART and (part := _feeding(run, time)):
-        return (
+        return Reason(
             f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass "
             "take no more of it; give them a mass, lower the friction, or end the run before"
         )
     if found.independence > _APART:
-        return (
+        return Reason(
             f"no step was found that leads on from t = {time:.6g} s, as near a singular position, though no "
             "constraints depend on each other there; take other steps or tolerances, or another method"
         )
     come = "come" if len(found.names) > 1 else "comes"
-    return (
+    return Reason(
         f"singular position at t = {time:.6g} s: {', '.join(found.names)} {come} to depend on the other constraints, "
         "or to hold nothing, forces grow without bound there, and no step leads across; take other steps or "
-        "tolerances, or another method"
+        "tolerances, or another method",
+        ends=True,
     )
 
 
@@ -468,7 +478,3 @@ def _sizes(rows: Rows, done: Integration) -> Floats:
 
 def _missed(rows: Rows, done: Integration, k: int) -> Missed | None:
     return replace(rows, t=float(done.t[k])).missed(done.q[k])
-
-
-def _trouble(run: Trajectory) -> str:
-    return "" if run.modes is None else run.modes.trouble
