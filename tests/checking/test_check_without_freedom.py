@@ -106,3 +106,20 @@ def test_the_verdict_names_what_misses(monkeypatch: pytest.MonkeyPatch) -> None:
     found = check(mbs.loads(CANTILEVER.replace("fixed", "revolute")))
     assert found.missing == ("theorem of angular impulse",)
     assert "THEY DISAGREE: theorem of angular impulse" in check_text(found)
+
+
+def test_forces_that_bend_with_a_distance_or_a_place_are_followed_along_a_short_run() -> None:
+    """A string pulls when stretched, a wall pushes on one side: what switches them is no slot of the state."""
+    model = """\
+multibody_sym: 1
+name: string and wall
+gravity: [0, -9.81, 0]
+bodies: {p: {mass: 0.5}}
+joints: {line: {type: prismatic, parent: ground, child: p, axis: -y, q: h, initial: {q: 0.1}}}
+forces:
+  string: {type: pull, between: [ground, p], value: "20*max(distance - 1, 0)"}
+  wall: {type: potential, on: p, value: "10*max(-1 - y, 0)^2"}
+"""
+    report = check(mbs.loads(model))
+    assert report.agrees, report.missing
+    assert report.theorems["work"] < 1e-9

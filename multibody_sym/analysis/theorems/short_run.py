@@ -17,6 +17,7 @@ from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.exertions import exertions, resultant
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta
+from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.integrators.methods.dormand_prince_8 import dormand_prince_8
 from multibody_sym.kinematics.energy import kinetic_energy
@@ -27,6 +28,7 @@ from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rank import SWITCHED, rank
 from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.traversal import leaves
 
 MOST: Final = 60
 """Speeds beyond which the short run would take seconds."""
@@ -127,8 +129,9 @@ class _Run:
 
     def sides(self, t: float, q: Floats, u: Floats) -> Floats:
         """Return the signs of what switches in forces and motions (kinks)."""
-        found: Floats = np.sign(np.array(self._state(t, q, u).values(self._mechanism.kinks), dtype=float))
-        return found
+        motion, kinks = self.motion(t, q, u), self._mechanism.kinks
+        found = motion.state.values(kinks, quantities(motion, (), (), leaves(kinks, "quantity")))
+        return np.asarray(np.sign(found), dtype=float)
 
     def motion(self, t: float, q: Floats, u: Floats) -> Motion:
         """Return the motion of all bodies."""

@@ -37,7 +37,7 @@ from multibody_sym.model.mechanism.every_mode import every_row, friction_parts
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.one_way import ACTIVE, FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import creeping
@@ -45,6 +45,8 @@ from multibody_sym.scalars.node import slot
 
 TOUCHING: Final = 1e-9
 """The part of the model's size, and of its largest speed, up to which things touch, or do not move along each other."""
+ULPS: Final = 4.0
+"""Roundings that what cancels may be off by."""
 _LITTLE: Final = 1e-6
 """The part of the time that the fastest needs for the model's size over which rates are taken."""
 _OF_FALLING: Final = 1e-3
@@ -172,10 +174,10 @@ class RowNumbers(ABC):
         return part * (1.0 if element.name in self.laws.turning else self.scale.length)
 
     def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
-        """Return the speed along a row up to which it counts as being at rest."""
+        """Return the speed along a row up to which it counts as being at rest: where all speeds cancel, rounding."""
         slides = self.laws.slides
         sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
-        return part * float(np.abs(self.jacobian(row)) @ sizes)
+        return max(part * float(np.abs(self.jacobian(row)) @ sizes), ULPS * EPSILON * self.scale.speed)
 
     def allowed_slip(self, part: FrictionPart, of_speed: float = TOUCHING) -> float:
         """Return the speed of slip up to which a friction part counts as being at rest."""

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.dynamics.laws.assemble import TOUCHING, Numbered, RowNumbers, Scale
+from multibody_sym.dynamics.laws.assemble import TOUCHING, ULPS, Numbered, RowNumbers, Scale
 from multibody_sym.kinematics.flat_rims import flat_rims
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
@@ -25,7 +25,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 
 _BESIDE: Final = 1.37
-_ULPS: Final = 4.0
 ROUNDED_GAP: Final = 1e-14
 """The part of the largest length by which what touches may be off its face by rounding."""
 _TURNED: Final = 1e-5
@@ -162,11 +161,15 @@ class Facts(RowNumbers):
 
     def rounding_of_gap(self, element: OneWay) -> float:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
-        return _ULPS * EPSILON * float(np.abs(self.jacobian(element.normals[0])) @ self._reach_of_speeds)
+        return ULPS * EPSILON * float(np.abs(self.jacobian(element.normals[0])) @ self._reach_of_speeds)
 
     def rounded_gap(self, element: OneWay) -> float:
         """Return by how much an element may be off its face by rounding: a mode ends where it has got in so far."""
         return max(self.allowed_gap(element, ROUNDED_GAP), rounded_up(self.rounding_of_gap(element)))
+
+    def rounded_idle_gap(self, element: OneWay) -> float:
+        """Return the same of one that carries nothing, where others may hold its gap: all lengths cancel in it."""
+        return max(self.rounded_gap(element), rounded_up(ULPS * EPSILON * self.farthest(element)))
 
     @cached_property
     def _reach_of_speeds(self) -> Floats:

@@ -247,6 +247,8 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
         return at.allowed_gap(one.element)
     if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
         return -rounded_meeting(at, one.element)
+    if one.ends == "closes" and one.element.name in mode.idle:
+        return at.rounded_idle_gap(one.element)
     if one.ends in ("closes", "leaves"):
         return at.rounded_gap(one.element)
     if one.ends == "lies flat":
