@@ -30,13 +30,19 @@ from multibody_sym.integrators.flow import (
 )
 from multibody_sym.integrators.looks import Ends
 from multibody_sym.integrators.methods.library import IDA, SCIPY, MissingPackageError
-from multibody_sym.integrators.methods.methods import Method
+from multibody_sym.integrators.methods.methods import METHODS, Method
 from multibody_sym.integrators.steppers.starts import once_left, with_tolerance
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import PROBE, first_seen
 
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
+_STARTERS: Final = {"BDF": "Radau", "LSODA": "Radau", "cvode_bdf": "Radau", "cvode_adams": "DOP853", IDA: "DOP853"}
+"""The methods that begin at order one, and the Runge-Kutta method of scipy that takes their first steps after an event.
+
+At order one each step errs by the tolerance, however short the flight between two impacts is.
+"""
+_STARTING_STEPS: Final = 8
 _SOON: Final = 2.0**-20  # part of the time in which the state changes by its own size
 _AT_ONCE: Final = 1e-9  # part of a way that is not worth another step
 _ROUNDED: Final = 2.0**-48  # part of the state by which a function may seem to have turned
@@ -80,12 +86,16 @@ def _require_slopes(jacobian: Floats, t: float) -> None:
 
 
 def _step_after_event(flow: Flow, t: float, x: Floats) -> float | None:
-    """Return a step short enough for what begins at an event, of which a long one would see nothing; None: any."""
+    """Return a step short enough for what begins at an event, of which a long one would see nothing; None: any.
+
+    A method that begins at order one errs by the second power of the step, others by the third at most.
+    """
+    power = 2.0 if flow.method.name in _STARTERS else 3.0
     scales, slope = flow.scales(x, x), flow.slope(t, x)
     size, speed = scaled_norm(x, scales), scaled_norm(slope, scales)
     soon = _SOON * (size / speed if speed > 0.0 else flow.t_end - t)
     bend = scaled_norm(flow.slope(t + soon, x + soon * slope) - slope, scales) / soon if soon > 0.0 else 0.0
-    return min(math.pow(0.01 / bend, 1.0 / 3.0), flow.t_end - t) if bend > 0.0 else None
+    return min(math.pow(0.01 / bend, 1.0 / power), flow.t_end - t) if bend > 0.0 else None
 
 
 class _Scipy:
@@ -220,14 +230,38 @@ def _unless_infinite(most: float) -> float:
     return most if most < math.inf else 0.0
 
 
-def _open(flow: Flow, t: float, x: Floats) -> _Solver:
+class _Started:
+    """A method that begins at order one, after some steps of its starter."""
+
+    def __init__(self, flow: Flow, t: float, x: Floats, most: float) -> None:
+        self.flow, self.most, self.left = flow, most, _STARTING_STEPS
+        self.solver: _Solver = _Scipy(replace(flow, method=METHODS[_STARTERS[flow.method.name]]), t, x, most)
+        self.t, self.x = t, x
+
+    def advance(self) -> None:
+        if self.left == 0:
+            self.solver = _by_method(self.flow, self.t, self.x, self.most)
+        self.left -= 1
+        self.solver.advance()
+        self.t, self.x = self.solver.t, self.solver.x
+
+    def value(self, t: float) -> Floats:
+        return self.solver.value(t)
+
+
+def _by_method(flow: Flow, t: float, x: Floats, most: float) -> _Solver:
     package: str = getattr(flow.method, "package", SCIPY)
-    most = math.inf
-    if flow.events is not None and flow.events.margins:
-        most = longest_in_modes(flow.lasts, flow.slope(t, x))
     if package == SCIPY:
         return _Scipy(flow, t, x, most)
     return _Ida(flow, t, x, most) if flow.method.name == IDA else _Cvode(flow, t, x, most)
+
+
+def _open(flow: Flow, t: float, x: Floats) -> _Solver:
+    most = math.inf
+    if flow.events is not None and flow.events.margins:
+        most = longest_in_modes(flow.lasts, flow.slope(t, x))
+    make = _Started if t > flow.t0 and flow.method.name in _STARTERS else _by_method
+    return make(flow, t, x, most)
 
 
 def library_steps(flow: Flow) -> Iterator[Step]:
