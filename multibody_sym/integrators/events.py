@@ -214,7 +214,7 @@ class Watch:
             def value(theta: float, i: int = index) -> float:
                 return float(sides[i] * self._at(step, theta, along)[i])
 
-            seen = first_seen(value, *ends.looks(index), self.events.unseen(index))
+            seen = first_seen(value, *ends.looks(index), self.events.unseen(index, step.t, step.x))
             if above[index]:
                 self.below = _first(self.below, seen)
             else:

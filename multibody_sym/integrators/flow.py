@@ -24,6 +24,8 @@ Settle = Callable[[float, Floats], Floats]
 LEAST_STEPS: Final = 200.0  # of a run in modes, ...
 STANDING: Final = 1000.0  # ... and of one in which nothing moves, so that no rate tells what comes
 BESIDE: Final = 32.0  # margins: what is that near zero all along a piece of a step is zero but for round-off
+_MOVED: Final = 2.0**-20  # part of the largest component by which the state is moved, ...
+_GOLDEN: Final = 0.6180339887498949  # ... each component differently: no difference between two stays as it is
 LEAST_ERROR: Final = 1e-4  # remembered by the control: a lucky step does not let the next one grow without measure
 
 
@@ -86,10 +88,20 @@ class Events:
             values[len(values) - len(self.margins) :] -= self.margins
         return values
 
-    def unseen(self, index: int) -> float:
-        """Return how far from zero the values of a function are round-off all along a piece of a step."""
+    def unseen(self, index: int, t: float, x: Floats) -> float:
+        """Return how far from zero the values of a function are round-off all along a piece of a step from (t, x).
+
+        Without a margin that is what it changes by with the round-off of the largest component in all of them.
+        """
         own = index - (len(self.terminal) - len(self.margins))
-        return BESIDE * self.margins[own] if own >= 0 and self.margins[own] > 0.0 else 0.0
+        if own >= 0 and self.margins[own] > 0.0:
+            return BESIDE * self.margins[own]
+        parts = np.array([_MOVED * (0.5 + j * _GOLDEN % 1.0) for j in range(len(x))])
+        try:
+            beside = self.beyond(t, x + parts * np.abs(x).max(initial=0.0))
+        except StepError:
+            return 0.0
+        return float(BESIDE * float_info.epsilon / _MOVED * abs(beside[index] - self.beyond(t, x)[index]))
 
     def to_moment(self, t: float) -> float:
         """Return the way to the next moment, later than round-off tells apart; infinity where there is none."""

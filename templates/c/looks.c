@@ -14,6 +14,8 @@
 #define LEAST_PROBE 0x1p-18 /* part of a step over which rates within it are measured at least, ... */
 #define NEAR 0x1p-5         /* ... and of half a piece over which at most: rounding must not say what they are */
 #define BESIDE 32.0         /* margins: what is that near zero all along a piece is zero but for round-off */
+#define MOVED 0x1p-20       /* part of the largest component by which the state is moved, ... */
+#define GOLDEN 0.6180339887498949 /* ... each component differently: no difference between two stays as it is */
 #define MOST_LOOKS 1000     /* halvings in a step for one function, which is zero but for round-off if they do not suffice */
 
 /* A function's value at theta, a part of the step, and its rates before and after it. */
@@ -32,11 +34,20 @@ static int uncertain(double start, double end, double rise, double fall, double 
     return least < bend && bend > 0.5 * fabs(change);
 }
 
-/* As far from zero the values of a switching function of a mode are round-off. */
-static double unseen_of(const mbs_run *r, int i)
+/* As far from zero the values of a switching function are round-off all along a piece of the step: without a margin what it
+   changes by with the round-off of the largest component in all of them. */
+static double unseen_of(mbs_run *r, int i)
 {
     int own = i - (r->system->ng - r->system->switches);
-    return own >= 0 && r->system->margins[own] > 0.0 ? BESIDE * r->system->margins[own] : 0.0;
+    if (own >= 0 && r->system->margins[own] > 0.0)
+        return BESIDE * r->system->margins[own];
+    double size = mbs_largest(r->n, r->x);
+    for (int j = 0; j < r->n; ++j)
+        r->spare[j] = r->x[j] + MOVED * (0.5 + fmod(j * GOLDEN, 1.0)) * size;
+    mbs_switching(r, r->state->t, r->spare);
+    double beside = r->values[i];
+    mbs_switching(r, r->state->t, r->x);
+    return BESIDE * MBS_EPSILON / MOVED * fabs(beside - r->values[i]);
 }
 
 /* The part of the step over which rates in the middle of a piece are measured. */
@@ -66,10 +77,11 @@ static double seen(mbs_run *r, mbs_path along, int i, look a, look b, double uns
 
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end)
 {
-    double rise = (after - start) / MBS_PROBE, fall = (end - before) / MBS_PROBE, unseen = unseen_of(r, i);
+    double rise = (after - start) / MBS_PROBE, fall = (end - before) / MBS_PROBE;
     int left = MOST_LOOKS;
-    if (!(end < 0.0) && !uncertain(start, end, rise, fall, unseen))
+    if (!(end < 0.0) && !uncertain(start, end, rise, fall, 0.0))
         return 2.0;
+    double unseen = unseen_of(r, i);
     look a = {0.0, start, rise, rise}, b = {1.0, end, fall, fall};
     return seen(r, along, i, a, b, unseen, &left);
 }

@@ -385,7 +385,7 @@ class _Crossing:
 
         for start, stop in pairwise(self._moments(t, end)):
             ways = (along, lambda time: self._at(time, solver))
-            seen = min(self._first_seen(way, start, stop, crossed) for way in ways)
+            seen = min(self._first_seen(way, start, stop, crossed, t, x) for way in ways)
             if seen < stop:
                 return seen
         return end
@@ -398,8 +398,10 @@ class _Crossing:
             found.append(found[-1] + way)
         return [*found, end]
 
-    def _first_seen(self, way: Callable[[float], Floats], begin: float, end: float, crossed: NDArray[np.intp]) -> float:
-        """Return the first time before `end` at which something has crossed on a way; `end` if nothing has.
+    def _first_seen(
+        self, way: Callable[[float], Floats], begin: float, end: float, crossed: NDArray[np.intp], t: float, x: Floats
+    ) -> float:
+        """Return the first time before `end` at which something has crossed on a way from (t, x); `end` if nothing has.
 
         As long as time does not move, everything is on its side, whatever round-off says. So counts a stop above zero
         that comes back there from below.
@@ -418,7 +420,7 @@ class _Crossing:
                 found = float(sides[i] * way(begin + theta * h)[i])
                 return max(found, 0.0) if theta * h <= least else found
 
-            seen = first_seen(value, *ends.looks(index), self.events.unseen(index))
+            seen = first_seen(value, *ends.looks(index), self.events.unseen(index, t, x))
             high = high if seen is None else min(high, seen)
         return begin + high * h if high < 1.0 else end
 
