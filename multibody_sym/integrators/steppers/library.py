@@ -231,7 +231,10 @@ def _unless_infinite(most: float) -> float:
 
 
 class _Started:
-    """A method that begins at order one, after some steps of its starter."""
+    """A method that begins at order one, after some steps of its starter.
+
+    Just before a jump the implicit starter finds no stages, their first guess is of the near side: the method begins.
+    """
 
     def __init__(self, flow: Flow, t: float, x: Floats, most: float) -> None:
         self.flow, self.most, self.left = flow, most, _STARTING_STEPS
@@ -239,11 +242,23 @@ class _Started:
         self.t, self.x = t, x
 
     def advance(self) -> None:
-        if self.left == 0:
-            self.solver = _by_method(self.flow, self.t, self.x, self.most)
-        self.left -= 1
-        self.solver.advance()
+        if not self._advance_starter():
+            if self.left == 0:
+                self.left, self.solver = -1, _by_method(self.flow, self.t, self.x, self.most)
+            self.solver.advance()
         self.t, self.x = self.solver.t, self.solver.x
+
+    def _advance_starter(self) -> bool:
+        """Take one of the starter's steps; False if none is left or it finds none."""
+        if self.left <= 0:
+            return False
+        self.left -= 1
+        try:
+            self.solver.advance()
+        except StepError:
+            self.left = 0
+            return False
+        return True
 
     def value(self, t: float) -> Floats:
         return self.solver.value(t)
