@@ -3,7 +3,7 @@
     what ends                                    function
     what is open or slack, or touches and carries
     nothing, closes                              -gap, over a face that ends
-    two points are nearest, and perhaps meet     r . v, of one from the other
+    two points are nearest, and perhaps meet     r . v, of one from the other, at corners less what is still
     a closed contact, a taut rope opens          -(normal force, tension)
     a reaction that presses changes its side     -side * reaction, from no side |reaction|
     a closed contact gets past an edge           -(way to the edge)
@@ -43,6 +43,8 @@ Ends = Literal[
     "closes", "opens", "leaves", "lies flat", "turns", "slips", "stops", "stops in space", "moves on", "turns back"
 ]  # fmt: skip
 
+_STILL: Final = 1e-6
+"""The rate (1/s) of r . v / r^2 below which a corner that lies on another body does not move but for rounding."""
 _TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other side", "stops in space": "stops"}
 
 
@@ -136,7 +138,9 @@ class SwitchingValues(OneWayForces):
     def closes(self, row: Row) -> S:
         """Return what becomes positive where a row touches that does not act."""
         if isinstance(row, ContactRow) and row.tip is not None:
-            return dot(*separation(self.motion, row.skins[0].place, row.skins[1].place))
+            away, rate = separation(self.motion, row.skins[0].place, row.skins[1].place)
+            parting = dot(away, rate)
+            return parting - _STILL * dot(away, away) if row.tip.corner else parting
         return reduce(minimum, self._reach(row), -self.row(row).phi)
 
     def leaves(self, row: Row) -> S:

@@ -73,8 +73,11 @@ class Flat(Skin):
 class Tip(Flat):
     """A point that another point meets: a plane through it across the direction in which they came together.
 
-    Nothing but a run knows that, so that the components of its normal are parameters of runs.
+    Nothing but a run knows that, so that the components of its normal are parameters of runs. At a `corner`
+    of a box a point hardly moves where that lies on another body.
     """
+
+    corner: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,15 @@
 """Points that meet without a normal: it is the direction in which they come together, and a run remembers it.
 
-Two points that are declared to touch meet so, and a point and the very end of a bar or of a segment, or two such ends.
-Where they are nearest to each other they have met if they are in one place. An end has a side as well: what comes from
-above that strikes the side, as far as to its end, and what comes from beyond it strikes the end.
+Two points that are declared to touch meet so, and a point and the very end of a bar or of a segment, or two such ends;
+in a plane model corners of boxes, too. Where they are nearest to each other they have met if they are in one place. An
+end has a side as well: what comes from above that strikes the side, as far as to its end, and what comes from beyond it
+strikes the end. Where the corner of a body meets a corner or an end, a face strikes that the body is above; where there
+is none they strike each other if their way leads from one into the other, and else pass.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import field, replace
 from typing import Final
 
@@ -25,6 +27,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.model.mechanism.parameters import ARRAY, ParameterEntry, ParameterVector, Source
 from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.resolution.contacts.skins import corners_of
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, slot
@@ -37,7 +40,6 @@ _ACROSS: Final = 1e-9
 """The part of a speed towards an end of a bar, from beyond it, below which what comes is above its side."""
 _AGAIN: Final = 4.0
 """So many times what counts as one place points that have parted have to travel before they can meet from there."""
-
 _ROUNDED_TIME: Final = 8.0 * EPSILON
 """The part of the time by which it is rounded when points meet."""
 _LEAST: Final = 1e-300
@@ -80,18 +82,33 @@ class _End:
         return frozenset((self.point, self.ends[0]))
 
     @property
+    def is_corner(self) -> bool:
+        """Whether the end is a corner of a box, where two of its faces end."""
+        flat = self.row.skins[self.place]
+        return isinstance(flat, Flat) and len(flat.beside) > 1
+
+    @property
     def name(self) -> str:
-        """The contact's name with the point's word, where it has one, and the bar's end, in the order of both."""
+        """The contact's name with the point's word, where it has one, and the end or corner, in the order of both."""
         words = self.side.name.removeprefix(self.side.group).split(".")
-        parts = [next((word for word in words if word.startswith("end")), ""), f"end{self.number + 1}"]
-        return ".".join(filter(None, (self.side.group, *(parts if self.place else parts[::-1]))))
+        point = next((word for word in words if word.startswith(("end", "corner"))), "")
+        face = next((word for word in words if word not in ("", point)), "")
+        end = corners_of(face)[self.number] if self.is_corner else f"end{self.number + 1}"
+        parts = (point, end) if self.place else (end, point)
+        return ".".join(filter(None, (self.side.group, *parts)))
+
+    def inward(self, motion: Motion) -> Floats:
+        """Return the unit vector (3,) from this end along the bar or face, in world axes."""
+        this, other = (np.array(position(motion, marker), dtype=float) for marker in self.ends)
+        along: Floats = (other - this) / np.linalg.norm(other - this)
+        return along
 
 
 def with_tips(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism in whose runs points meet points, and the very ends of bars."""
-    ends: dict[tuple[str, frozenset[Marker]], _End] = {}
+    ends: dict[tuple[str, frozenset[Marker]], list[_End]] = {}
     for end in _ends(mechanism):
-        ends.setdefault((end.side.group, end.pair), end)
+        ends.setdefault((end.side.group, end.pair), []).append(end)
     elements, vector = list(mechanism.one_way), mechanism.parameters
     for k, element in enumerate(elements):
         row = element.normals[0] if element.normals else None
@@ -99,21 +116,24 @@ def with_tips(mechanism: Mechanism) -> Mechanism:
             vector, normal = _with_normal(vector, element.name)
             first, second = row.skins
             elements[k] = _met(element, element.name, (first, Tip(second.place, normal)))
-    for end in ends.values():
+    for end, *others in ends.values():
+        if end.is_corner and not others:
+            continue  # a face that is named by itself
         vector, normal = _with_normal(vector, end.name)
         point, tip = Round(end.point), Round(end.ends[0])
         first, second = (point, tip) if end.place else (tip, point)
-        elements.append(_met(end.side, end.name, (first, Tip(second.place, normal))))
+        corner = any(each.is_corner for each in (end, *others))
+        elements.append(_met(end.side, end.name, (first, Tip(second.place, normal, corner=corner))))
     return replace(mechanism, one_way=tuple(elements), parameters=vector)
 
 
 def _ends(mechanism: Mechanism) -> Iterator[_End]:
-    """Yield the ends of bars that points may meet; not of faces of bodies, whose other faces begin there."""
+    """Yield the ends of bars and of the faces of boxes that points may meet."""
     for element in mechanism.one_way:
         row = element.normals[0] if element.unilateral and element.normals else None
-        if not isinstance(row, ContactRow) or row.inner is not None or not any(map(is_point, row.skins)):
+        if not isinstance(row, ContactRow) or not any(map(is_point, row.skins)):
             continue
-        if any(isinstance(skin, Flat) and skin.ends is not None and len(skin.beside) < 2 for skin in row.skins):
+        if any(isinstance(skin, Flat) and skin.ends is not None for skin in row.skins):
             yield from (_End(element, number) for number in (0, 1))
 
 
@@ -239,7 +259,12 @@ class Tips:
         if just_struck or away @ rate > _AGAIN * rounded_meeting(facts, element):
             return None
         comes: Floats = rate / speed
-        return comes if all(_from_beyond(end, row, comes, facts.motion) for end in self.sides[name]) else None
+        ends = self.sides[name]
+        inward = [end.inward(facts.motion) * (1 if row.skins[0].place == end.point else -1) for end in ends]
+        if all(end.row.inner is None for end in ends):
+            return comes if all(comes @ way > _ACROSS for way in inward) else None
+        on_side = any(end.row.inner is not None and facts.standing(end.side) == "closing" for end in ends)
+        return comes if not on_side and _between(comes, inward) else None
 
 
 def rounded_meeting(facts: Facts, element: OneWay) -> float:
@@ -267,12 +292,11 @@ def _separation(row: ContactRow, motion: Motion) -> Floats:
     return np.array(separation(motion, first.place, second.place), dtype=float)
 
 
-def _from_beyond(end: _End, row: ContactRow, towards: Floats, motion: Motion) -> bool:
-    """Return whether what comes to an end of a bar comes from beyond it, and not from above its side."""
-    this, other = (np.array(position(motion, marker), dtype=float) for marker in end.ends)
-    outward = (this - other) / np.linalg.norm(this - other)
-    comes = towards if row.skins[0].place == end.point else -towards
-    return bool(comes @ outward < -_ACROSS)
+def _between(towards: Floats, ways: Sequence[Floats]) -> bool:
+    """Return whether a direction in the plane is strictly within the convex cone of others: it leads into a corner."""
+    across = [np.array([-y, x, 0.0]) for x, y, _ in ways]
+    supports = (n for way in across for n in (way, -way) if all(other @ n > -_ACROSS for other in ways))
+    return all(towards @ n > _ACROSS for n in supports)
 
 
 def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:

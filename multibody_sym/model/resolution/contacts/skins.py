@@ -233,6 +233,12 @@ def _face_ends(place: _Place, face: Face, halves: Sequence[Node]) -> tuple[Marke
     return place.at(subtract(middle, step)), place.at(add(middle, step))
 
 
+def corners_of(face: str) -> tuple[str, str]:
+    """Return the names of the corners of a box in a plane model at which a face ends, in the order of its ends."""
+    k = _SIDES.index(face) + 1
+    return f"corner{k % 4 + 1}", f"corner{(k + 1) % 4 + 1}"
+
+
 def _distance(p: Point, q: Point) -> Node:
     apart = subtract(q, p)
     found: Node = sqrt(dot(apart, apart))
