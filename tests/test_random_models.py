@@ -3,6 +3,7 @@ commands."""
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 
@@ -125,3 +126,12 @@ def test_feet_that_stay_by_a_pull_do_not_rub_meanwhile() -> None:
     """Friction of what pulls would jam the feet: an impact of 6e-3 N s booked 1.8e-4 J that nobody had lost."""
     run = mbs.simulate(mbs.loads(random_model(3271399235)), t_end=0.751)
     assert run.energy_residual == pytest.approx(0.0, abs=1e-7 * sum(run.impact_losses.values()))
+
+
+def test_what_any_force_would_hold_opens_beside_a_rough_wheel() -> None:
+    """A block is lifted off another one: N = m g cos a - P sin(w t) cos a - k (3 m - 0.1 m) vanishes."""
+    run = mbs.simulate(mbs.loads(random_model(2808982942)), t_end=0.5, samples=3)
+    ((t, kind, name),) = ((x["t"], x["kind"], x["element"]) for x in run.events)
+    assert (kind, name) == ("open", "c2")
+    rises = (5.48 * 9.81 * math.cos(0.2) - 12.659 * 2.9) / (31.207 * math.cos(0.2))
+    assert t == pytest.approx(math.asin(rises) / 1.526, rel=1e-9)

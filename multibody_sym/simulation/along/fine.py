@@ -102,11 +102,11 @@ class Stretch:
             if after >= end:
                 end = before
                 break
-            reached, part = rest._run(after, 2), (before - problem.start) / self.duration
-            steps = max(1, round(part * self.steps))
-            found.append(replace(rest, until=before, steps=steps))
+            reached = rest._run(after, 2)
+            steps = reached.statistics.steps
+            found.append(replace(rest, until=before, steps=max(1, steps)))
             begin = replace(problem, t0=after, q0=reached.q_final, u0=reached.u_final, begun=None)
-            rest = replace(rest, problem=begin)
+            rest = replace(rest, problem=begin, steps=max(1, rest.steps - steps))
         return [*found, replace(rest, until=end)]
 
 

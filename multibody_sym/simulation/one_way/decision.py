@@ -16,7 +16,7 @@ from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.flat_rims import ON_POINTS
 from multibody_sym.model.mechanism.mode_words import mode_words
-from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.records import dataclass
@@ -195,6 +195,7 @@ def decided(
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
     state, mode = _lasting(problem, found, hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
+    limit = limit or (mode is not None and _lets_go(facts, mode))
     if before is not None and before.rates is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
     rows = [facts.laws.places[name] for name in problem.names]
@@ -400,6 +401,12 @@ def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
     sided = [(x, x.normals[k]) for x in two_sided for part in x.frictions if not part.norm for k in part.normals]
     names = [row.name if len(x.normals) > 1 else x.name for x, row in sided]
     return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
+
+
+def _lets_go(facts: Facts, mode: Mode) -> bool:
+    """Tell whether something slips that any normal force will hold: none presses, and it is about to open or hold."""
+    parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
+    return any(part.enough and mode.slips.get(part.name, STICKS) != STICKS for part in parts)
 
 
 def _found(problem: PosedLaws, previous: Mode | None) -> Found:

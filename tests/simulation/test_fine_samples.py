@@ -1,0 +1,31 @@
+"""Stretches of a run in fine samples: each part between kinks has as many as its own steps ask for."""
+
+from __future__ import annotations
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.simulation.one_way.chained import OneWayRun
+
+PUSHED = """\
+multibody_sym: 1
+name: pushed to and fro
+gravity: [0, -9.81, 0]
+bodies:
+  block: {mass: 1}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+joints: {J: {type: point, parent: ground, child: block, q: [x, y], initial: {u: [50, 0]}}}
+forces: {F: {type: force, on: block, value: ["sign(sin(50*t))", 0, 0]}}
+contacts: {c: {between: [block, ground.floor], static: 0.3, kinetic: 0.3}}
+"""
+
+
+def test_parts_between_kinks_have_steps_of_their_own() -> None:
+    run = mbs.simulate(mbs.loads(PUSHED), t_end=2.0, backend="python")
+    assert isinstance(run.modes, OneWayRun)
+    (stretch,) = run.modes.along
+    parts = stretch.smooth_parts()
+    assert len(parts) == 32
+    assert max(part.steps for part in parts) < stretch.steps / 4
+    worked = run.modes.account.loads + sum(work.total for work in run.modes.account.friction.values())
+    assert 0.5 * run["u_x"][-1] ** 2 - 1250 == pytest.approx(worked, rel=1e-9)
