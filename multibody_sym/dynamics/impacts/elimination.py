@@ -31,6 +31,10 @@ class Moved:
     K: Floats
 
 
+class DrivenError(NoSolutionError):
+    """Constraints and prescribed motions drive one thing into another: no impulse stops it, and its motion ends."""
+
+
 def moved_by(some: Chosen, own: list[int]) -> Moved:
     """Return what impulses at some rows of a chosen problem do; no other row that holds one way has any.
 
@@ -43,7 +47,7 @@ def moved_by(some: Chosen, own: list[int]) -> Moved:
 
 
 def verify_moves(some: Chosen, row: int, name: str) -> None:
-    """Raise NoSolutionError where constraints and prescribed motions alone determine the speed of a unilateral row.
+    """Raise DrivenError where constraints and prescribed motions alone determine the speed of a unilateral row.
 
     Its row is then a combination of theirs. Rows that define an impulse determine no speed.
     """
@@ -57,7 +61,7 @@ def verify_moves(some: Chosen, row: int, name: str) -> None:
         f"{name} closes, but constraints and prescribed motions alone determine its speed: no impulse stops it "
         "(end the run before, or let a force drive what a motion drives)"
     )
-    raise NoSolutionError(message, number="N108")
+    raise DrivenError(message, number="N108")
 
 
 def struck_at(some: Chosen, row: int) -> Moved:

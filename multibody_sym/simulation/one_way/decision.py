@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.impacts.elimination import DrivenError
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
@@ -191,7 +192,7 @@ def decided(
             left = _left(facts, touching, after.touching, before)
             late = late if left is None else dict.fromkeys(late, left)
     except NoSolutionError as error:
-        return Decided(facts, None, 0.0, None, None, hindered=Reason(f"the impact cannot be solved: {error}"))
+        return Decided(facts, None, 0.0, None, None, hindered=_unsolved(error))
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
     state, mode = _lasting(problem, found, hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
@@ -201,6 +202,11 @@ def decided(
     rows = [facts.laws.places[name] for name in problem.names]
     largest = 0.0 if state is None else Decided.largest_of(state.z, facts, rows)
     return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
+
+
+def _unsolved(error: NoSolutionError) -> Reason:
+    """Return that an impact has no solution; the motion ends where nothing could stop what strikes."""
+    return Reason(f"the impact cannot be solved: {error}", ends=isinstance(error, DrivenError))
 
 
 @dataclass(frozen=True, eq=False)
