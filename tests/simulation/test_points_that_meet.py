@@ -235,3 +235,29 @@ def test_a_point_comes_to_rest_on_the_very_end_of_a_thin_bar(x: str) -> None:
     """It bounces for sqrt(0.1) (1 + 2 (1/2 + 1/4 + ..)) = 0.95 s."""
     run = mbs.simulate(mbs.loads(ABOVE_AN_END.replace("SHELF", SHELVES["bar"]).replace("X", x)), t_end=1)
     assert (run["y"][-1], run["u_y"][-1]) == pytest.approx((0, 0), abs=1e-12)
+
+
+GRAZING = """
+multibody_sym: 1
+name: arms that graze
+gravity: [0, 0, 0]
+bodies:
+  ground: {points: {q: [d, 0, 0]}}
+  a: {mass: 1, com: [1, 0, 0], inertia: {Izz: 0.1}, points: {e: [1, 0, 0]}}
+  b: {mass: 1, com: [1, 0, 0], inertia: {Izz: 0.1}, points: {e: [1, 0, 0]}}
+parameters: {d: 2}
+joints:
+  A: {type: revolute, parent: ground, child: a, q: p, initial: {q: -20 deg, u: 1}}
+  B: {type: revolute, parent: ground.q, child: b, q: r, initial: {q: 200 deg, u: -1}}
+contacts: {c: {between: [a.e, b.e], restitution: 1, open: true}}
+simulation: {t_end: 1, samples: 3}
+"""
+
+
+def test_tips_that_graze_in_line_with_their_arms_do_not_strike() -> None:
+    """They are in one place for an instant, as fast as each other; nearer hinges let them meet, 2 cos p = d."""
+    run = mbs.simulate(mbs.loads(GRAZING))
+    assert (run.events, run.u[-1].tolist()) == ([], [1, -1])
+    met = mbs.simulate(mbs.loads(GRAZING), parameters={"d": 1.99})
+    assert [x["t"] for x in met.events] == pytest.approx([math.radians(20) - math.acos(0.995)], rel=1e-9)
+    assert met.u[-1] == pytest.approx([-1, 1], rel=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
 from multibody_sym.simulation.one_way import impact
 from multibody_sym.simulation.one_way.impact import Bounces, Hit, Standstill
 
@@ -120,6 +120,38 @@ def test_a_run_with_impacts_without_end_says_between_what_and_when() -> None:
     run = mbs.simulate(mbs.loads(WALLS), t_end=3e-4)
     assert len(run.events) == 3000
     assert (run["x"][-1], run["u_x"][-1]) == pytest.approx((0.5e-7, 1.0), rel=1e-6)
+
+
+CLOSING = """\
+multibody_sym: 1
+name: closing
+gravity: [0, 0, 0]
+bodies:
+  piston: {mass: 1, surfaces: {face: {plane: [0, 0, 0], normal: -x}}}
+  p: {mass: 1}
+joints:
+  P: {type: prismatic, parent: ground, child: piston, axis: x, motion: 1 - t}
+  B:
+    {type: prismatic, parent: ground, child: p, axis: x, q: x, initial: {q: 0.5, u: 1},
+     limits: {lower: 0, restitution: 1}}
+contacts: {c: {between: [p, piston.face], restitution: E, open: true}}
+simulation: {t_end: 1.5, samples: 3}
+"""
+
+
+def test_impacts_between_walls_that_close_in_end_a_run_soon() -> None:
+    """Each adds twice the piston's speed: u (1 - t) lasts, and the n-th is at 1 - t = 1/n or so."""
+    with pytest.raises(FailedRunError, match=r"B.lower, c: it strikes or lets go 1400 times in .*, more often") as met:
+        mbs.simulate(mbs.loads(CLOSING.replace("E", "1")))
+    impacts = [x["t"] for x in met.value.trajectory.events]
+    assert len(impacts) < 10 * 1400
+    assert (1 - impacts[1999]) / (1 - impacts[999]) == pytest.approx(0.5, rel=1e-2)
+
+
+def test_a_motion_that_leaves_no_room_ends_there() -> None:
+    text = CLOSING.replace("E", "0").replace("restitution: 1}", "restitution: 0}")
+    with pytest.raises(MotionEndsError, match=r"no impulses fulfil the laws of the impact at .* at t = 1 s"):
+        mbs.simulate(mbs.loads(text))
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])

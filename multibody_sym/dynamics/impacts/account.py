@@ -9,9 +9,14 @@ import numpy as np
 
 from multibody_sym.dynamics.impacts.problem import ARITHMETIC, CLOSING, GAIN, ImpactProblem, Phase, Stage, Struck
 from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, Unilateral
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, scaled_rows
 from multibody_sym.records import dataclass
+
+
+class NoImpulsesError(NoSolutionError):
+    """It is proved that no impulses fulfil the laws of an impact: a motion that comes there ends."""
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.account import Chosen
+from multibody_sym.dynamics.impacts.account import Chosen, NoImpulsesError
 from multibody_sym.dynamics.laws.problem import Equality, Friction, LawProblem
 from multibody_sym.dynamics.laws.reduction import reduced
 from multibody_sym.dynamics.laws.scaled import scaled
-from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.pivoted_qr import pivoted_qr
 from multibody_sym.numerics.rank import DRAWN, ROUNDED, idle, rank, scaled_rows
@@ -31,10 +30,6 @@ class Moved:
     K: Floats
 
 
-class DrivenError(NoSolutionError):
-    """Constraints and prescribed motions drive one thing into another: no impulse stops it, and its motion ends."""
-
-
 def moved_by(some: Chosen, own: list[int]) -> Moved:
     """Return what impulses at some rows of a chosen problem do; no other row that holds one way has any.
 
@@ -47,7 +42,7 @@ def moved_by(some: Chosen, own: list[int]) -> Moved:
 
 
 def verify_moves(some: Chosen, row: int, name: str) -> None:
-    """Raise DrivenError where constraints and prescribed motions alone determine the speed of a unilateral row.
+    """Raise NoImpulsesError where constraints and prescribed motions alone determine the speed of a unilateral row.
 
     Its row is then a combination of theirs. Rows that define an impulse determine no speed.
     """
@@ -61,7 +56,7 @@ def verify_moves(some: Chosen, row: int, name: str) -> None:
         f"{name} closes, but constraints and prescribed motions alone determine its speed: no impulse stops it "
         "(end the run before, or let a force drive what a motion drives)"
     )
-    raise DrivenError(message, number="N108")
+    raise NoImpulsesError(message, number="N108")
 
 
 def struck_at(some: Chosen, row: int) -> Moved:

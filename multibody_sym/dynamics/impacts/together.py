@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
+from multibody_sym.dynamics.impacts.account import Account, Chosen, NoImpulsesError, chosen
 from multibody_sym.dynamics.impacts.elimination import moved_by
 from multibody_sym.dynamics.impacts.pace import AT_REST
 from multibody_sym.dynamics.impacts.problem import Stage
@@ -49,7 +49,7 @@ def newton(account: Account, closed: Collection[int]) -> None:
         return
     differ = _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients")
     if not (differ and _newton(account, closed)):
-        raise NoSolutionError(_nothing(account, closed), number="N108")
+        raise _nothing(account, closed)
 
 
 def poisson(account: Account, closed: Collection[int]) -> None:
@@ -135,7 +135,7 @@ def _found(account: Account, closed: Collection[int], stage: Stage, given: Mappi
     if z is None:
         z = _search(account, closed, np.zeros(len(account.z)), stage, given, slips=True)
     if z is None:
-        raise NoSolutionError(_nothing(account, closed), number="N108")
+        raise _nothing(account, closed)
     return z
 
 
@@ -270,13 +270,14 @@ def _unmoved(trial: Trial) -> Floats:
     return null_space(trial.moved, DRAWN) if pushed else np.eye(trial.idle.shape[1])
 
 
-def _nothing(account: Account, closed: Collection[int]) -> str:
+def _nothing(account: Account, closed: Collection[int]) -> NoSolutionError:
     names = ", ".join(account.problem.name(k) for k in sorted(closed)) or "what holds both ways"
     rubs = account.problem.law == "newton" and any(part.static or part.enough for part in account.rows.parts)
     advice = " (Newton's coefficient with friction may have no solution; `law: poisson` has one)" if rubs else ""
     searched, proved = account.nothing
     laws = f"fulfil the laws of the impact at {names}"
     if proved:
-        return f"no impulses {laws}: {searched}{advice}"
+        return NoImpulsesError(f"no impulses {laws}: {searched}{advice}", number="N108")
     unproved = "it is not proved that there are none"
-    return f"no impulses were found that {laws}; tried were {searched}, and {unproved}{advice}"
+    told = f"no impulses were found that {laws}; tried were {searched}, and {unproved}{advice}"
+    return NoSolutionError(told, number="N108")

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.elimination import DrivenError
+from multibody_sym.dynamics.impacts.account import NoImpulsesError
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
@@ -205,8 +205,8 @@ def decided(
 
 
 def _unsolved(error: NoSolutionError) -> Reason:
-    """Return that an impact has no solution; the motion ends where nothing could stop what strikes."""
-    return Reason(f"the impact cannot be solved: {error}", ends=isinstance(error, DrivenError))
+    """Return that an impact has no solution; the motion ends where that is proved."""
+    return Reason(f"the impact cannot be solved: {error}", ends=isinstance(error, NoImpulsesError))
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,6 +55,10 @@ MOST: Final = 1e7
 """Switches and impacts of a whole run, at the pace of a block of them: each keeps a kilobyte, so many ten gigabytes."""
 SHRINKS: Final = 0.99
 """Blocks of switches that are shorter than this part of those before end soon enough: 2,300 blocks make it 1e-10."""
+_LESS: Final = 0.95
+"""The part of what a block was shorter by than the one before, less than which the next one is: ..."""
+_SLOWS: Final = 3
+"""... so many times one after the other, and blocks do not shrink as a geometric series does: they do not end."""
 
 _ADVICE: Final = (
     "let it lose energy (restitution below 1), give what touches a radius or a surface that reaches further, or begin "
@@ -98,7 +102,8 @@ class Standstill:
     """How often what ends a mode, or strikes, has done so without time going on, or too fast for a run of `span` (s).
 
     Time goes on by more than rounding. What is too fast is told of blocks of ten times as many as let impacts collapse:
-    a run of such blocks could not be kept. Where they get shorter they come to an end by themselves, as bounces do.
+    a run of such blocks could not be kept. Where they get shorter they come to an end by themselves, as bounces do, but
+    for those that shrink ever less, as where walls close in on what does not lose energy.
     """
 
     span: float = 0.0
@@ -108,6 +113,8 @@ class Standstill:
     _begun: float = np.inf
     _number: int = 0
     _before: float = 0.0
+    _shrunk: float = 1.0
+    _slowed: int = 0
     _fast: bool = False
 
     def lasts(self, time: float, contacts: int) -> str:
@@ -127,7 +134,11 @@ class Standstill:
     def _verify_pace(self, time: float, most: int) -> None:
         """End a block: too fast are two as long as each other where a run of such ones has too many."""
         took = time - self._begun
-        self._fast = took * MOST < most * self.span and 0.0 < SHRINKS * self._before < took
+        shrunk = 1.0 - took / self._before if self._before else 1.0
+        self._slowed = self._slowed + 1 if 0.0 < shrunk < _LESS * self._shrunk else 0
+        lasts = 0.0 < SHRINKS * self._before < took or self._slowed >= _SLOWS
+        self._fast = took * MOST < most * self.span and lasts
+        self._shrunk = shrunk
         self.since, self._begun, self._before, self._number = self._begun, time, took, 0
 
 

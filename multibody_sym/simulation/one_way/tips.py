@@ -247,7 +247,7 @@ class Tips:
     def _towards(self, facts: Facts, name: str) -> Floats | None:
         """Return the direction in which the first of two points comes to the second; None where nothing strikes.
 
-        So it is where they hardly move, where they part or have just struck, and above the side of a bar.
+        So it is where they hardly move, or graze, where they part or have just struck, and above the side of a bar.
         """
         element, row = self.rows[name]
         away, rate = _separation(row, facts.motion)
@@ -259,6 +259,8 @@ class Tips:
         if just_struck or away @ rate > _AGAIN * rounded_meeting(facts, element):
             return None
         comes: Floats = rate / speed
+        if not _yields(facts, name, row, comes):
+            return None
         ends = self.sides[name]
         inward = [end.inward(facts.motion) * (1 if row.skins[0].place == end.point else -1) for end in ends]
         if all(end.row.inner is None for end in ends):
@@ -307,13 +309,33 @@ def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: F
     """
     tip = row.tip
     assert tip is not None
-    new = {_entry(name, k): float(x) for k, x in enumerate(_axes(facts, tip) @ -towards)}
     known = _normal(facts, name, row)
     speed = float(np.linalg.norm(_separation(row, facts.motion)[1]))
     aside = speed * float(np.linalg.norm(towards - (towards @ known) * known))
     if towards @ known < 0.0 and aside <= TOUCHING * facts.scale.speed:
         return laws
+    return _against(facts, laws, name, tip, towards)
+
+
+def _against(facts: Facts, laws: Laws, name: str, tip: Tip, towards: Floats) -> Laws:
+    """Return laws with a normal against a way, in the axes of the body of the second point."""
+    new = {_entry(name, k): float(x) for k, x in enumerate(_axes(facts, tip) @ -towards)}
     return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
+
+
+def _yields(facts: Facts, name: str, row: ContactRow, towards: Floats) -> bool:
+    """Return whether impulses along a way move two points: not where both graze, which arms in line hold against it."""
+    tip = row.tip
+    assert tip is not None
+
+    def moved(way: Floats) -> float:
+        """Return the change of their speed along a way by a unit impulse along it (1/kg)."""
+        laws = _against(facts, facts.laws, name, tip, way)
+        there = laws.at(facts.t, facts.q, facts.u, facts.scale)
+        matrix: Floats = there.known["matrix"][there.place(row)]
+        return float(matrix @ matrix)
+
+    return moved(towards) > TOUCHING * max(moved(axis) for axis in np.eye(3))
 
 
 def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
