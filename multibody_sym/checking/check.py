@@ -16,7 +16,7 @@ from multibody_sym.analysis.struck import from_impact
 from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, theorems
 from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.analysis.theorems.short_run import short_run_misses
-from multibody_sym.checking.hint import Hint
+from multibody_sym.checking.hint import Hint, first_at_each_place
 from multibody_sym.checking.hints import declared_hints
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
@@ -37,6 +37,7 @@ from multibody_sym.expressions.quantities import force_name
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.constraints import Rope
+from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody, normal_forces
@@ -278,13 +279,13 @@ def _declared_hints(system: System, end: str) -> list[str]:
         if symbol("t") in leaves(switches, "symbol"):
             told = f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps"
             hints.append(Hint(told, "joints", name, "motion"))
-    hints += list(_edge_hints(system))
+    hints += first_at_each_place(_edge_hints(system))
     return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
 
 
-def _edge_hints(system: System) -> Iterator[str]:
+def _edge_hints(system: System) -> Iterator[Hint]:
     """Yield that two boxes in space touch with corners and faces, but not with their edges."""
-    for name, contact in system.contacts.items() if not in_plane(system) else ():
+    for declared, name, contact in copies(system.contacts) if not in_plane(system) else ():
         ends = [system.bodies.get(end) for end in contact.between]
         if all(body is not None and body.shape is not None and body.shape.kind == "box" for body in ends):
             first, second = contact.between
@@ -293,7 +294,7 @@ def _edge_hints(system: System) -> Iterator[str]:
                 f"declare a contact of both, such as between: [{first}.bottom_front, {second}.top_right]; a run tells "
                 "where they pass"
             )
-            yield Hint(told, "contacts", name)
+            yield Hint(told, "contacts", declared)
 
 
 def _rope_hints(system: System, begin: Start) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Self
 
 
@@ -15,3 +16,11 @@ class Hint(str):
         hint = super().__new__(cls, told)
         hint.path = path
         return hint
+
+
+def first_at_each_place(hints: Iterable[Hint]) -> list[Hint]:
+    """Return the first hint about each part of the model: what repeats has the same about all its copies."""
+    found: dict[tuple[str, ...], Hint] = {}
+    for hint in hints:
+        found.setdefault(hint.path, hint)
+    return list(found.values())

@@ -12,11 +12,12 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.checking.hint import Hint
+from multibody_sym.checking.hint import Hint, first_at_each_place
 from multibody_sym.checking.odd_numbers import EXACT, Values, known_values, number_hints
 from multibody_sym.dynamics.start.undefined import value_or_none
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Gear, Pulley, Rope
+from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.declaration.forces import Drag, Motor, Torque
 from multibody_sym.model.declaration.joints import Prismatic, Revolute
 from multibody_sym.model.declaration.system import System, expressions, states_gravity
@@ -41,7 +42,7 @@ def declared_hints(system: System) -> list[Hint]:
         *_oblique_ropes(system, known),
         *_doubled_joints(system),
         *_nearly_parallel(system, known),
-        *_pulled_off(system, known),
+        *first_at_each_place(_pulled_off(system, known)),
     ]
 
 
@@ -65,7 +66,7 @@ def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
     gravity = [value_or_none(x, known) for x in system.gravity]
     ends = (getattr(force, "on", None) for force in system.forces.values())
     pushed = {body_part(end, system.bodies)[0] for end in ends if isinstance(end, str)}
-    for name, contact in system.contacts.items():
+    for declared, _, contact in copies(system.contacts):
         first, second = contact.between
         body, part = body_part(second, system.bodies)
         surface = system.bodies[body].surfaces.get(part) if body == GROUND and body in system.bodies else None
@@ -80,7 +81,7 @@ def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
                 f"gravity pulls {first} off {second}: its normal points out of its body, to where the other one is; if "
                 "the ramp is to carry it turn the normal round, as in normal: [-sin(a), cos(a), 0]",
                 "contacts",
-                name,
+                declared,
             )
 
 

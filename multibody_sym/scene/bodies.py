@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.declaration.joints import CurveJoint, Fixed, Prismatic, Screw
 from multibody_sym.model.mechanism.mass import GROUND, mass_of
 from multibody_sym.numerics.arrays import Floats
@@ -135,7 +136,7 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
 
 def _touches_face(stage: Stage, name: str) -> bool:
     """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
-    for contact in stage.system.contacts.values():
+    for _, _, contact in copies(stage.system.contacts):
         others = [end for end in contact.between if end != name]
         if name in contact.between and not bounces(contact) and any(_is_flat(stage, other) for other in others):
             return True

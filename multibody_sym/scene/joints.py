@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.model.declaration.contacts import Contact
+from multibody_sym.model.declaration.contacts import Contact, copies
 from multibody_sym.model.declaration.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.declaration.joint import Joint, Limits
 from multibody_sym.model.declaration.joints import CurveJoint, Custom
@@ -172,7 +172,7 @@ def _hangs(joint: Held, axis: Vector) -> bool:
 
 def is_ball(stage: Stage, name: str) -> bool:
     """Return whether a body without a size touches others and bounces from all of them without rubbing."""
-    touching = [contact for contact in stage.system.contacts.values() if name in contact.between]
+    touching = [contact for _, _, contact in copies(stage.system.contacts) if name in contact.between]
     return bool(touching) and all(map(bounces, touching))
 
 

@@ -20,11 +20,10 @@ from multibody_sym.model.declaration.constraints import (
     Rolling,
     VelocityConstraint,
 )
-from multibody_sym.model.declaration.contacts import Coefficient
+from multibody_sym.model.declaration.contacts import Coefficient, copies
 from multibody_sym.model.declaration.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.scalars.node import Node
 from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item
@@ -202,10 +201,9 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
 
 def contact_items(stage: Stage) -> Iterator[Item]:
     """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
-    for declared, contact in stage.system.contacts.items():
-        for name, between in copies(declared, contact):
-            rough = roughness(contact.static, contact.kinetic)
-            yield replace(_touch(stage, name, ("contacts", declared), between), label=rough)
+    for declared, name, contact in copies(stage.system.contacts):
+        rough = roughness(contact.static, contact.kinetic)
+        yield replace(_touch(stage, name, ("contacts", declared), contact.between), label=rough)
 
 
 def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from multibody_sym.checking.check import check
 from multibody_sym.checking.hints import declared_hints
 from multibody_sym.cli.main import main
 from multibody_sym.formats.reader import load, loads
@@ -61,6 +62,39 @@ def test_a_ramp_that_is_turned_the_wrong_way_has_a_hint() -> None:
     assert "gravity pulls b off ground.ramp: its normal points out of its body" in hint
     assert declared_hints(loads(turned.replace("static: 0.3", "open: true"))) == []
     assert declared_hints(loads(turned + "forces: {f: {type: force, on: b, value: [0, 20, 0]}}\n")) == []
+
+
+ROW = """\
+multibody_sym: 1
+name: row
+gravity: [0, -9.81, 0]
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, d1: {mass: 1}, d2: {mass: 1}}
+joints:
+  A: {type: point, parent: ground, child: d1, q: [x1, y1], initial: {u: [1, 0]}}
+  B: {type: point, parent: ground, child: d2, q: [x2, y2], initial: {u: [1, 0]}}
+contacts: {f#: {between: [d#, ground.floor], static: 0.5, repeat: 2}}
+"""
+
+
+def test_contacts_that_repeat_have_the_hints_of_each() -> None:
+    """Bodies are those of the copies, and all have one hint, at the contact that is declared."""
+    assert declared_hints(loads(ROW)) == []
+    (hint,) = declared_hints(loads(ROW.replace("normal: y", "normal: -y")))
+    assert hint.startswith("gravity pulls d1 off ground.floor")
+    assert hint.path == ("contacts", "f#")
+
+
+def test_boxes_of_contacts_that_repeat_have_the_hint_about_their_edges() -> None:
+    text = """
+multibody_sym: 1
+name: boxes
+gravity: [0, 0, 0]
+bodies: {a: {shape: {box: [1, 1, 1], mass: 1}}, b1: {shape: {box: [1, 1, 1], mass: 1}}}
+joints: {A: {type: free, parent: ground, child: a}, B: {type: fixed, parent: ground, child: b1}}
+contacts: {c#: {between: [a, b#], open: true, repeat: 1}}
+"""
+    found = check(loads(text.replace("child: a}", "child: a, initial: {q: [0, 3, 0, 1, 0, 0, 0]}}"))).hints
+    assert any("edges of the boxes of contact c1" in hint for hint in found)
 
 
 @pytest.mark.parametrize(

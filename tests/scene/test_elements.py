@@ -153,15 +153,18 @@ def test_a_length_that_is_a_long_name_is_named_and_a_long_expression_is_not() ->
 
 
 @pytest.mark.parametrize(("friction", "kind"), [({"kinetic": 0.3}, "block"), ({"restitution": 0.8}, "bob")])
-def test_what_rubs_is_a_block_and_what_bounces_a_ball(friction: dict[str, float], kind: str) -> None:
+@pytest.mark.parametrize(("end", "repeat"), [("shoe1", None), ("shoe#", 1)])
+def test_what_rubs_is_a_block_and_what_bounces_a_ball(
+    friction: dict[str, Any], kind: str, end: str, repeat: int | None
+) -> None:
     drum = mbs.Body(mass=1, inertia={"Izz": 1}, surfaces={"rim": mbs.Surface(disc=0.4)})
     drawn = scene(
         {
             "axle": mbs.Revolute("ground", "drum"),
-            "guide": mbs.Prismatic("ground", "shoe", axis="y", initial={"q": 0.4}),
+            "guide": mbs.Prismatic("ground", "shoe1", axis="y", initial={"q": 0.4}),
         },
-        bodies={"drum": drum, "shoe": mbs.Body(mass=1)},
-        contacts={"c": mbs.Contact(["shoe", "drum.rim"], **friction)},
+        bodies={"drum": drum, "shoe1": mbs.Body(mass=1)},
+        contacts={"c": mbs.Contact([end, "drum.rim"], repeat=repeat, **friction)},
     )
     assert [i.form.kind for i in drawn.items if i.role == "body" and isinstance(i.form, Symbol)] == [kind]
 

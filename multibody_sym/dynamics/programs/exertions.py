@@ -34,13 +34,15 @@ Path = tuple[str, str]
 class Exertion:
     """What an element, declared at `path`, exerts: `of_body`, wrenches (body axes, about its origin), and its `power`.
 
-    `from_outside`: it is the weight, a load or a row, or a joint on ground; what inner joints exert cancels.
+    `from_outside`: it is the weight, a load or a row, or a joint on ground; what inner joints exert cancels. `contact`:
+    the name of the one that a row belongs to, which is not that of `path` where contacts repeat.
     """
 
     path: Path
     of_body: Sequence[Wrench]
     power: S
     from_outside: bool = True
+    contact: str = ""
 
 
 def exertions(
@@ -74,7 +76,9 @@ def _of_rows(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]
         told = generalized_forces(motion, row.of_body)
         along = sum((pushing[k][j] - told[j]) * u for j, u in enumerate(motion.state.u))
         power = power_of(motion, of_body) + multiplier * along
-        found.append(Exertion(motion.mechanism.row_path(k), of_body, power))
+        path = motion.mechanism.row_path(k)
+        contact = motion.mechanism.rows[k].name.partition(".")[0] if path[0] == "contacts" else ""
+        found.append(Exertion(path, of_body, power, contact=contact))
     return found
 
 

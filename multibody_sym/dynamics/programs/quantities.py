@@ -43,6 +43,7 @@ from multibody_sym.kinematics.ropes import wrap_angle
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.kinematics.wrenches import NO_WRENCH
+from multibody_sym.model.declaration.contacts import without_number
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.loads import PlacePotential, PointPull
 from multibody_sym.model.mechanism.markers import Marker
@@ -104,9 +105,9 @@ class Instant:
     def exerted_by(self, name: str) -> list[Exertion]:
         """Return what the element of a name exerts: a force before a constraint, contact, flow of mass or joint."""
         found: dict[str, list[Exertion]] = {}
-        for each in self.exertions:
-            if each.path[1] == name:
-                found.setdefault(each.path[0], []).append(each)
+        declared = [x for x in self.exertions if x.path[1] == name]
+        for each in declared or (x for x in self.exertions if name in (x.contact, without_number(x.path[1]))):
+            found.setdefault(each.path[0], []).append(each)
         return next((found[section] for section in SECTIONS if section in found), [])
 
     @cached_property

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
@@ -15,6 +17,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 ENOUGH: Final = "enough"
+_NUMBER: Final = re.compile(r"#(\+\d{1,3})?")
 Coefficient = Node | str
 """A coefficient of friction, or that there is always enough of it."""
 
@@ -123,6 +126,36 @@ class Contact(Element):
         if self.repeat is not None and not any("#" in end for end in self.between):
             told = "number the bodies of contacts that repeat, such as between: [block#, table.top]"
             raise ModelError(told, word="between").under("repeat")
+
+
+def copies(contacts: Mapping[str, Contact]) -> Iterator[tuple[str, str, Contact]]:
+    """Yield each contact, with `repeat` written out, as (the name that declares it, its own name, the contact).
+
+    `#` in ends is the number of the copy, `#+2` the number after the next. A name has its number where it has `#`, else
+    behind it, so that expressions can name each.
+    """
+    for declared, contact in contacts.items():
+        if contact.repeat is None:
+            yield declared, declared, contact
+            continue
+        for k in range(1, contact.repeat + 1):
+            name = _numbered(declared if "#" in declared else f"{declared}#", k)
+            yield declared, name, replace(contact, between=tuple(_numbered(x, k) for x in contact.between), repeat=None)
+
+
+def _numbered(name: str, k: int) -> str:
+    return _NUMBER.sub(lambda found: str(k + int(found[1] or 0)), name)
+
+
+def contact_names(contacts: Mapping[str, Contact]) -> dict[str, None]:
+    """Return the names of all contacts, of each that repeats, and of what these are together: `leg1`, .. and `leg`."""
+    every = (x for declared, name, _ in copies(contacts) for x in (without_number(declared), declared, name))
+    return dict.fromkeys(every)
+
+
+def without_number(name: str) -> str:
+    """Return the name that contacts share whose names have numbers: `leg` of `leg#`."""
+    return _NUMBER.sub("", name)
 
 
 def verify_coefficients(static: float | None, kinetic: float | None) -> None:

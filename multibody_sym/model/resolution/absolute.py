@@ -15,13 +15,13 @@ from typing import Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.bodies import Body, Frame
+from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import Free, Planar
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND, ORIGIN, centre_moves, mass_of
-from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.measured import has_formula
 from multibody_sym.model.resolution.plane import in_plane
@@ -59,7 +59,7 @@ def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
         name: _with_centre(body, system.parameters) if name != GROUND else body
         for name, body in system.bodies.items()
     }
-    touching = {name for declared, contact in system.contacts.items() for name, _ in copies(declared, contact)}
+    touching = {name for _, name, _ in copies(system.contacts)}
     carriers: dict[str, Joint] = {}
     feet = {joint.child for joint in system.joints.values() if isinstance(joint, Foot)}  # which follow other bodies
     for name in (name for name in system.bodies if name != GROUND and name not in feet):

@@ -6,7 +6,7 @@ their joints and the time is in s; elsewhere a number may be in any unit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
@@ -15,6 +15,7 @@ from multibody_sym.expressions.components import COMPONENTS
 from multibody_sym.expressions.quantities import QUANTITIES, component_kind
 from multibody_sym.expressions.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, measured
 from multibody_sym.model.declaration.constraints import Coupler, Gear, PrescribedMotion
+from multibody_sym.model.declaration.contacts import contact_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
@@ -97,7 +98,7 @@ class Dimensions:
         if function == "reaction":
             element, component = arguments
             owner = element.partition(".")[0]
-            if component in COMPONENTS or owner in self.system.contacts:
+            if component in COMPONENTS or owner in self._contacts:
                 return given_in(dimension_of_unit(component_kind(component).unit))
             if component == PRESSING["stop"]:
                 return given_in(_ALONG.get(self._units_of_motion.get(self._only_coordinate(owner), "")))
@@ -151,6 +152,11 @@ class Dimensions:
     def _gives_units(self) -> bool:
         """Whether the model gives units, other than those of angles, so that motion and time have units too."""
         return any(dimension != DIMENSIONLESS for dimension in self._given.values())
+
+    @cached_property
+    def _contacts(self) -> Collection[str]:
+        """The names of contacts, those that repeat among them."""
+        return contact_names(self.system.contacts).keys() - self.system.joints.keys()
 
     @cached_property
     def _expressions(self) -> dict[str, Node]:

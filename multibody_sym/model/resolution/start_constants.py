@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import Rolling, Rope
+from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.mechanism.contact_rows import Flat
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.parameters import measured_name
 from multibody_sym.model.mechanism.start_constants import Measure, TangentAngle
-from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.model.resolution.contacts.skins import solid_of
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References, StartConstant
@@ -40,10 +40,9 @@ def _measures(references: References, bodies: Sequence[TreeBody]) -> Iterator[tu
                 yield from rope_measures(references, name, element)
         if isinstance(element, Rolling) and not flat:
             yield from _angles(name, (element.on,), references, bodies)
-    for declared, contact in references.system.contacts.items():
+    for _, name, contact in copies(references.system.contacts):
         if contact.tangent is None and not flat:
-            for name, between in copies(declared, contact):
-                yield from _angles(name, between, references, bodies)
+            yield from _angles(name, contact.between, references, bodies)
 
 
 def _angles(

@@ -11,6 +11,7 @@ from multibody_sym.expressions.components import AT, COMPONENTS, FORCE_NAMES
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
+from multibody_sym.model.declaration.contacts import contact_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.curves.follow import guides
 from multibody_sym.model.declaration.curves.foot import Foot
@@ -257,7 +258,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
 def _of_theorems(system: System, points: Sequence[str]) -> dict[str, list[str]]:
     """Return what momenta, energies, powers and impulses may be asked of, momenta about `points`."""
     varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
-    declared = (system.forces, system.constraints, system.contacts, system.joints, varying)
+    declared = (system.forces, system.constraints, contact_names(system.contacts), system.joints, varying)
     freedoms = [
         x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
     ]
@@ -265,7 +266,7 @@ def _of_theorems(system: System, points: Sequence[str]) -> dict[str, list[str]]:
         "whole": [SYSTEM, *system.bodies],
         "about": [OWN_CENTRE, *points],
         "store": [SYSTEM, *system.bodies, *system.forces],
-        "exerting": [WEIGHT, *(name for section in declared for name in section)],
+        "exerting": [WEIGHT, *(name for section in declared for name in section if "#" not in name)],
         "freedom": freedoms,
     }
 

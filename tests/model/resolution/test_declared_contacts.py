@@ -175,6 +175,28 @@ ask: {one: normal(leg2), both: normal(leg)}
     assert [solved.answers[name].value for name in ("one", "both")] == pytest.approx([50.0, 100.0])
 
 
+def test_what_contacts_that_repeat_exert_can_be_asked_of_each_and_of_all() -> None:
+    """Two bodies slide on a floor, with friction of 5 N and speeds of 1 and 2 m/s."""
+    text = """
+multibody_sym: 1
+name: row
+gravity: [0, -10 m/s^2, 0]
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, d1: {mass: 1}, d2: {mass: 1}}
+joints:
+  A: {type: point, parent: ground, child: d1, initial: {u: [1, 0]}}
+  B: {type: point, parent: ground, child: d2, initial: {u: [2, 0]}}
+contacts: {f#: {between: [d#, ground.floor], kinetic: 0.5, repeat: 2}}
+parameters: {F: 1 N}
+ask: {one: power(f1), other: power(f2), both: power(f)}
+"""
+    solved = mbs.solve(mbs.loads(text))
+    powers = [solved.answers[name].value for name in ("one", "other", "both")]
+    assert powers == pytest.approx([-5.0, -10.0, -15.0])
+    wrong = text.replace("power(f1)", "A_x + friction(f1)")
+    with pytest.raises(mbs.InputError, match=r"friction\(f1\) is in N, A_x is in m"):
+        mbs.solve(mbs.loads(wrong))
+
+
 def test_a_particle_needs_no_inertia() -> None:
     system = mbs.System(
         "p",

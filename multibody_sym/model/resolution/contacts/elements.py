@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
@@ -10,7 +9,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.model.declaration.constraints import Rolling, row_names
-from multibody_sym.model.declaration.contacts import ENOUGH, Contact
+from multibody_sym.model.declaration.contacts import ENOUGH, Contact, copies, without_number
 from multibody_sym.model.declaration.joints import Fixed
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.system import System
@@ -48,7 +47,6 @@ _TANGENTS: Final[tuple[ContactDirection, ...]] = ("t1", "t2")
 _ROLLING: Final[tuple[ContactDirection, ...]] = ("normal", "t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
-_NUMBER: Final = re.compile(r"#(\+\d{1,3})?")
 _ALONE: Final = "face"
 """What the face of a plane is called that ends and touches with its ends too, none of which has the whole name."""
 _HOLLOW: Final = "name points, discs or spheres of the other one"
@@ -80,15 +78,14 @@ def contacts(references: References) -> tuple[OneWay, ...]:
     for declared, contact in system.contacts.items():
         with at("contacts", declared):
             every = []
-            for name, between in copies(declared, contact):
+            for _, name, copy in copies({declared: contact}):
                 if name in taken:
                     raise ModelError(
                         f"{name!r} is something else too, and results tell both by name; rename one", number="M108"
                     )
                 taken.add(name)
-                copy = replace(contact, between=between, repeat=None)
                 every.append(tuple(_elements(name, ("contacts", declared), copy, references, flat)))
-            found += _together(_NUMBER.sub("", declared), every, taken)
+            found += _together(without_number(declared), every, taken)
     for name, element in system.constraints.items():
         if isinstance(element, Rolling) and element.contact is not None:
             with at("constraints", name):
@@ -135,22 +132,6 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
             raise ModelError(_cannot_touch(wheels[0], under, f"{element.body} and {element.on}"), number="M114")
     wheel = replace(wheels[0], rolls=True) if isinstance(wheels[0], Rim) else wheels[0]
     return footed(name, (wheel, under), references)
-
-
-def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the contacts that repeat, `#` in their ends being their number, `#+2` the number after the next.
-
-    A name has its number where it has `#`, else behind it, so that expressions can name each.
-    """
-    if contact.repeat is None:
-        yield name, contact.between
-        return
-    for k in range(1, contact.repeat + 1):
-        yield _numbered(name if "#" in name else f"{name}#", k), tuple(_numbered(end, k) for end in contact.between)
-
-
-def _numbered(end: str, k: int) -> str:
-    return _NUMBER.sub(lambda found: str(k + int(found[1] or 0)), end)
 
 
 def _bodies(element: OneWay) -> tuple[int, ...]:

@@ -13,6 +13,7 @@ from dataclasses import field, replace
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import OnCurve, Rolling
+from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.declaration.curves.curve import Curve
 from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.fields import Names
@@ -20,7 +21,6 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
-from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.model.resolution.references import BARE, no_part
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.records import dataclass
@@ -46,8 +46,8 @@ def with_feet(system: System) -> System:
 
 def _touching(system: System) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the names of what touches or rolls, with both ends."""
-    for declared, contact in system.contacts.items():
-        yield from copies(declared, contact)
+    for _, name, contact in copies(system.contacts):
+        yield name, contact.between
     for name, element in system.constraints.items():
         if isinstance(element, Rolling):
             yield name, (element.body, element.on)
