@@ -77,7 +77,19 @@ def _leaf(n: Node) -> Piece:
     return Piece("pi" if n.op == "pi" else n.data, ATOM)
 
 
+_OWN: Final[dict[str, Callable[[tuple[str, ...]], str]]] = {
+    "span": lambda _: "distance",
+    "span_rate": lambda _: "distance_rate",
+    "place": lambda names: names[1],
+    "parameter of a curve": lambda names: names[0],
+    "distance from the axis": lambda _: "s",
+}
+"""How names are typed that laws, curves and profiles have of their own, by the quantities that stand for them."""
+
+
 def _quantity(function: str, names: tuple[str, ...]) -> str:
+    if function in _OWN:
+        return _OWN[function](names)
     if function in ("'", "''"):
         return f"{names[0]}{function}"
     if function == "reaction" and names[1] in FORCE_NAMES:
