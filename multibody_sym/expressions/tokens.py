@@ -30,6 +30,7 @@ _TOKEN: Final = re.compile(
 _NOT_FINITE: Final = re.compile(r"\.(?:inf|nan)(?![A-Za-z0-9_])", re.IGNORECASE)
 """YAML's words for what is no number; behind a name they are the point of a body."""
 _PLAIN: Final = re.compile(r"-?[0-9]{1,30}(?:\.[0-9]{1,30})?")
+_TURNED: Final = {"=>": ">=", "=<": "<="}
 _ADVICE: Final = {
     "=": "comparisons are < <= > >=, and an equation is written as the difference of its sides",
     ":": "a quotient is written with /",
@@ -118,6 +119,9 @@ def _checked(text: str, token: Token) -> Token:
 
 
 def _stray(text: str, position: int) -> ExpressionError:
+    turned = text[position : position + 2]
+    if turned in _TURNED:
+        return failure(text, position + 1, f"'{turned}' is no comparison; write {_TURNED[turned]}")
     character = text[position]
     printable = character.isprintable() and not character.isspace()
     shown = f"'{character}'" if printable else f"the character U+{ord(character):04X}"

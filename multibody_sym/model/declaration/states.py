@@ -39,7 +39,10 @@ WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
 _JOINED: Final = re.compile(r"\s(and|or)\s")
 _WORDS: Final = tuple(dict.fromkeys(word for words in VERBS.values() for word in words))
 """The words of states, as runs print them: each is one that begins, too."""
-_STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(map(re.escape, (*VERBS, *_WORDS)))})\s*")
+_SAID: Final = "|".join(map(re.escape, sorted((*VERBS, *_WORDS), key=len, reverse=True)))
+_STATED: Final = re.compile(rf"\s*(\S.*?)\s+({_SAID})\s*")
+_STATED_WITHIN: Final = re.compile(rf"(?<![\w.])(?!(?:and|or)\s)([A-Za-z][\w.]*)\s+({_SAID})(?![\w+-])")
+"""A state in an expression, where names never stand side by side."""
 _TWO_WORDS: Final = re.compile(r"\s*([A-Za-z][\w.]*)\s+(?!and\b|or\b)([A-Za-z]+)\s*")
 """What is written as a state, whatever its second word."""
 
@@ -80,11 +83,7 @@ class StateCondition:
         """
         if self.element not in known:
             if _JOINED.search(self.element):
-                raise ModelError(
-                    f"{str(self)!r}: states are not joined with conditions by 'and' and 'or'; name the state alone, "
-                    f"such as {self.element.split()[-1]} {self.verb}",
-                    number="M106",
-                )
+                raise _joined(str(self), f"{self.element.split()[-1]} {self.verb}")
             parts = [name for name in known if name.startswith(f"{self.element}.")]
             able = [name for name in parts if set(known[name]).intersection(self.words)]
             if parts and not able:
@@ -133,7 +132,17 @@ def state_condition(value: Any) -> StateCondition | None:
             f"{other[2]!r} is no word for a state of {other[1]}; the words are {', '.join(VERBS)}",
             number="M106",
         )
+    if found is None and isinstance(value, str) and (state := _STATED_WITHIN.search(value)) is not None:
+        raise _joined(value, " ".join(state.groups()))
     return None if found is None else StateCondition(*found.groups())
+
+
+def _joined(written: str, state: str) -> ModelError:
+    """Return the error about a state that is part of an expression."""
+    return ModelError(
+        f"{written!r}: states are not joined with conditions by 'and' and 'or'; name the state alone, such as {state}",
+        number="M106",
+    )
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, negate, number
 Point = tuple[Node, Node, Node]
 AXES = ("x", "y", "z")
 _NOTHING = "null"
-_EQUATION = re.compile(r"(?<![<>!])=")
+_EQUATION = re.compile(r"(?<![<>!])=(?![<>])")
 _GAP = ("", _NOTHING, "~")
 """What a file holds where a list leaves a place out."""
 
