@@ -45,6 +45,7 @@ def number_hints(system: System, known: Values) -> Iterator[Hint]:
     yield from _gravity_upwards(system, known)
     yield from _angles(system, known)
     yield from _degrees(system)
+    yield from _degrees_of_parameters(system, known)
     yield from _coefficients(system, known)
     yield from _driving(system, known)
     yield from _diameters(system)
@@ -173,6 +174,30 @@ def _degrees(system: System) -> Iterator[Hint]:
                 degrees = text(number)
                 told = f"{part.op}({degrees}) takes {degrees} rad; if degrees are meant: {part.op}({degrees}*pi/180)"
                 yield Hint(told, *path)
+
+
+def _degrees_of_parameters(system: System, known: Values) -> Iterator[Hint]:
+    """Yield parameters without a unit above a turn that are the argument, or a term of it, of sines and the like."""
+    told: dict[str, tuple[Node, float]] = {}
+    for _, node, _ in expressions(system):
+        for part in postorder([node]) if node.args else ():
+            for name in _terms(part.args[0]) if part.op in ("sin", "cos", "tan") else ():
+                if turns := _turns(name, system, known):
+                    told.setdefault(name, (part, turns * _TURN))
+    for name, (part, value) in told.items():
+        counts = f"parameter {name} has no unit and counts as {value:g} rad in {text(part)}"
+        yield Hint(f"{counts}; if degrees are meant: {name}: {value:g} deg", "parameters", name)
+
+
+def _terms(node: Node) -> Iterator[str]:
+    """Yield the names that are an expression or terms of its sum; those in products, such as rates, are none."""
+    waiting = [node]
+    while waiting:
+        last = waiting.pop()
+        if last.op in ("add", "neg"):
+            waiting.extend(last.args)
+        elif last.op == "symbol":
+            yield last.data
 
 
 def _coefficients(system: System, known: Values) -> Iterator[Hint]:

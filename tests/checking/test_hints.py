@@ -133,6 +133,24 @@ def test_degrees_of_a_parameter_are_written_where_it_is_declared() -> None:
     assert not [hint for hint in declared_hints(loads(fixed)) if "turns" in hint]
 
 
+@pytest.mark.parametrize(
+    ("written", "hinted"),
+    [
+        ("cos(a)", True), ("sin(-a)", True), ("tan(phi + 1 - a)", True), ("sin(2*t + a)", True),
+        ("sin(a*t)", False), ("cos(a*pi/180)", False), ("exp(-a)", False), ("sin(t + b)", False), ("sin(t - c)", False),
+    ],
+)  # fmt: skip
+def test_degrees_of_a_parameter_in_a_sine_are_written_where_it_is_declared(written: str, hinted: bool) -> None:
+    parameters = "{m: 1 kg, l: 0.5 m, g: 9.81 m/s^2, a: 30, b: 30 deg, c: 6}"
+    text = PENDULUM.replace("{m: 1 kg, l: 0.5 m, g: 9.81 m/s^2}", parameters)
+    force = f"forces: {{f: {{type: torque, joint: hinge, value: '{written}'}}}}\n"
+    found = [hint for hint in declared_hints(loads(text + force)) if "not used" not in hint]
+    assert [hint.path for hint in found] == [("parameters", "a")] * hinted
+    if hinted:
+        assert found[0].startswith("parameter a has no unit and counts as 30 rad in ")
+        assert found[0].endswith("; if degrees are meant: a: 30 deg")
+
+
 def test_a_belt_that_a_motion_drives_needs_no_mass() -> None:
     text = """\
 multibody_sym: 1
