@@ -22,6 +22,7 @@ from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rows import Kind, Rows, Tabulated
 
 MOST_ROWS: Final = 1_000_000
+_SPLINES: Final = ("spline", "splines", "cubic_spline", "natural", "smooth")
 _SURE: Final = 15
 """Digits of a decimal that its float tells apart from all others."""
 _SMALLEST: Final = 1e-290  # below, floats have fewer digits
@@ -107,7 +108,8 @@ class Table(Element):
     )
     of: Node = holds(Scalar(), "t", says="the argument of the table; the time if left out", such="x")
     interpolation: str = holds(
-        Choice(("linear", "cubic")), "linear", says="straight lines between the rows, or a natural spline", such="cubic"
+        Choice(("linear", "cubic"), tuple((x, "cubic") for x in _SPLINES)), "linear", such="cubic",
+        says="straight lines between the rows, or a natural spline",
     )
     dimension: Dimension | None = holds(
         DimensionField(), None, says="a unit of the values' dimension, where rows state none", such="N"

@@ -238,13 +238,16 @@ class Prose:
 
 @dataclass(frozen=True)
 class Choice:
-    """One of a few words."""
+    """One of a few words; `meant`, pairs of a word that others use and the one for it here."""
 
     words: tuple[str, ...]
+    meant: tuple[tuple[str, str], ...] = ()
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or value not in self.words:
-            raise ModelError(f"{described(value)} is no choice here", number="M104", word=str(value), known=self.words)
+            word, meant = str(value), dict(self.meant).get(str(value).lower())
+            told = f"{described(value)} is no choice here"
+            raise ModelError(told, number="M104", word=word, known=self.words, meant=meant)
         return str(value)
 
     def tree(self, value: str) -> str:
