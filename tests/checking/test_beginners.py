@@ -247,7 +247,7 @@ ROWS = [
     (PENDULUM, "com: [0, -l, 0]", "com: [0, -l, 0], inertia: {«Iyx: 0.1}", "unknown key 'Iyx'", "did you mean Ixy?"),
     (PENDULUM, "", "outputs: {E: «kinetic_energy}", "'kinetic_energy' is not declared", "did you mean kinetic_energy("),
     (PENDULUM, "", "stop: {s: «phi == 0}", "is an equation", "write a comparison that becomes true there"),
-    (PENDULUM, "", "inputs: {F: {table: [[0, 0], [1 s, 5 N]], interpolation: «spline}}", "'spline' is no choice", "cubic?"),
+    (PENDULUM, "", "inputs: {F: {table: [[0, 0], [1 s, 5 N]], interpolation: «spline}}", "is no choice here", "cubic?"),
     (PENDULUM, "", "stop: {s: phi «=> 3}", "'=>' is no comparison", "write >="),
     (PENDULUM, "", "ask: {v: {of: bob, at: phi «=< 3}}", "'=<' is no comparison", "write <="),
     (BLOCK, "", "stop: {s: «c sticks and x > 1}", "states are not joined", "name the state alone, such as c sticks"),
