@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.kinematics.contacts import reach, touch
 from multibody_sym.kinematics.flat_rims import ON_POINTS, flat_rims
 from multibody_sym.kinematics.motion import Motion, accelerations
@@ -70,29 +70,39 @@ def _verify_radius(value: float | None) -> None:
 
 
 def verify_outside(motion: Motion, tolerance: float) -> None:
-    """Raise ModelError for the first contact whose bodies are inside each other by more than a tolerance (m)."""
+    """Raise ModelError for contacts whose bodies are inside each other by more than a tolerance (m).
+
+    Of each declared contact the first part is told.
+    """
+    wrong, told = gathered(), set[tuple[str, str]]()
     for element, row, gap in contact_gaps(motion, tolerance):
-        if gap < -tolerance:
-            first, second = (skin.place.name for skin in row.skins)
-            part = "" if element.name == element.group else f" ({element.name})"
-            with at(*element.path):
-                raise ModelError(
-                    f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
-                    "(initial: {q: ..}), or correct the surface: its normal points out of its body",
-                    number="M114",
-                )
-        if gap <= tolerance and all(is_point(skin) for skin in row.skins):
-            first, second = (skin.place.name for skin in row.skins)
-            with at(*element.path):
-                raise ModelError(
-                    f"{first} and {second} are points and start at one place, where nothing says which way they push "
-                    "each other: start them apart, give one of them a surface (surfaces: {face: {plane: [0, 0, 0], "
-                    "normal: y}}) and name it, or let them strike there (impact: {between: [..]})",
-                    number="M114",
-                )
-        for flat in flat_rims([row], motion) if gap <= tolerance else ():
-            with at(*element.path):
-                raise ModelError(f"{flat}: {ON_POINTS}, or tilt it", number="M114")
+        error = None if element.path in told else _start_inside(element, row, gap, motion, tolerance)
+        if error is not None:
+            told.add(element.path)
+            with wrong, at(*element.path):
+                raise error
+    wrong.told()
+
+
+def _start_inside(element: OneWay, row: ContactRow, gap: float, motion: Motion, tolerance: float) -> ModelError | None:
+    """Return why a contact cannot begin with its gap (m), if it cannot."""
+    first, second = (skin.place.name for skin in row.skins)
+    if gap < -tolerance:
+        part = "" if element.name == element.group else f" ({element.name})"
+        return ModelError(
+            f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
+            "(initial: {q: ..}), or correct the surface: its normal points out of its body",
+            number="M114",
+        )
+    if gap <= tolerance and all(is_point(skin) for skin in row.skins):
+        return ModelError(
+            f"{first} and {second} are points and start at one place, where nothing says which way they push "
+            "each other: start them apart, give one of them a surface (surfaces: {face: {plane: [0, 0, 0], "
+            "normal: y}}) and name it, or let them strike there (impact: {between: [..]})",
+            number="M114",
+        )
+    flat = next(iter(flat_rims([row], motion)), None) if gap <= tolerance else None
+    return None if flat is None else ModelError(f"{flat}: {ON_POINTS}, or tilt it", number="M114")
 
 
 def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, ContactRow, float]]:

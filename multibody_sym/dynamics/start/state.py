@@ -22,7 +22,7 @@ from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.contact_starts import value_at, verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
-from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.system import System
@@ -180,9 +180,13 @@ def state_at(
         return StartState(declared, start(base, overrides, project=project, compiled=compiled), (Mode({}),))
     begin, rows = _touching(base, start(base, overrides, project=project), overrides, project)
     verify_contact_values(base.one_way, partial(value_at, rows.motion))
-    verify_outside(rows.motion, rows.scale.length * TOUCHING)
+    wrong = gathered()
+    with wrong:
+        verify_outside(rows.motion, rows.scale.length * TOUCHING)
+    with wrong:
+        _verify_outside(rows)
+    wrong.told()
     standing = {element.name: rows.standing(element) for element in base.one_way if element.unilateral}
-    _verify_outside(rows, standing)
     closed = [name for name, how in standing.items() if how in ("touching", "closing")]
     problem = Posed.at(rows, closed)
     _verify_rough(problem, [name for name in closed if standing[name] == "closing"])
@@ -342,13 +346,16 @@ def _fixed(mechanism: Mechanism, found: Start, declared: Start, *, speeds: bool 
     return replace(mechanism, coordinates=coordinates, speeds=kept)
 
 
-def _verify_outside(rows: OneWayRows, standing: Mapping[str, str]) -> None:
-    """Raise ModelError for the first rope or stop that begins beyond what it allows."""
+def _verify_outside(rows: OneWayRows) -> None:
+    """Raise ModelError for the ropes and stops that begin beyond what they allow."""
+    wrong = gathered()
     for element in rows.mechanism.one_way:
-        if standing.get(element.name) == "inside" and element.kind in _HOW:
+        if element.unilateral and element.kind in _HOW and rows.standing(element) == "inside":
             how, advice = _HOW[element.kind]
             message = f"{element.name} {how.format(-rows.gap(element))}; {advice}"
-            raise ModelError(message, where=Where(path=element.path), number="M119")
+            with wrong:
+                raise ModelError(message, where=Where(path=element.path), number="M119")
+    wrong.told()
 
 
 def _verify_rough(problem: Posed, closing: Sequence[str]) -> None:

@@ -142,6 +142,31 @@ def test_a_rope_is_taut_where_it_pulls_and_slack_where_it_would_push() -> None:
         at_start(ROPE, **{"slack: true": "slack: true, length: 0.5"})
 
 
+def test_all_that_begins_beyond_what_it_allows_is_told_at_once() -> None:
+    """A box with its two lower corners in a floor, whose contact is told once, two ropes and a stop."""
+    text = """
+multibody_sym: 1
+name: beyond
+gravity: [0, -10, 0]
+bodies:
+  ground: {points: {o: [0, 0, 0]}, surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  m: {shape: {box: [1, 1, 1], mass: 1}}
+  n: {mass: 1}
+joints:
+  J: {type: planar, parent: ground, child: m, initial: {q: [3, 0.4, 0]}}
+  K: {type: prismatic, parent: ground, child: n, axis: x, limits: {upper: 1}, initial: {q: 4}}
+contacts: {c: {between: [m, ground.floor], static: 0.3}}
+constraints:
+  r: {type: rope, path: [ground.o, m], length: 2, slack: true}
+  s: {type: rope, path: [ground.o, n], length: 1, slack: true}
+"""
+    with pytest.raises(ModelError) as raised:
+        at_start(text)
+    told = [raised.value, *raised.value.others]
+    paths = [("contacts", "c"), ("constraints", "r"), ("constraints", "s"), ("joints", "K")]
+    assert [each.where.path[:2] for each in told] == paths
+
+
 def test_a_stop_holds_what_is_pushed_against_it() -> None:
     text = ROPE.replace("constraints", "parameters: {h: 0}\n#").replace("q: 0}", "q: 0}, limits: {upper: h}")
     found = at_start(text)
