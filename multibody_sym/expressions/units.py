@@ -7,7 +7,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Final, NamedTuple
 
-from multibody_sym.errors import ExpressionError, nearest
+from multibody_sym.errors import ExpressionError, gathered, nearest
 from multibody_sym.expressions.printer import text as printed
 from multibody_sym.expressions.tokens import Token, exact_number, failure, tokens
 from multibody_sym.scalars.node import ONE, PI, Node, as_node
@@ -316,16 +316,21 @@ def measured(node: Node, known: Callable[[Node], Measured | None]) -> Measured |
 
     A pure number fits every dimension: in a sum it fits the other side, and one known part tells the dimension of a
     sum. A factor that is no quotient of small integers (9.81) may carry a unit, and so may any beside motion alone.
-    Raises ExpressionError where two dimensions contradict each other.
+    Raises ExpressionError where dimensions contradict each other, with all such places: nothing is known of what is
+    made of one.
     """
     found: dict[Node, Measured | None] = {}
+    wrong = gathered()
     for n in postorder([node]):
         if n.shadow is not None:
             found[n] = NUMBER if is_pure(n) else None
         elif not n.args:
             found[n] = known(n)
         else:
-            found[n] = _measured(n, [found[a] for a in n.args])
+            found[n] = None
+            with wrong:
+                found[n] = _measured(n, [found[a] for a in n.args])
+    wrong.told()
     return found[node]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.errors import ExpressionError, ModelError, at
+from multibody_sym.errors import ExpressionError, ModelError, MultibodyError, at, joined
 from multibody_sym.expressions.components import AT, COMPONENTS, FORCE_NAMES
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
@@ -117,10 +117,15 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             _verify_adding(system, path, node, adds_up)
             dimensions.verify(written)
         except (ModelError, ExpressionError) as error:
-            where = replace(error.where, path=path, column=None)
-            raised = ModelError(error.message, where=where, number=error.number, word=error.word, meant=error.meant)
-            raised.known = error.known
-            raise raised from None
+            raise joined([_placed(each, path) for each in (error, *error.others)]) from None
+
+
+def _placed(error: MultibodyError, path: Sequence[str]) -> ModelError:
+    """Return an error of an expression as one of what stands at a path."""
+    where = replace(error.where, path=tuple(path), column=None)
+    placed = ModelError(error.message, where=where, number=error.number, word=error.word, meant=error.meant)
+    placed.known = error.known
+    return placed
 
 
 def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:

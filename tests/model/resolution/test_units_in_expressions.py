@@ -61,6 +61,25 @@ def test_a_wrong_unit_is_refused_where_it_stands(rest: str, place: str, told: st
     assert ".".join(map(str, caught.value.where.path)) == place
 
 
+def test_all_wrong_units_of_an_expression_are_told_at_once() -> None:
+    """What is made of a wrong part, here the product with k and the whole sum, is not told."""
+    text = """
+multibody_sym: 1
+name: block
+parameters: {k: 100 N/m, T: 2 s, v: 3 m/s}
+bodies: {m: {mass: 1}}
+joints: {J: {type: prismatic, axis: x, parent: ground, child: m, q: x}}
+forces: {f: {type: force, on: m, value: ["k*(x - T) + sin(v)", 0, 0]}}
+"""
+    with pytest.raises(mbs.InputError) as raised:
+        mbs.solve(mbs.loads(text))
+    told = [raised.value, *raised.value.others]
+    assert {each.where.path for each in told} == {("forces", "f", "value", "0")}
+    assert {each.message for each in told} == {
+        "a sum of m and s: x is in m, T is in s", "sin() wants a pure number or an angle, and v is in m/s"
+    }  # fmt: skip
+
+
 def test_names_of_expressions_have_the_units_of_these() -> None:
     with pytest.raises(mbs.MultibodyError, match="a quantity in m/s; here one in N"):
         resolved(FORCE % "speed", "speed: l/T")
