@@ -169,6 +169,17 @@ def test_what_rubs_is_a_block_and_what_bounces_a_ball(
     assert [i.form.kind for i in drawn.items if i.role == "body" and isinstance(i.form, Symbol)] == [kind]
 
 
+@pytest.mark.parametrize(("end", "repeat"), [("stone1", None), ("stone#", 1)])
+def test_a_particle_that_lies_on_a_face_is_a_block(end: str, repeat: int | None) -> None:
+    floor = mbs.Body(surfaces={"floor": mbs.Surface(plane=[0, 0, 0], normal="y")})
+    drawn = scene(
+        {"J": mbs.PointJoint("ground", "stone1")},
+        bodies={"ground": floor, "stone1": mbs.Body(mass=1)},
+        contacts={"c": mbs.Contact([end, "ground.floor"], static=0.3, repeat=repeat)},
+    )
+    assert [i.form.kind for i in drawn.items if i.role == "body" and isinstance(i.form, Symbol)] == ["block"]
+
+
 def test_a_body_that_is_moved_in_its_plane_is_no_skate() -> None:
     """A planar joint with a prescribed motion has no speeds of its own, in which a velocity could be held."""
     system = mbs.loads(
