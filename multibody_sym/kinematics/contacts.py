@@ -88,6 +88,23 @@ class _Facing:
     height: S
 
 
+@dataclass(frozen=True)
+class _Met:
+    """A skin with a centre that is `apart` from the place of another one: what that shows, and its own arm to there."""
+
+    apart: Vec
+    apart_rate: Vec
+    facing: _Facing
+    arm: Vec
+    arm_rate: Vec
+
+
+def gap(skins: tuple[Skin, Skin], motion: Motion) -> S:
+    """Return the gap between two skins alone."""
+    met = _met(skins[::-1] if _faces(*skins) else skins, motion)
+    return met.facing.height + dot(met.facing.normal.vector, met.arm)
+
+
 def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
     """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
     if _faces(*skins):
@@ -115,15 +132,8 @@ def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Ve
     first, second = skins
     w, w_2 = (angular_velocity(motion, skin.place.body) for skin in skins)
     alpha, alpha_2 = (angular_acceleration(motion, skin.place.body, bias) for skin in skins)
-    apart = subtract(position(motion, first.place), position(motion, second.place))
-    apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
-    if isinstance(first, Edge) and isinstance(second, Edge):
-        crossing = _crossing(first, second, motion, apart, apart_rate)
-        facing, arm, arm_rate = crossing.facing, crossing.arm, crossing.arm_rate
-    else:
-        hollow = isinstance(first, Round) and first.inside
-        facing = _facing(second, motion, apart, apart_rate, hollow)
-        arm, arm_rate = _arm(first, motion, facing.normal)
+    met = _met(skins, motion)
+    apart, apart_rate, facing, arm, arm_rate = met.apart, met.apart_rate, met.facing, met.arm, met.arm_rate
     to_place, to_place_rate = add(apart, arm), add(apart_rate, arm_rate)
     slip = subtract(add(apart_rate, cross(w, arm)), cross(w_2, to_place))
     rate = subtract(acceleration(motion, first.place, bias), acceleration(motion, second.place, bias))
@@ -138,6 +148,17 @@ def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Ve
         subtract(w, w_2),
         subtract(alpha, alpha_2),
     )
+
+
+def _met(skins: tuple[Skin, Skin], motion: Motion) -> _Met:
+    first, second = skins
+    apart = subtract(position(motion, first.place), position(motion, second.place))
+    apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
+    if isinstance(first, Edge) and isinstance(second, Edge):
+        crossing = _crossing(first, second, motion, apart, apart_rate)
+        return _Met(apart, apart_rate, crossing.facing, crossing.arm, crossing.arm_rate)
+    facing = _facing(second, motion, apart, apart_rate, isinstance(first, Round) and first.inside)
+    return _Met(apart, apart_rate, facing, *_arm(first, motion, facing.normal))
 
 
 @singledispatch

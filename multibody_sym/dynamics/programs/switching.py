@@ -25,7 +25,7 @@ from functools import reduce
 from typing import Final, Literal
 
 from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, side_of
-from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.contacts import gap, reach
 from multibody_sym.kinematics.flat_rims import flattened
 from multibody_sym.kinematics.relative import separation, slip_velocity
 from multibody_sym.model.mechanism.contact_rows import ContactRow
@@ -141,7 +141,8 @@ class SwitchingValues(OneWayForces):
             away, rate = separation(self.motion, row.skins[0].place, row.skins[1].place)
             parting = dot(away, rate)
             return parting - _STILL * dot(away, away) if row.tip.corner else parting
-        return reduce(minimum, self._reach(row), -self.row(row).phi)
+        phi = gap(row.skins, self.motion) if isinstance(row, ContactRow) else self.row(row).phi
+        return reduce(minimum, self._reach(row), -phi)
 
     def leaves(self, row: Row) -> S:
         """Return what becomes positive where what touches gets past an edge."""
