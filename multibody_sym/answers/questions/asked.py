@@ -17,7 +17,7 @@ from multibody_sym.answers.questions.coupled import Courses
 from multibody_sym.answers.questions.courses import formula_of_period, held_until
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
-from multibody_sym.answers.questions.later_forms import LaterForms
+from multibody_sym.answers.questions.later_forms import FOUND, LaterForms
 from multibody_sym.answers.questions.naming import with_answers
 from multibody_sym.answers.questions.shortest_courses import shortest_course
 from multibody_sym.answers.questions.simulated_motion import Simulated
@@ -241,7 +241,7 @@ class _Motion:
     def _in_closed_form(self, uniform: UniformMotion, name: str, question: Ask) -> Value | None:
         time = self._closed_time(uniform, question)
         if time is None:
-            if self.solved.mechanism.one_way and self.simulated.whole.changes:
+            if uniform.granted or (self.solved.mechanism.one_way and self.simulated.whole.changes):
                 return None
             return self._never(name, uniform, question.when or question.at)
         closed: Quotient | None = time
@@ -252,10 +252,17 @@ class _Motion:
             return None
         if self.solved.mechanism.one_way and self.simulated.changes_before(float(time.sample)) is not None:
             return None
-        for condition, until in uniform.broken(float(time.sample)):
-            remark = f"{condition} holds until t = {until:.6g} s, and the answer takes it to hold longer"
-            self.remarks.append(f"{name}: {remark}")
+        if uniform.ends_before(float(time.sample)) and not self._is_shown(question, float(closed.sample)):
+            return None
         return self.solved.value_of(closed) or Value(float(closed.sample))
+
+    def _is_shown(self, question: Ask, closed: float) -> bool:
+        """Return whether runs have the same answer. Raises FailedRunError where they have none."""
+        try:
+            number = InNumbers(self.simulated).answer(question).value
+        except NeverError:
+            return False
+        return number is not None and abs(closed - number) <= FOUND * abs(number)
 
     def _closed_time(self, uniform: UniformMotion, question: Ask) -> Quotient | None:
         """Return the time that a question names or implies, None where its coordinate never has the value."""

@@ -57,7 +57,7 @@ _BESIDE: Final = 0.9
 """The part of the time to a moment at which a state is regular in which the motion may turn there."""
 _TURNS: Final = 1e-7
 """The part of its largest value below which a speed is zero."""
-_FOUND: Final = 1e-8
+FOUND: Final = 1e-8
 """How near, relative to it, a closed form must come to a number of runs."""
 _LONGEST: Final = 400
 """Letters of a formula that tells more than its number does."""
@@ -76,7 +76,7 @@ class LaterForms:
 
     def of(self, question: Ask, number: Value, time: float) -> Node | None:
         """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
-        if number.value is None or self.motion.changes_before(time * (1.0 - _FOUND)) is not None:
+        if number.value is None or self.motion.changes_before(time * (1.0 - FOUND)) is not None:
             return None
         if any(of_run(node) for node in (question.value, question.max, question.min) if node is not None):
             return None
@@ -199,7 +199,7 @@ class LaterForms:
 
     def _confirmed(self, closed: Quotient, number: float) -> Node | None:
         """Return a closed form as an expression where it is the number that was found, else None."""
-        if abs(float(closed.sample) - number) > _FOUND * abs(number):
+        if abs(float(closed.sample) - number) > FOUND * abs(number):
             return None
         value = self.solved.value_of(closed)
         return None if value is None else value.expression

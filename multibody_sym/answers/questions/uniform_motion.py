@@ -7,20 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import reduce
+from math import nan
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.conditions import comparison
 from multibody_sym.algebra.quotient_functions import absolute, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import AGREEMENT, Solved
+from multibody_sym.answers.questions.anywhere import TIME
 from multibody_sym.answers.symbolic_state import any_state
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.settings import Ask
@@ -65,21 +67,32 @@ class UniformMotion:
         """Return an expression of parameters in closed form."""
         return self.forms.of([as_node(self.solved.asked(value)(self.solved.nodes)[""])])[0]
 
-    def broken(self, until: float) -> list[tuple[str, float]]:
-        """Return the conditions of this motion that fail before `until`, each with the time when it does."""
-        times = np.linspace(0.0, until, _MOMENTS)
-        begin, udot = self.solved.begin, np.array(self.solved.numbers.udot)
+    @property
+    def granted(self) -> list[Quotient]:
+        """What is positive in this motion's equations, and may not stay so: it depends on time or on the state."""
+        return [x for x in self.anywhere.field.positive if x.symbols & self.variables]
+
+    def ends_before(self, until: float) -> bool:
+        """Return whether what is granted fails before a time, from which on other accelerations may hold."""
+        times = np.linspace(0.0, until, _MOMENTS)[:-1]
+        for node in map(book_form, self.granted):
+            values = [self._value(node, t) for t in times.tolist()]
+            values += [self._value(node, t) for t in _lowest(times, np.array(values))]
+            if not all(value > 0.0 for value in values):
+                return True
+        return False
+
+    def _value(self, node: Node, t: float) -> float:
+        """Return the value of an expression of time, coordinates and speeds at a time, nan where it has none."""
+        mechanism, begin, udot = self.solved.mechanism, self.solved.begin, np.array(self.solved.numbers.udot)
         q, u = np.array(begin.q), np.array(begin.u)
-        names = [c.name for c in self.solved.mechanism.coordinates]
-        found = []
-        for condition in self.anywhere.field.positive:
-            node = book_form(condition)
-            for t in times[:-1]:
-                moved = dict(zip(map(symbol, names), q + u * t + udot * t * t / 2, strict=True))
-                if evaluate_float([node], {**self.solved.sample, **moved, symbol("t"): float(t)})[0] <= 0.0:
-                    found.append((comparison(condition), float(t)))
-                    break
-        return found
+        names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
+        values = np.concatenate([q + u * t + udot * t * t / 2, u + udot * t])
+        moved = dict(zip(map(symbol, names), values.tolist(), strict=True))
+        try:
+            return evaluate_float([node], {**self.solved.sample, **moved, TIME: t})[0]
+        except (ExpressionError, *UNDEFINED):
+            return nan
 
     def confirms(self, question: Ask, time: float, answer: float) -> bool:
         """Return whether the same answer follows from the accelerations in floats."""
@@ -196,6 +209,14 @@ def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
     root = sqrt(square) * (1 if a.sample > 0 else -1)
     times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
     return min(times, key=lambda t: t.sample, default=None)
+
+
+def _lowest(times: Floats, values: Floats) -> list[float]:
+    """Return about when what is sampled is least between two samples, as parabolas through three of them tell."""
+    step, (before, here, after) = times[1] - times[0], (values[:-2], values[1:-1], values[2:])
+    places = np.flatnonzero((here <= before) & (here <= after) & (before + after > 2 * here))
+    aside = (before - after)[places] / (before - 2 * here + after)[places] / 2
+    return [float(t) for t in times[1:-1][places] + step * aside]
 
 
 def _length(vector: Sequence[Quotient]) -> Quotient:
