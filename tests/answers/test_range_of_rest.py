@@ -494,3 +494,37 @@ contacts:
     ((low, _),) = found(model, "mu").ends
     assert low.value == pytest.approx(1.0 / (2.0 * math.tan(1.0)), rel=1e-9)
     assert low.gives_way == ("slips at foot",)
+
+
+STRING = """\
+multibody_sym: 1
+name: a block on a slope that an elastic string holds, as far as it is taut
+gravity: [0, -9.81, 0]
+parameters: {a: 0.3 m, F: 30 N}
+bodies: {m: {mass: 2 kg}, ground: {points: {l: [0, 0, 0]}, frames: {sl: {rotate: [{axis: z, angle: -30 deg}]}}}}
+joints: {P: {type: prismatic, parent: ground.sl, child: m, axis: x, q: s, initial: {q: 0.45}}}
+forces:
+  f: {type: pull, between: [ground.l, m], value: "PULL"}
+  r: {type: friction, joint: P, static: 0.3}
+"""
+
+
+@pytest.mark.parametrize("value", [0.3, 2.0])
+@pytest.mark.parametrize(("length", "before"), [("a", ""), ("A", "A: {value: a}, ")])
+def test_a_length_beyond_which_a_string_is_slack_is_no_angle(value: float, length: str, before: str) -> None:
+    """|2 g sin 30 - 50 (0.45 - a)| <= 0.3 * 2 g cos 30; at all lengths > 0.45 m the conditions are the same."""
+    model = STRING.replace("PULL", f"50*max(distance - {length}, 0)").replace("F: 30 N", f"{before}F: 30 N")
+    found = mbs.range_of_rest(mbs.loads(model), "a", parameters={"a": value})
+    weight, friction = 2 * 9.81 * 0.5, 0.3 * 2 * 9.81 * math.cos(math.pi / 6)
+    (ends,) = found.rest
+    assert ends == pytest.approx((0.45 - (weight + friction) / 50, 0.45 - (weight - friction) / 50), rel=1e-12)
+    assert found.unit == "m"
+    assert found.searched == pytest.approx((0.0, 1e4 * value))
+
+
+def test_a_load_that_acts_beyond_a_threshold_is_found_there() -> None:
+    found = mbs.range_of_rest(mbs.loads(STRING.replace("PULL", "max(F - 28, 0)")), "F", parameters={"F": 5.0})
+    weight, friction = 2 * 9.81 * 0.5, 0.3 * 2 * 9.81 * math.cos(math.pi / 6)
+    (ends,) = found.rest
+    assert ends == pytest.approx((28 + weight - friction, 28 + weight + friction), rel=1e-12)
+    assert found.unit == "N"

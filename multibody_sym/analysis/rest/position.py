@@ -17,9 +17,10 @@ from multibody_sym.dynamics.start.constants import measured_rows, with_constants
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import MultibodyError
+from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.mechanism.contact_rows import Flat
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -27,7 +28,8 @@ from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.feasibility import Conditions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.kinks import switching_functions
+from multibody_sym.scalars.node import Node, as_node, slot
 
 _SAME: Final = 1e-12
 _BEYOND: Final = 1e-14
@@ -54,6 +56,12 @@ class Position:
     def value(self) -> dict[str, float]:
         """The values of all parameters as they are declared."""
         return dict(zip((entry.name for entry in self.mechanism.parameters), self.begin.parameters, strict=True))
+
+    @cached_property
+    def kinks(self) -> list[Node]:
+        """Functions, over slots, at whose zeros loads bend or jump: those of parameters alone, too."""
+        motion = motion_of(self.mechanism, slot_state(self.mechanism))
+        return switching_functions(map(as_node, applied_generalized_forces(motion, applied(motion))))
 
     @cached_property
     def _moving(self) -> dict[str, bool]:

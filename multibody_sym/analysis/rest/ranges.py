@@ -19,6 +19,8 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.traversal import leaves
 
 Kind = Literal["none", "coefficient", "load", "angle", "other"]
 """How the conditions depend on the parameter: not; in coefficients alone, which all grow with it; linearly in forces
@@ -172,11 +174,11 @@ class Search:
             return "angle" if self.has_period(conditions) else "other"
         parts = [(x.equal, x.right, x.cone) for x in self.looks if x is not None]
         same = [all(_alike(one[k], other[k]) for one, other in pairwise(parts)) for k in range(3)]
-        if all(same):
+        if all(same) and not self.bends:
             return "none"
         if same == [True, True, False] and self.coefficients_grow():
             return "coefficient"
-        if same == [True, False, True] and _affine([part[1] for part in parts]):
+        if same == [True, False, True] and not self.bends and _affine([part[1] for part in parts]):
             return "load"
         return "angle" if self.has_period(conditions) else "other"
 
@@ -199,17 +201,22 @@ class Search:
     def probes(self) -> list[float]:
         return [self.size * probe for probe in _PROBES]
 
+    @cached_property
+    def bends(self) -> bool:
+        """Whether a force bends or jumps at some value of the parameter: behind it a few values tell nothing of it."""
+        mechanism = self.position.mechanism
+        varied: set[Node] = set()
+        for k, entry in enumerate(mechanism.parameters):
+            if entry.name == self.name or (entry.value is not None and varied & {*leaves([entry.value], "slot")}):
+                varied.add(slot("parameters", k))
+        switching = {*leaves(self.position.kinks, "slot")}
+        return bool(varied & switching) or (self.moves and any(leaf.data[0] == "q" for leaf in switching))
+
     def has_period(self, conditions: ConditionsAt) -> bool:
-        """Return whether conditions are the same a full turn later."""
-        compared = 0
-        for probe in _PROBES:
-            here, there = conditions(probe), conditions(probe + 2 * pi)
-            if here is None and there is None:
-                continue
-            compared += 1
-            if here is None or there is None or not _same(here, there):
-                return False
-        return compared > 0
+        """Return whether conditions change, and are the same a full turn later."""
+        pairs = [(conditions(probe), conditions(probe + 2 * pi)) for probe in (*_PROBES, *self.probes)]
+        changes = any(not _same(here, pairs[0][0]) for here, _ in pairs)
+        return changes and all(_same(here, there) for here, there in pairs)
 
     def is_positive(self) -> bool:
         """Return whether the parameter may not be negative: declared so, or masses or coefficients would be."""
@@ -390,7 +397,10 @@ def _alike(a: Floats, b: Floats) -> bool:
     return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= _ALIKE * np.abs(b).max(initial=0.0))
 
 
-def _same(a: Conditions, b: Conditions) -> bool:
+def _same(a: Conditions | None, b: Conditions | None) -> bool:
+    """Return whether conditions are the same; None are those where there is no position."""
+    if a is None or b is None:
+        return a is b
     return _alike(a.equal, b.equal) and _alike(a.right, b.right) and _alike(a.cone, b.cone)
 
 
