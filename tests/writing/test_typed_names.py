@@ -204,6 +204,34 @@ def test_the_place_of_pressure_is_that_of_moments() -> None:
         mbs.solve(asking(read(STOPPED), "ask", ["reaction(s, x)"]))
 
 
+ON_A_BOX = """
+multibody_sym: 1
+name: told
+gravity: [0, {gravity}]
+bodies: {{box: {{shape: {{box: [1, 1, 1], mass: 5}}}}, b: {{shape: {{{shape}: 0.3, mass: 1}}}}}}
+joints:
+  W: {{type: fixed, parent: ground, child: box}}
+  B: {{type: {joint}, parent: ground, child: b, initial: {{q: {q}}}}}
+contacts: {{c: {{between: [b, box], static: 0.3}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("shape", "gravity", "joint", "q", "place"),
+    [
+        ("disc", "-9.81, 0", "planar", "[0.2, 0.8, 0]", [0.2, 0.5, 0.0]),
+        ("sphere", "0, -9.81", "free", "[0.2, 0.1, 0.8, 1, 0, 0, 0]", [0.2, 0.1, 0.5]),
+    ],
+)
+def test_what_is_round_presses_right_below_its_centre(
+    shape: str, gravity: str, joint: str, q: str, place: list[float]
+) -> None:
+    model = ON_A_BOX.format(shape=shape, gravity=gravity, joint=joint, q=q)
+    solution = mbs.solve(asking(read(model), "ask", ["at_x(c)", "at_y(c)", "at_z(c)"]))
+    assert [x.value for x in solution.answers.values()] == pytest.approx(place, abs=1e-12)
+    assert [solution.reactions["c"][x].value for x in ("at_x", "at_y", "at_z")] == pytest.approx(place, abs=1e-12)
+
+
 @pytest.mark.parametrize("model", ["textbook/across_the_slope", "textbook/ball_in_socket"])
 def test_friction_in_space_is_the_length_of_its_components(model: str) -> None:
     """It is mu N where it slides; a run has the column too."""

@@ -7,10 +7,11 @@ from functools import cached_property, reduce
 from operator import add
 
 from multibody_sym.expressions.components import AT
+from multibody_sym.kinematics.contacts import touch
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import RowMotion, coefficients, friction_factors, row_motion
-from multibody_sym.model.mechanism.contact_rows import presses_at
+from multibody_sym.model.mechanism.contact_rows import ContactRow, is_point
 from multibody_sym.model.mechanism.every_mode import ModeNodes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
@@ -174,9 +175,12 @@ class OneWayForces:
         return found if len(found) == len(acts) else []
 
     def place(self, element: OneWay) -> Vec | None:
-        """Return where a contact's force acts, if it is at a point of a body."""
-        point = presses_at(element)
-        return None if point is None else position(self.motion, point)
+        """Return where a contact's force acts (m, world axes): at its point, or where its round skin is nearest."""
+        row = element.normals[0]
+        if not isinstance(row, ContactRow):
+            return None
+        point = next((skin.place for skin in row.skins if is_point(skin)), None)
+        return touch(row.skins, self.motion, self._bias).place if point is None else position(self.motion, point)
 
     def middle(self, elements: Sequence[OneWay]) -> dict[str, S]:
         """Return where the sum of normal forces acts, the middle of elements that do not press; nothing without points.

@@ -210,11 +210,3 @@ def boxes_that_touch(elements: Iterable[OneWay]) -> dict[str, tuple[Sequence[Fac
                     boxes.setdefault(element.group, {}).setdefault(skin.place.body, faces)
     pairs = ((name, tuple(of_body.values())) for name, of_body in boxes.items())
     return {name: (faces[0], faces[1]) for name, faces in pairs if len(faces) == 2}
-
-
-def presses_at(element: OneWay) -> Marker | None:
-    """Return the point of a body at which a contact's force acts, None where it is at none."""
-    row = element.normals[0]
-    if not isinstance(row, ContactRow):
-        return None
-    return next((skin.place for skin in row.skins if getattr(skin, "radius", None) is ZERO), None)

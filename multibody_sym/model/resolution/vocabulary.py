@@ -17,7 +17,6 @@ from multibody_sym.model.declaration.curves.follow import guides
 from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
 from multibody_sym.model.declaration.values import AXES
-from multibody_sym.model.mechanism.contact_rows import presses_at
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import NORMAL, Coordinate, Speed
 from multibody_sym.model.mechanism.one_way import OneWay, exerted_by
@@ -378,7 +377,7 @@ _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "frict
 def _components(system: System, elements: Iterable[OneWay]) -> dict[str, tuple[str, Sequence[str]]]:
     """Return by the names by which they are asked what exerts forces, in words, and its components."""
     one_way = {
-        name: (_EXERTING[x.kind], (*rows, *(AT if presses_at(x) else ())))
+        name: (_EXERTING[x.kind], (*rows, *(AT if x.kind == "contact" else ())))
         for x in elements
         for name, rows in exerted_by(x).items()
     }
