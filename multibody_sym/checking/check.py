@@ -284,15 +284,31 @@ def _declared_hints(system: System, end: str) -> list[str]:
 
 
 def _edge_hints(system: System) -> Iterator[Hint]:
-    """Yield that two boxes in space touch with corners and faces, but not with their edges."""
+    """Yield that in space corners and round bodies touch a box, but neither edges, sides of rods nor rims its edges."""
     for declared, name, contact in copies(system.contacts) if not in_plane(system) else ():
-        ends = [system.bodies.get(end) for end in contact.between]
-        if all(body is not None and body.shape is not None and body.shape.kind == "box" for body in ends):
-            first, second = contact.between
+        bodies = [system.bodies.get(end) for end in contact.between]
+        kinds = [body.shape.kind if body is not None and body.shape is not None else "" for body in bodies]
+        if "box" not in kinds:
+            continue
+        box, other = contact.between if kinds[0] == "box" else contact.between[::-1]
+        kind = kinds[contact.between.index(other)]
+        if kind == "box":
             told = (
                 f"edges of the boxes of contact {name} touch nothing, corners touch faces: where edges may cross, "
-                f"declare a contact of both, such as between: [{first}.bottom_front, {second}.top_right]; a run tells "
+                f"declare a contact of both, such as between: [{box}.bottom_front, {other}.top_right]; a run tells "
                 "where they pass"
+            )
+            yield Hint(told, "contacts", declared)
+        elif kind == "rod":
+            told = (
+                f"the side of {other} does not touch the edges of {box} in contact {name}, its ends touch the faces: "
+                f"where they may cross, declare a contact of both, such as between: [{other}.side, {box}.top_front]"
+            )
+            yield Hint(told, "contacts", declared)
+        elif kind in ("disc", "cylinder"):
+            told = (
+                f"rims of {other} touch the faces of {box} in contact {name}, nothing of it the edges and corners: it "
+                "passes through these"
             )
             yield Hint(told, "contacts", declared)
 

@@ -38,6 +38,7 @@ from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import apply as operation
 from multibody_sym.scalars.functions import is_exactly, maximum, minimum, sign, sqrt, where
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -408,18 +409,26 @@ def _way(inward: Vec, length: S, end: Marker, marker: Marker, motion: Motion) ->
 
 
 def _nearest(face: Flat, other: Skin, inner: Marker | None, motion: Motion) -> list[S]:
-    """Return functions >= 0 where what may touch a face is nearer to it than to those beside it that it may touch."""
-    height = _height(Face(face.place, face.normal), motion, other.place)
+    """Return functions >= 0 where what may touch a face is nearer to it than to those beside it that it may touch.
+
+    In space a face ends at the faces that it meets at its edges: what touches it is between them.
+    """
+    place = _nearest_place(face, other, motion)
+    height = _above(Face(face.place, face.normal), motion, place)
     found: list[S] = []
     for beside in face.beside:
-        to_beside = _height(beside, motion, other.place)
-        if inner is None:
-            found.append(height - to_beside)
+        to_beside = _above(beside, motion, place)
+        if inner is not None:
+            depth = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
+            (size,) = motion.state.values([depth])
+            body = -_height(beside, motion, inner)
+            found.append(maximum(height - to_beside, minimum(body, AT_END * size - to_beside)))
+            if face.ends is None and dot(face.normal, beside.normal) is ZERO:
+                found.append(maximum(-to_beside - PAST_END * size, body))
             continue
-        depth = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
-        (size,) = motion.state.values([depth])
-        inside = minimum(-_height(beside, motion, inner), AT_END * size - to_beside)
-        found.append(maximum(height - to_beside, inside))
+        found.append(height - to_beside)
+        if face.ends is None and dot(face.normal, beside.normal) is ZERO:
+            found.append(-to_beside)
     return found
 
 
@@ -443,7 +452,21 @@ def _reach_along(skins: tuple[Skin, Skin], motion: Motion) -> list[S]:
     return found
 
 
+def _nearest_place(face: Flat, skin: Skin, motion: Motion) -> Vec:
+    """Return the place of a rim that is nearest to a face, of what is round its centre: it is right above that."""
+    centre = position(motion, skin.place)
+    if not isinstance(skin, Rim):
+        return centre
+    n = direction(motion, face.place, face.normal)
+    normal = Direction(n, cross(angular_velocity(motion, face.place.body), n))
+    return add(centre, _arm(skin, motion, normal)[0])
+
+
 def _height(face: Face, motion: Motion, marker: Marker) -> S:
     """Return how far a marker is above a face."""
-    away = subtract(position(motion, marker), position(motion, face.place))
-    return dot(direction(motion, face.place, face.normal), away)
+    return _above(face, motion, position(motion, marker))
+
+
+def _above(face: Face, motion: Motion, place: Vec) -> S:
+    """Return how far a place is above a face."""
+    return dot(direction(motion, face.place, face.normal), subtract(place, position(motion, face.place)))

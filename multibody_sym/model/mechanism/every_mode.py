@@ -102,7 +102,8 @@ def has_end(element: OneWay) -> bool:
     """Return whether what touches may get past the end of a face."""
     row = element.normals[0] if element.normals else None
     return isinstance(row, ContactRow) and any(
-        isinstance(skin, Edge | Tip) or (isinstance(skin, Flat) and skin.ends is not None) for skin in row.skins
+        isinstance(skin, Edge | Tip) or (isinstance(skin, Flat) and bool(skin.ends or skin.beside))
+        for skin in row.skins
     )
 
 

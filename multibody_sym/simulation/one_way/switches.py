@@ -113,7 +113,7 @@ class Switches:
         cause = now.cause(index)
         guess = None if cause.limits else self._usual.get((now.key, index))
         facts, closed = self.closed_at(now, t, x, cause)
-        beyond = [cause.element.name] if cause.ends == "leaves" else []
+        beyond = [cause.element.name, *self._leaving(now, facts)] if cause.ends == "leaves" else []
         beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
         beyond += self.tips.aside(facts, now.active)
         before = Before(now.mode, now.udot_at(facts), now.problem.rates, guess, self.bounces)
@@ -150,6 +150,12 @@ class Switches:
             if found.mode is not None and not found.mode.alike(now.mode):
                 return found if found.blow is not None else replace(found, facts=facts)
         return None
+
+    def _leaving(self, now: Stretch, facts: Facts) -> list[str]:
+        """Return what gets past an edge at one instant: two corners of a box do side by side."""
+        soon = self._later(now, facts, SOON[0])
+        at_edge = (x for x in self.laws.unilateral if x.name in now.active and facts.reach(x) <= facts.allowed_gap(x))
+        return [x.name for x in at_edge if soon.reach(x) < -soon.rounded_gap(x)]
 
     @staticmethod
     def _later(now: Stretch, facts: Facts, part: float) -> Facts:

@@ -199,6 +199,12 @@ def _meetings(
                 if isinstance(face, Flat) and (face.ends or face.beside) and is_point(corner):
                     inner = solid.inner
             yield (word, other_word), _facing_once(a, b), inner
+    for (word, edge), (other_word, ball) in product(first.edges, second.skins):
+        if is_curved(ball) and _may_touch(edge, ball):
+            yield (word, other_word), (edge, ball), None
+    for (word, ball), (other_word, edge) in product(first.skins, second.edges):
+        if is_curved(ball) and _may_touch(ball, edge):
+            yield (word, other_word), (ball, edge), None
 
 
 def _facing_once(a: Skin, b: Skin) -> tuple[Skin, Skin]:

@@ -7,8 +7,8 @@ space bars touch balls and other bars with their sides; edges of boxes are bars 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import permutations, product
-from typing import Final
+from itertools import combinations, permutations, product
+from typing import Any, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.bodies import Body, Shape
@@ -37,11 +37,12 @@ _SIDES: Final = ("right", "top", "left", "bottom", "front", "back")
 class Solid:
     """What an end of a contact touches with: parts by name (empty where there is one), in the order of the body.
 
-    `inner` is a place inside it, for those with faces that end or corners.
+    `inner` is a place inside it, for those with faces that end or corners. `edges`, of boxes in space, touch balls.
     """
 
     skins: tuple[tuple[str, Skin], ...]
     inner: Marker | None = None
+    edges: tuple[tuple[str, Skin], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -174,7 +175,8 @@ def _of_shape(place: _Place, shape: Shape) -> Solid:
         x, y, z = (size / 2 for size in sizes)
         levels = (ZERO,) if place.flat else (negate(z), z)
         corners = [(a * x, b * y, level) for level, (a, b) in product(levels, _SQUARE)]
-        return Solid((*place.points(corners, "corner"), *_faces(place, shape)), centre)
+        edges = () if place.flat else tuple(_edges(place, shape, combinations))
+        return Solid((*place.points(corners, "corner"), *_faces(place, shape)), centre, edges)
     if shape.kind == "rod":
         ends = ORIGIN, (sizes[0], ZERO, ZERO)
         return _bar(place, *ends, _Z)
@@ -202,16 +204,18 @@ def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
     """Yield what may be named of a shape: corners, faces and edges of a box, ends and sides of a rod, rims."""
     yield from ((name, skin) for name, skin in _of_shape(place, shape).skins if name)
     if shape.kind == "box" and not place.flat:
-        yield from _edges(place, shape)
+        yield from _edges(place, shape, permutations)
 
 
-def _edges(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
-    """Yield the edges of a box in space by the faces that meet there, each name either way round."""
+def _edges(
+    place: _Place, shape: Shape, pairs: type[combinations[Any] | permutations[Any]]
+) -> Iterator[tuple[str, Skin]]:
+    """Yield the edges of a box in space by the faces that meet there, with `permutations` either way round."""
     halves = [scale(size / 2, axis) for size, axis in zip(shape.sizes, (_X, _Y, _Z), strict=True)]
     x, y, z = halves
     towards = dict(zip(_SIDES, (x, y, opposite(x), opposite(y), z, opposite(z)), strict=True))
     normals = dict(zip(_SIDES, (_X, _Y, opposite(_X), opposite(_Y), _Z, opposite(_Z)), strict=True))
-    for (name, n), (other_name, m) in permutations(normals.items(), 2):
+    for (name, n), (other_name, m) in pairs(normals.items(), 2):
         along = next((half for half, axis in zip(halves, (_X, _Y, _Z), strict=True) if not _leads(axis, n, m)), x)
         if _leads(n, m):
             continue
