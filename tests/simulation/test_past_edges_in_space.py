@@ -133,6 +133,12 @@ def test_a_cube_whose_edges_are_not_named_says_so() -> None:
     assert "an edge of one box of contact c leads through the other" in run_summary(run)
 
 
+def test_what_has_come_in_through_an_edge_ends_the_run() -> None:
+    joint = f"{FREE}, initial: {{q: [0.3, 0, 0.6, 0, 0, 0], u: [1, 0, 0, 0, 0, 0]}}"
+    with pytest.raises(mbs.RunError, match=r"has come into the box through an edge.*declare a contact of both edges"):
+        run_of(CUBE, joint, "static: 0", 1)
+
+
 @pytest.mark.parametrize(
     ("shape", "said"),
     [

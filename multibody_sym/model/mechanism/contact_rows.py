@@ -59,7 +59,8 @@ class Face:
 class Flat(Skin):
     """A plane with its unit normal; in a plane model it may end at two places.
 
-    `beside` are the other faces of its body: points touch it only where they are nearest to it, outside being near.
+    `beside` are the other faces of its body: points touch it only where they are nearest to it, outside being near. In
+    space it ends at those that it meets.
     `at_end`: a particle at its very end, to rounding, touches it, as nothing begins there that it may slide along.
     """
 

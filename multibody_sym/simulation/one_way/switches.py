@@ -98,7 +98,7 @@ class Switches:
             return None
         hidden = thin_bars.turned_round(self.bars, cause.element, self.hidden)
         self.hidden = self.hidden if hidden is None else tuple(hidden)
-        return Reason(f"{cause.element.name}: {thin_bars.FROM_BEHIND}") if hidden is None else None
+        return Reason(f"{cause.element.name}: {thin_bars.why_behind(cause.element)}") if hidden is None else None
 
     # --- what follows -------------------------------------------------------------------------------------------------
 

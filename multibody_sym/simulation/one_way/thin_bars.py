@@ -24,10 +24,14 @@ from multibody_sym.simulation.one_way.facts import Facts
 
 _BEHIND: Final = 10.0
 """The multiple of what counts as touching from which on something is behind a face."""
-FROM_BEHIND: Final = (
+_FROM_BEHIND: Final = (
     "what it touches comes in past its end from behind, where a surface that ends with a normal is solid without "
     "limit; end the run before, let it reach a little further, or let it be touched on both sides (a segment without "
     "a normal, a box, a rod)"
+)
+_INSIDE: Final = (
+    "what touches it has come into the box through an edge, which touches other edges and bars only where it is named; "
+    "declare a contact of both edges, such as between: [a.bottom_front, b.top_right], or end the run before"
 )
 _CURE: Final = "say on which side it strikes (surfaces: {..: {segment: [..], normal: y}}), or give one of them a radius"
 
@@ -129,6 +133,14 @@ def turned_round(bars: Sequence[ThinBar], element: OneWay, hidden: Sequence[str]
 def is_behind(facts: Facts, element: OneWay) -> bool:
     """Return whether what comes within reach of a face that ends is behind it, and so does not touch it."""
     return facts.gap(element) < -_BEHIND * facts.allowed_gap(element)
+
+
+def why_behind(element: OneWay) -> str:
+    """Return why nothing is known of what has come in behind a face."""
+    row = element.normals[0]
+    skins = row.skins if isinstance(row, ContactRow) else ()
+    in_space = any(isinstance(skin, Flat) and skin.beside and skin.ends is None for skin in skins)
+    return _INSIDE if in_space else _FROM_BEHIND
 
 
 def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[Facts]) -> str:

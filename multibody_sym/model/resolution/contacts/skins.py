@@ -1,7 +1,8 @@
 """What the ends of a contact stand for: corners and faces of a box, ends and sides of a rod, a rim, a ball, a point.
 
 What has faces and corners touches with both: corners touch the other's faces, faces its corners and round surfaces. In
-space bars touch balls and other bars with their sides; edges of boxes are bars that are named (box.bottom_front).
+space bars touch balls and other bars with their sides; edges of boxes touch balls, and other bars where they are named
+(box.bottom_front).
 """
 
 from __future__ import annotations
