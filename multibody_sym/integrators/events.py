@@ -139,8 +139,8 @@ class Watch:
                 if not self._crossed(self._at(step, high)).any():
                     return self._at_event(step, step.t_new, step.x_new, values)
                 theta = self._first_crossing(step, 0.0, high)
-                way = theta * step.h
-                if not way * (1.0 - min(margin, 0.5)) > least or rounds == REPEATS:
+                way, soon = theta * step.h, max(least, self._unresolved(step, slope, theta))
+                if not way * (1.0 - min(margin, 0.5)) > soon or rounds == REPEATS:
                     return self._within(step, theta)
             elif rounds == REPEATS:
                 if problem is not None:
@@ -161,6 +161,18 @@ class Watch:
                 way = h
             values = self.values(step.t_new, step.x_new)
         raise AssertionError
+
+    def _unresolved(self, step: Step, slope: Floats, theta: float) -> float:
+        """Return the time (s) in which a kink that has crossed at a part of a step changes by its round-off alone.
+
+        Nearer to it a step may leave all components as they are, so that none would ever get there.
+        """
+        crossed = self._crossed(self._at(step, theta)) & ~self.terminal
+        if not crossed.any():
+            return 0.0
+        index, probe = int(np.argmax(crossed)), PROBE * step.h
+        after, now = (float(self.values(step.t + h, step.x + h * slope)[index]) for h in (probe, 0.0))
+        return self.events.unseen(index, step.t, step.x) * probe / abs(after - now) if after != now else 0.0
 
     def _taken(self, step: Step, h: float, take: Take) -> tuple[Step, StepError | None]:
         """Return another step from the start of `step`; where it got stuck at a kink, its start and length, and why."""

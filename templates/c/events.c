@@ -294,6 +294,25 @@ static double ahead(mbs_run *r)
     return looked(r, straight_on, r->spare, r->slope);
 }
 
+/* The time in which a kink that has crossed, by the values, changes by its round-off alone: nearer to it a step may leave
+   all components as they are, so that none would ever get there. */
+static double unresolved(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    double probe = MBS_PROBE * s->h;
+    for (int i = 0; i < r->system->ng; ++i) {
+        if (r->system->terminal[i] || !crossed(r, i))
+            continue;
+        straight_on(r, MBS_PROBE, r->event_x);
+        evaluate(r, s->t + probe, r->event_x);
+        double after = r->values[i];
+        evaluate(r, s->t, r->x);
+        double change = fabs(after - r->values[i]);
+        return change > 0.0 ? mbs_unseen(r, i) * probe / change : 0.0;
+    }
+    return 0.0;
+}
+
 int mbs_find_event(mbs_run *r, int status)
 {
     mbs_state *s = r->state;
@@ -321,7 +340,8 @@ int mbs_find_event(mbs_run *r, int status)
                 return end_at_once(r);
             double theta = first_crossing(r, mbs_value, 0.0, high);
             way = theta * s->h;
-            if (!(way * (1.0 - (margin < 0.5 ? margin : 0.5)) > least) || round == REPEATS)
+            double near = unresolved(r), soon = near > least ? near : least;
+            if (!(way * (1.0 - (margin < 0.5 ? margin : 0.5)) > soon) || round == REPEATS)
                 return end_within(r, theta);
         } else {
             if (round == REPEATS)

@@ -34,9 +34,7 @@ static int uncertain(double start, double end, double rise, double fall, double 
     return least < bend && bend > 0.5 * fabs(change);
 }
 
-/* As far from zero the values of a switching function are round-off all along a piece of the step: without a margin what it
-   changes by with the round-off of the largest component in all of them. */
-static double unseen_of(mbs_run *r, int i)
+double mbs_unseen(mbs_run *r, int i)
 {
     int own = i - (r->system->ng - r->system->switches);
     if (own >= 0 && r->system->margins[own] > 0.0)
@@ -81,7 +79,7 @@ double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double af
     int left = MOST_LOOKS;
     if (!(end < 0.0) && !uncertain(start, end, rise, fall, 0.0))
         return 2.0;
-    double unseen = unseen_of(r, i);
+    double unseen = mbs_unseen(r, i);
     look a = {0.0, start, rise, rise}, b = {1.0, end, fall, fall};
     return seen(r, along, i, a, b, unseen, &left);
 }

@@ -183,6 +183,10 @@ double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta);
    times its side: at the start, MBS_PROBE after it, as much before the end, and at the end. */
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end);
 
+/* As far from zero the values of a switching function are round-off all along a piece of the step: without a margin what it
+   changes by with the round-off of the largest component in all of them. */
+double mbs_unseen(mbs_run *r, int i);
+
 /* The longest step that may be tried: in one the functions that keep steps short may change, as the quadratic through the
    last three looks at them goes, by half their distance from zero, or a tenth of the largest they had, and a run in modes
    is looked at now and then. */

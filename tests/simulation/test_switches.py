@@ -425,3 +425,28 @@ def test_a_puck_slips_where_weight_and_push_together_leave_the_circle():
     assert told(run) == [("c1", "slide")]
     assert times(run)[0] == pytest.approx(slips, rel=1e-9)
     assert run["u_x"][-1] < 0.0 < run["u_y"][-1]
+
+
+THROWN = """\
+multibody_sym: 1
+name: thrown
+gravity: [0, -10, 0]
+parameters: {h: 4.99999, F: 5}
+bodies: {b: {mass: 1}}
+joints: {J: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {u: 10}}}
+forces: {f: {type: force, on: b, value: [0, "where(y > h, -F, 0)", 0]}}
+"""
+
+
+@pytest.mark.parametrize("method", ["dormand_prince", "dormand_prince_8", "radau_5", "RK45"])
+@pytest.mark.parametrize("depth", [1e-3, 1e-5, 5e-7])
+def test_a_kink_that_is_hardly_passed_is_left_again(depth: float, method: str) -> None:
+    """At v = sqrt(2 g d) the height rounds to the same number for v^-1 1e-15 s: with shorter steps it never came back.
+
+    It is above h for 2 v/(g + F), and falls from there with v.
+    """
+    v = math.sqrt(20 * depth)
+    left = 2 - ((10 - v) / 10 + 2 * v / 15)
+    run = mbs.simulate(mbs.loads(THROWN), t_end=2, parameters={"h": 5 - depth}, method=method, samples=2)
+    allowed = 1e-6 if method == "RK45" else 1e-9
+    assert run["y"][-1] == pytest.approx(5 - depth - v * left - 5 * left**2, abs=allowed)
