@@ -72,7 +72,7 @@ def _verify_radius(value: float | None) -> None:
 def verify_outside(motion: Motion, tolerance: float) -> None:
     """Raise ModelError for contacts whose bodies are inside each other by more than a tolerance (m).
 
-    Of each declared contact the first part is told.
+    There is one error for each declared contact: that of its first part inside.
     """
     wrong, told = gathered(), set[tuple[str, str]]()
     for element, row, gap in contact_gaps(motion, tolerance):
