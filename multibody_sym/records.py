@@ -56,9 +56,13 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
 
 
 def _init(cls: Any, options: dict[str, Any]) -> Any:
-    """Return a class's `__init__`, made for a class that inherits it: at no moment may another thread find none."""
+    """Return a class's `__init__`, made for a class that inherits it: at no moment may another thread find none.
+
+    The heir stands among `__subclasses__` until it is collected, and says that it is none of this package's classes.
+    """
     heir = dataclasses.dataclass(eq=False, repr=False, match_args=False, frozen=options.get("frozen", False))
-    made = vars(heir(type(cls.__name__, (cls,), {"__doc__": cls.__name__})))["__init__"]
+    body = {"__doc__": cls.__name__, "__module__": dataclasses.__name__}
+    made = vars(heir(type(cls.__name__, (cls,), body)))["__init__"]
     made.__qualname__ = f"{cls.__qualname__}.__init__"
     return made
 

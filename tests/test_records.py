@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import gc
 import inspect
 import pickle
 import subprocess
@@ -90,6 +91,19 @@ def test_plain_classes_inherit_what_is_completed_later():
 
     assert (Plain(1).a, Bare(2).a) == (2, 2)
     assert (Plain(3).a, Bare(4)) == (4, Bare(4))
+
+
+def test_what_completes_a_class_is_not_found_among_its_subclasses():
+    @dataclass(frozen=True)
+    class Base:
+        size: int
+
+    gc.disable()
+    try:
+        assert Base(1).size == 1
+        assert [one for one in Base.__subclasses__() if one.__module__ != "dataclasses"] == []
+    finally:
+        gc.enable()
 
 
 def test_unpickled_before_the_first_is_made():
