@@ -28,6 +28,8 @@ _MOST_HALVINGS: Final = 60
 """How often stretches are halved in all where places are too far apart."""
 _UNKNOWN: Final = 1e-3
 """Part of the work in a run by which half as many places change it where it is not told at all."""
+_LITTLE: Final = 1e-7
+"""Part of the kinetic energy that counts as work always: what sticks does work of rounding, and none else."""
 _MOST_STEPS: Final = 100_000
 """Steps of all the stretches that are halved: each is run twice more for that."""
 
@@ -36,7 +38,7 @@ _MOST_STEPS: Final = 100_000
 class _Work:
     """The work in a stretch: of friction parts (p), of these on each body (p, bodies), of loads (1).
 
-    `size` is the integral of absolute powers, `unsure` what half as many places change.
+    `size` is the integral of absolute powers, `unsure` what half as many places change, `kinetic` the largest energy.
     """
 
     friction: Floats
@@ -44,6 +46,7 @@ class _Work:
     loads: Floats
     size: float
     unsure: float
+    kinetic: float
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
@@ -54,7 +57,7 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> Energy
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
     works = list(_works(stretches))
-    if sum(one.unsure for one in works) > _UNKNOWN * sum(one.size for one in works):
+    if sum(one.unsure for one in works) > _UNKNOWN * _size(works):
         return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
     for one in works:
         account.loads += float(one.loads[0])
@@ -67,6 +70,11 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> Energy
     return account
 
 
+def _size(works: Sequence[_Work]) -> float:
+    """Return the size (J) beside which work that is unsure counts."""
+    return sum(one.size for one in works) + _LITTLE * max((one.kinetic for one in works), default=0.0)
+
+
 def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
     """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end.
 
@@ -74,7 +82,7 @@ def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
     """
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
     each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
-    total, left, steps = sum(work.size for *_, work in each), _MOST_HALVINGS, _MOST_STEPS
+    total, left, steps = _size([work for *_, work in each]), _MOST_HALVINGS, _MOST_STEPS
     while each and left:
         place = max(range(len(each)), key=lambda k: each[k][2].unsure)
         stretch, program, work = each[place]
@@ -93,10 +101,12 @@ def _work(stretch: Stretch, program: Compiled) -> _Work:
     friction, shares, loads = (integral(value, fine.t)[-1] for value in values)
     powers = np.column_stack([values[0], values[2]])
     size = float(integral(np.abs(powers), fine.t)[-1].sum())
+    kinetic = float(fine.evaluated("energy")[0].max())
     if (len(fine.t) - 1) % 8:  # samples are missing at the end, before which no step leads near enough
-        return _Work(friction, shares, loads, size, size if stretch.duration > _SHORT * abs(stretch.until) else 0.0)
+        unsure = size if stretch.duration > _SHORT * abs(stretch.until) else 0.0
+        return _Work(friction, shares, loads, size, unsure, kinetic)
     fewer = integral(powers[::2], fine.t[::2])[-1]
-    return _Work(friction, shares, loads, size, float(np.abs(fewer - np.append(friction, loads)).sum()))
+    return _Work(friction, shares, loads, size, float(np.abs(fewer - np.append(friction, loads)).sum()), kinetic)
 
 
 def _may_work(mechanism: Mechanism) -> bool:

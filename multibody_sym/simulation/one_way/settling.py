@@ -75,11 +75,15 @@ def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
 
 
 def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
-    """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is."""
+    """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is.
+
+    Friction that is always enough stops little slip at once.
+    """
     problem = facts.posed(touching)
-    places = _kept(facts, touching)
-    laws = zip(problem.parts, problem.problem.parts, strict=True)
-    places += [facts.place(row) for part, law in laws if law.rests for row in part.rows]
+    places, little = _kept(facts, touching), _SLIGHT * facts.scale.speed
+    for part, law in zip(problem.parts, problem.problem.parts, strict=True):
+        if law.rests or (law.enough and float(np.abs(law.velocity).max()) <= little):
+            places += [facts.place(row) for row in part.rows]
     speeds = facts.known["phidot"][places]
     if not np.abs(speeds).max(initial=0.0) > _ROUNDING * facts.scale.speed:
         return None
