@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -151,9 +152,8 @@ class Account:
 
         An impulse is none where its effect is a rounding of that of the largest one.
         """
-        x, sizes = impulses[1], np.linalg.norm(self.rows.exerted, axis=1)
-        moved = np.abs(impulses[0]) * sizes
-        z = np.where((sizes > 0.0) & (moved <= ROUNDED * moved.max(initial=0.0)), 0.0, impulses[0])
+        x, moved = impulses[1], np.abs(impulses[0]) * self._sizes
+        z = np.where((self._sizes > 0.0) & (moved <= ROUNDED * moved.max(initial=0.0)), 0.0, impulses[0])
         self.lost += self._taken(z, x, stage) if lost is None else lost
         self.x, self.z = self.x + x, self.z + z
         self.struck |= set(rows)
@@ -171,12 +171,22 @@ class Account:
         before = self.speeds() - (0.0 if pushed is None else pushed)
         after = speeds(self.rows, self.x + x, self.z + z)
         taken = -z * (before + after) / 2.0
-        others = np.any(self.rows.exerted != self.rows.matrix, axis=1)
-        if others.any():
+        others = self._others
+        if len(others):
             exerted, w = self.rows.exerted[others], self.problem.speeds
-            moving = np.full(others.sum(), np.nan) if w is None else exerted @ (w + self.x + x / 2.0)
+            moving = np.full(len(others), np.nan) if w is None else exerted @ (w + self.x + x / 2.0)
             taken[others] = -z[others] * moving
-        return np.where(self.rows.exerted.any(axis=1), taken, 0.0)
+        return np.where(self._sizes > 0.0, taken, 0.0)
+
+    @cached_property
+    def _sizes(self) -> Floats:
+        """How much each row (m) exerts."""
+        return np.asarray(np.linalg.norm(self.rows.exerted, axis=1), dtype=float)
+
+    @cached_property
+    def _others(self) -> list[int]:
+        """The rows that exert another force than their own."""
+        return np.flatnonzero(np.any(self.rows.exerted != self.rows.matrix, axis=1)).tolist()
 
     def told(self) -> Struck:
         """Return what has happened."""

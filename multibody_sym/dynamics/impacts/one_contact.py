@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
+from multibody_sym.dynamics.impacts.account import Account, chosen
 from multibody_sym.dynamics.impacts.elimination import Moved, struck_at, verify_moves
 from multibody_sym.dynamics.impacts.in_space import turned, turns
 from multibody_sym.dynamics.impacts.pace import AT_REST, Pace, alone, among
@@ -27,30 +28,47 @@ MOST: Final = 1000
 """Stretches of one impact. One part slips, sticks, slips back: three; a dozen joints that rub have a few each."""
 
 
-def is_followed(account: Account, row: int) -> bool:
-    """Return whether the impact at one row can be followed: not where several parts rub of which one does in space."""
-    some = chosen(account.rows, (row,))
-    own = some.rows.index(row)
-    return _is_alone(some, own) or all(len(part.rows) == 1 for part in some.problem.parts)
+class Single:
+    """One row that strikes alone: the problem of what acts with it, what its impulses move. No speeds are in it."""
+
+    def __init__(self, account: Account, row: int) -> None:
+        self.some = chosen(account.rows, (row,))
+        self.name, self.row = account.problem.name(row), self.some.rows.index(row)
+        parts = self.some.problem.parts
+        self._simple = not parts or (len(parts) == 1 and parts[0].normals == (self.row,) and len(parts[0].rows) < 3)
+
+    @property
+    def followed(self) -> bool:
+        """Whether its impact can be followed: not where several parts rub of which one does in space."""
+        return self._simple or all(len(part.rows) == 1 for part in self.some.problem.parts)
+
+    @property
+    def part(self) -> FrictionLaw | None:
+        """The friction of the contact, if nothing else rubs."""
+        return next(iter(self.some.problem.parts), None) if self._simple else None
+
+    @cached_property
+    def moved(self) -> Moved | None:
+        """What impulses at the contact move; None where other parts rub than its own, or several."""
+        verify_moves(self.some, self.row, self.name)
+        return struck_at(self.some, self.row) if self._simple else None
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """The lengths (m) of the rows."""
+        return scaled_rows(self.some.problem.matrix)[0]
 
 
-def _is_alone(some: Chosen, row: int) -> bool:
-    """Return whether nothing rubs but the contact itself, along one or two tangents."""
-    parts = some.problem.parts
-    return not parts or (len(parts) == 1 and parts[0].normals == (row,) and len(parts[0].rows) < 3)
-
-
-def routh(account: Account, row: int) -> None:
+def routh(account: Account, single: Single) -> None:
     """Strike one row alone, with its friction and that in joints."""
-    some = chosen(account.rows, (row,))
-    course = _Course(account, some, some.rows.index(row))
+    course = _Course(account, single)
     first = Normal(float(course.v[course.row]))
     course.stop_at_once()
     left = Normal(float(course.v[course.row]))  # what stops along the surface may push along the normal
     if left.v >= 0.0:
         return
     compressed = course.through("compression", COMPRESSED, left)
-    e = float(account.restitution[row])
+    e = float(account.restitution[single.some.rows[single.row]])
     if e > 0.0:
         course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)
 
@@ -61,17 +79,12 @@ class _Course:
     `moved` is None where other parts rub than that of the contact, or several; else `part` is the contact's, if any.
     """
 
-    def __init__(self, account: Account, some: Chosen, row: int) -> None:
-        self.account, self.some, self.row = account, some, row
-        parts = some.problem.parts
-        simple = _is_alone(some, row)
-        verify_moves(some, row, self._name())
-        self.moved: Moved | None = struck_at(some, row) if simple else None
-        self.part: FrictionLaw | None = parts[0] if simple and parts else None
+    def __init__(self, account: Account, single: Single) -> None:
+        self.account, self.some, self.row, self.name = account, single.some, single.row, single.name
+        self.moved, self.part = single.moved, single.part
         self.tangents = list(self.part.rows) if self.part else []
-        self.v = account.speeds()[some.rows]
-        lengths = scaled_rows(some.problem.matrix)[0]
-        self.small: Floats = AT_REST * float(np.abs(self.v / lengths).max(initial=0.0)) * lengths
+        self.v = account.speeds()[self.some.rows]
+        self.small: Floats = AT_REST * float(np.abs(self.v / single.lengths).max(initial=0.0)) * single.lengths
 
     def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:
         """Go through a stage to its end, and return the normal state there."""
@@ -84,12 +97,9 @@ class _Course:
             if ended:
                 return at
         raise NoSolutionError(
-            f"the impact at {self._name()} does not end: friction in several places changes on and on",
+            f"the impact at {self.name} does not end: friction in several places changes on and on",
             number="N108",
         )
-
-    def _name(self) -> str:
-        return self.account.problem.name(self.some.rows[self.row])
 
     def _slips(self, v: Floats) -> bool:
         return bool(np.linalg.norm(v) > self.small[self.tangents].max(initial=0.0))
@@ -137,7 +147,7 @@ class _Course:
         does = f"closes it faster by {-rate:.3g} m/s" if rate < 0.0 else "does not move it"
         why = f"an impulse of 1 N s with its friction {does}, however large it grows"
         known = "" if self.moved is not None else "; proved for the way in which other parts slip or stick here only"
-        return f"the impact at {self._name()} has no end: its friction wedges it ({why}{known})"
+        return f"the impact at {self.name} has no end: its friction wedges it ({why}{known})"
 
     def _next_stop(self, pace: Pace) -> tuple[float, list[int]]:
         """Return the dp after which the first part stops to slip, and its rows."""

@@ -7,14 +7,14 @@ after impacts in turn, which is the limit of those that would follow.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account
 from multibody_sym.dynamics.impacts.giving_back import give_back
-from multibody_sym.dynamics.impacts.one_contact import is_followed, routh
+from multibody_sym.dynamics.impacts.one_contact import Single, routh
 from multibody_sym.dynamics.impacts.together import newton, poisson
 from multibody_sym.dynamics.laws.problem import LawProblem
 from multibody_sym.errors import InputError, NoSolutionError
@@ -65,7 +65,7 @@ class _Counts:
 
 def at_once(account: Account) -> None:
     """Strike all that touches where something closes, until nothing does."""
-    counts = _Counts(account)
+    counts, known = _Counts(account), dict[int, Single]()
     while closing := account.closing():
         cluster = counts.of(closing[0])
         if counts.has_collapsed(closing[0]):
@@ -73,7 +73,7 @@ def at_once(account: Account) -> None:
         rows = [k for k in account.touching() if k in cluster]
         if account.problem.law == "stronge":
             rows = _single(account, [k for k in closing if k in cluster])
-        _strike(account, rows)
+        _strike(account, rows, known)
 
 
 def _single(account: Account, closing: list[int]) -> list[int]:
@@ -89,7 +89,7 @@ def _single(account: Account, closing: list[int]) -> list[int]:
 
 def one_by_one(account: Account) -> None:
     """Strike what closes fastest, with what closes as fast, until nothing closes; what does not bounce is held."""
-    counts = _Counts(account)
+    counts, known = _Counts(account), dict[int, Single]()
     while closing := account.closing():
         v = account.speeds()
         fastest = min(closing, key=lambda k: float(v[k]))
@@ -98,7 +98,7 @@ def one_by_one(account: Account) -> None:
         cluster = counts.of(fastest)
         rows = [k for k in closing if k in cluster and v[k] <= (1.0 - ALIKE) * v[fastest]]
         held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
-        _strike(account, rows + held)
+        _strike(account, rows + held, known)
     _to_their_limit(account, counts)
 
 
@@ -117,17 +117,20 @@ def _to_their_limit(account: Account, counts: _Counts) -> None:
         account.restitution = bounces
 
 
-def _strike(account: Account, rows: Collection[int]) -> None:
-    """Strike rows by the law that is asked for, and let friction be given back."""
+def _strike(account: Account, rows: Sequence[int], known: dict[int, Single]) -> None:
+    """Strike rows by the law that is asked for, and let friction be given back; `known` rows have struck before."""
     before = account.copy()
-    _by_law(account, rows)
+    single = None
+    if len(rows) == 1:
+        single = known[rows[0]] = known.get(rows[0]) or Single(account, rows[0])
+    _by_law(account, rows, single)
     give_back(account, rows, before)
 
 
-def _by_law(account: Account, rows: Collection[int]) -> None:
+def _by_law(account: Account, rows: Sequence[int], single: Single | None) -> None:
     law = account.problem.law
-    if len(rows) == 1 and is_followed(account, next(iter(rows))):
-        routh(account, next(iter(rows)))
+    if single is not None and single.followed:
+        routh(account, single)
     elif law == "newton" or (law == "stronge" and not _rubs(account, rows)):
         newton(account, rows)
     else:
