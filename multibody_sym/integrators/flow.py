@@ -94,8 +94,8 @@ class Events:
         Without a margin that is what it changes by with the round-off of the largest component in all of them.
         """
         own = index - (len(self.terminal) - len(self.margins))
-        if own >= 0 and self.margins[own] > 0.0:
-            return BESIDE * self.margins[own]
+        if own >= 0 and self.margins[own] != 0.0:
+            return BESIDE * abs(self.margins[own])
         parts = np.array([_MOVED * (0.5 + j * _GOLDEN % 1.0) for j in range(len(x))])
         try:
             beside = self.beyond(t, x + parts * np.abs(x).max(initial=0.0))

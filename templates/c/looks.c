@@ -37,8 +37,8 @@ static int uncertain(double start, double end, double rise, double fall, double 
 double mbs_unseen(mbs_run *r, int i)
 {
     int own = i - (r->system->ng - r->system->switches);
-    if (own >= 0 && r->system->margins[own] > 0.0)
-        return BESIDE * r->system->margins[own];
+    if (own >= 0 && r->system->margins[own] != 0.0)
+        return BESIDE * fabs(r->system->margins[own]);
     double size = mbs_largest(r->n, r->x);
     for (int j = 0; j < r->n; ++j)
         r->spare[j] = r->x[j] + MOVED * (0.5 + fmod(j * GOLDEN, 1.0)) * size;

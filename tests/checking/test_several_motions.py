@@ -61,7 +61,7 @@ def test_check_and_run_say_that_a_guided_block_has_several_motions_and_which_is_
 
 def test_a_guided_contact_does_not_strike_by_the_rounding_of_a_long_way() -> None:
     """Behind 5 km in 50 s the gap, in which all lengths cancel, is 1e-12 m, and its rate 3e-14 m/s."""
-    run = mbs.simulate(mbs.loads(WEDGE % GUIDED), t_end=50, samples=3, backend="python")
+    run = mbs.simulate(mbs.loads(WEDGE % GUIDED), t_end=50, samples=3)
     assert [x["kind"] for x in run.events] == ["several states"]
     sine, cosine = math.sin(math.radians(35)), math.cos(math.radians(35))
     smooth = 1.5 * 9.81 * cosine * sine / (4 + 1.5 * sine**2)

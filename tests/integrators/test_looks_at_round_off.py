@@ -39,3 +39,18 @@ def test_a_shallow_crossing_there_and_back_within_a_step_is_seen(method: str, de
     *_, last = steps(flow)
     assert last.event == 0
     assert last.t_new == pytest.approx(0.5 - np.sqrt(depth), abs=1e-9)
+
+
+def test_what_never_falls_below_its_rounding_takes_few_looks() -> None:
+    """The length of a vector that turns, less one: points that have met part only below their margin."""
+    asked = 0
+
+    def met(t: float, x: Floats) -> Floats:
+        nonlocal asked
+        asked += 1
+        return np.array([np.hypot(np.cos(x[0]), np.sin(x[0])) - 1.0 + 2e-16 * np.cos(1e5 * t)])
+
+    events = Events(met, (True,), margins=(-8e-14,))
+    flow = Flow(METHODS["dormand_prince"], lambda t, x: np.array([x[1], 0.0]), 0.0, 5.0, np.ones(2), events=events)
+    taken = sum(1 for _ in steps(flow))
+    assert asked < 30 * taken

@@ -21,7 +21,7 @@ contacts: {c: {between: [block, ground.floor], static: 0.3, kinetic: 0.3}}
 
 
 def test_parts_between_kinks_have_steps_of_their_own() -> None:
-    run = mbs.simulate(mbs.loads(PUSHED), t_end=2.0, backend="python")
+    run = mbs.simulate(mbs.loads(PUSHED), t_end=2.0)
     assert isinstance(run.modes, OneWayRun)
     (stretch,) = run.modes.along
     parts = stretch.smooth_parts()
