@@ -118,7 +118,7 @@ def test_a_contact_of_several_parts_names_them() -> None:
         mbs.solve(mbs.loads(HEAD + model + "ask: {a: c1 opens}"))
 
 
-@pytest.mark.parametrize("verb", ["rolls", "grips", "tautens", "stops", "frees"])
+@pytest.mark.parametrize("verb", ["rolls", "grips", "tautens", "stops", "frees", "closed", "slip+"])
 @pytest.mark.parametrize("section", ["stop", "ask"])
 def test_states_that_an_element_never_has_are_refused(section: str, verb: str) -> None:
     """A contact sticks or slides, a drum grips or slips."""
@@ -172,6 +172,7 @@ def test_states_are_typed_as_runs_print_them() -> None:
         "bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, block: {mass: 3 kg}}\n"
         "joints: {J: {type: point, parent: ground, child: block}}\n"
         "contacts: {c1: {between: [block, ground.floor], static: 0.4}}\n"
-        "forces: {push: {type: force, on: block, value: [rate*t, 0, 0]}}\nask: {s: c1 slips}"
+        "forces: {push: {type: force, on: block, value: [rate*t, 0, 0]}}\nask: {s: c1 slips, either_way: c1 slide}"
     )
-    assert mbs.solve(pushed).answers["s"].value == pytest.approx(0.4 * 3 * 10 / 12, rel=1e-9)
+    for answer in mbs.solve(pushed).answers.values():
+        assert answer.value == pytest.approx(0.4 * 3 * 10 / 12, rel=1e-9)

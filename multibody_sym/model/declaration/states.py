@@ -34,6 +34,8 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
 
 A rope closes as it becomes taut, a stop as it holds.
 """
+_EITHER_WAY: Final[Mapping[str, tuple[str, ...]]] = {"slide": VERBS["slides"], "slip": ("slip", "slip+", "slip-")}
+"""Words of states that say no direction, where a run tells one."""
 WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
 """Along an axis or tangent, or against it, in sentences: words of states end with these signs."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
@@ -57,7 +59,7 @@ class StateCondition:
     @property
     def words(self) -> tuple[str, ...]:
         """The words of the states that are meant."""
-        return VERBS.get(self.verb, (self.verb,))
+        return VERBS.get(self.verb) or _EITHER_WAY.get(self.verb, (self.verb,))
 
     def __str__(self) -> str:
         return f"{self.element} {self.verb}"
@@ -112,7 +114,7 @@ class StateCondition:
             (name, verb)
             for name in names
             for verb, its in VERBS.items()
-            if set(known[name]).intersection(its) and not (verb == "slips" and "slide" in known[name])
+            if set(known[name]).intersection(its) and not (verb == "slips" and set(known[name]).intersection(VERBS["slides"]))
         )
         return " or ".join(f"{name} {verb}" for name, verb in pairs)
 

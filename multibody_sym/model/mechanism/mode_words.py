@@ -27,11 +27,14 @@ def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
     """
     found: dict[str, set[str]] = {}
     for element in elements:
-        words = (*element.words, *VERBS[STRIKES]) if element.unilateral else element.words[:1]
+        rubbing = [part for part in element.frictions if part.rubs]
+        acts = () if any(part.name == element.name for part in rubbing) else element.words[:1]
+        words = (*acts, *element.words[1:], *VERBS[STRIKES]) if element.unilateral else acts
         found.setdefault(element.name, set()).update(words)
-        for part in element.frictions:
+        for part in rubbing:
             rests, moves = _rubbing(element, part)
-            found.setdefault(part.name, set()).update((rests, *(moves + ending for ending in _ENDINGS.values())))
+            ways = [_ENDINGS[ALONG_VELOCITY]] if len(part.rows) > 1 else [_ENDINGS[1], _ENDINGS[-1]]
+            found.setdefault(part.name, set()).update((rests, *(moves + way for way in ways)))
     return found
 
 
