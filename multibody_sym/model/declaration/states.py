@@ -114,7 +114,7 @@ class StateCondition:
             (name, verb)
             for name in names
             for verb, its in VERBS.items()
-            if set(known[name]).intersection(its) and not (verb == "slips" and set(known[name]).intersection(VERBS["slides"]))
+            if set(known[name]).intersection(its) and not (verb == "slips" and {*VERBS["slides"]} & {*known[name]})
         )
         return " or ".join(f"{name} {verb}" for name, verb in pairs)
 
