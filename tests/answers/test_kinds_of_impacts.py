@@ -62,6 +62,7 @@ joints:
       limits: {lower: 0, upper: 1, restitution: e}}
 impact: {contacts: A}
 """)
+    assert told.impulses.keys() == {"A.upper"}  # `normal(A)` is the force across a guide
     assert text(told.impulses["A.upper"]["normal"].expression) == "m*v*(e + 1)"
     assert told.joint_impulses["A"]["fx"].value == pytest.approx(-2 * 3 * 1.4)
     assert text(told.after["u_x"].expression) == "-e*v"

@@ -202,7 +202,7 @@ class _Answer:
         """Return for each contact of several corners the sum of their impulses, which is unique where each is not."""
         groups: dict[str, list[OneWay]] = {}
         for element in self.rows.acting:
-            if element.group not in ("", element.name):
+            if element.kind == "contact" and element.group not in ("", element.name):
                 groups.setdefault(element.group, []).append(element)
         found: dict[str, Values] = {}
         for name, elements in groups.items():

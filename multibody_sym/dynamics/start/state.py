@@ -43,6 +43,7 @@ _IN_SPACE: Final = 4
 """With more friction at rest in space one state is enough, and that others were not searched is told."""
 _BEYOND: Final = "; start from a little beyond, or with the speed at which it slides"
 _STRIKES: Final = "; as a restitution is declared, a run begins with an impact without collision (simulate)"
+_COLLIDE: Final = "; where friction jams, declare a restitution, 0 as well: an impact then stops what slips (simulate)"
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
@@ -74,13 +75,21 @@ class StartState:
             assert self.found is not None
             blamed = self._blamed()
             names = f" ({', '.join(x.name for x in blamed)})" if len(blamed) > 1 else ""
-            advice = _STRIKES if self.wedged else "" if self.found.proved else _BEYOND
+            advice = _STRIKES if self.wedged else self._collide if self.found.proved else _BEYOND
             raise NoSolutionError(
                 f"at the start {self.found.why_none}{advice}{names}",
                 where=Where(path=blamed[0].path),
                 number="N107",
             )
         return self.modes[0]
+
+    @property
+    def _collide(self) -> str:
+        """That an impact may begin the motion, where friction leaves no state and nothing that closes collides."""
+        assert self.posed is not None
+        closed = [x for x in self.posed.elements if x.unilateral]
+        rub = any(part.rubs for element in closed for part in element.frictions)
+        return _COLLIDE if rub and not any(element.collides for element in closed) else ""
 
     @cached_property
     def wedged(self) -> bool:

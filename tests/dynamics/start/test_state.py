@@ -227,7 +227,7 @@ def test_painleve_s_rod_has_no_state_or_several() -> None:
     """LAWS: theta = 1.3, omega = 0 leaves no state, theta = 0.9, omega = -4 several; the floor is rough, mu = 2."""
     found = at_start(ROD, THETA="1.3", OMEGA="0")
     assert (found.modes, found.found.verdict) == ((), "none")
-    with pytest.raises(NoSolutionError, match="fulfils the laws of contact and friction") as caught:
+    with pytest.raises(NoSolutionError, match=r"contact and friction .* declare a restitution") as caught:
         _ = found.mode
     assert caught.value.where.path == ("contacts", "c")
     found = at_start(ROD, THETA="0.9", OMEGA="-4")
