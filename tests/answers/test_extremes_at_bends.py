@@ -294,3 +294,21 @@ ask: {P: {max: power(m)}, E: {max: "M*u_phi", until: 2 s}}
     for name in ("P", "E"):
         assert found[name].value == pytest.approx(495.0, rel=1e-12), name
         assert found[name].t == pytest.approx(knot, rel=1e-11), name
+
+
+def test_an_extreme_that_comes_back_has_a_time_of_four_digits_at_least() -> None:
+    """A block that bounces on a spring without loss: coarser runs come to another of its equal lowest places."""
+    answers = mbs.solve(mbs.loads("""
+multibody_sym: 1
+name: bouncing
+bodies: {b: {mass: 1}}
+joints: {J: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {q: 1}}}
+forces: {s: {type: force, on: b, value: [0, "max(-1000*y, 0) - 9.81", 0]}}
+ask: {low: {min: y}}
+simulation: {t_end: 60}
+""")).answers
+    pressed = 9.81e-3 + math.sqrt(9.81e-3**2 + 2 * 9.81e-3)
+    still = math.sqrt(2 / 9.81) + (math.pi / 2 + math.atan(9.81 / math.sqrt(2 * 9.81 * 1000))) / math.sqrt(1000)
+    assert answers["low"].value == pytest.approx(-pressed, rel=1e-8)
+    assert answers["low"].t == pytest.approx(still, rel=1e-5)
+    assert answers["low"].t_error < 1e-4

@@ -27,6 +27,10 @@ _MOMENT: Final = 1e-12
 """The part of a time to which runs find a moment: there a sum vanishes to rounding of its terms."""
 
 
+_TIME: Final = 1e-4
+"""The part of a time to which that of an extreme is known; more, and coarser runs have come to another one."""
+
+
 class NeverError(Exception):
     """What was asked for does not happen; its text says what that is."""
 
@@ -42,8 +46,8 @@ class InNumbers:
     def with_error(self, question: Ask) -> Value:
         """Return the answer to a question with its error: what coarser runs change, as far as finer ones have less.
 
-        Where coarser runs have no answer, half of the digits are known, as of what a motion hardly reaches. Raises
-        NeverError.
+        Where coarser runs have no answer, half of the digits are known, as of what a motion hardly reaches; where they
+        come to another of equal extremes, four digits of the time. Raises NeverError.
         """
         found = self.answer(question)
         if found.error:
@@ -56,6 +60,7 @@ class InNumbers:
             return replace(found, error=half * abs(found.value), t_error=half * abs(found.t or 0.0))
         pairs = (found.value, coarse.value), (found.t, coarse.t)
         error, t_error = (self._error(a or 0.0, b or 0.0) for a, b in pairs)
+        t_error = min(t_error, _TIME * (found.t or 0.0))
         return replace(found, error=max(error, self._rounding(question)), t_error=t_error)
 
     def _error(self, number: float, coarse: float) -> float:
