@@ -100,7 +100,8 @@ class Instant:
     `kinetic` T; `energy` the terms of dT/dt + dV/dt but `given`, which is dV/dt from springs that change in time;
     `powers` those of the loads outside V, of the rows and of prescribed motion. First momentum, then angular momentum:
     `momenta` and `changes` (2 x bodies x 3), and what acts from outside, besides pairs that cancel: `causes`
-    (2 x terms x 3); `levers` are bounds of |r| |F| in moments r x F (terms x 3), in which components cancel.
+    (2 x terms x 3); `levers` are bounds of |r| |F| in moments r x F, and of |v| |p| in r' x p, in which components
+    cancel (terms x 3).
     """
 
     kinetic: float
@@ -124,9 +125,11 @@ def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelera
     now, changes = (x.reshape(-1, 2, 3).transpose(1, 0, 2) for x in momenta)
     powers, causes = _powers(motion, found), _from_outside(motion, found)
     far = max((float(np.linalg.norm(np.array(p, dtype=float))) for _, p in motion.poses), default=0.0)
+    fastest = max((float(np.linalg.norm(np.array(moved.v_WB, dtype=float))) for moved in motion.bodies), default=0.0)
+    levers = np.concatenate([far * np.abs(causes[0]), fastest * np.abs(now[0])])
     rates_of_energy = np.concatenate([kinetic, potential])
     about = float(kinetic_energy(motion)), rates_of_energy, float(given[0]), powers
-    return Instant(*about, now, changes, causes, far * np.abs(causes[0]))
+    return Instant(*about, now, changes, causes, levers)
 
 
 def instants_of(mechanism: Mechanism, states: Sequence[State], found: Sequence[Accelerations]) -> list[Instant]:
