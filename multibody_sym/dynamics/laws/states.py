@@ -33,6 +33,8 @@ ROUGH: Final = 0.01
 """Part of the largest by which directions in space that some passes have brought near may still miss."""
 
 
+_NEAR, _TURNED = 1e-2, 1e-13
+"""Directions of pressing forces that move less from pass to pass are near enough to look for a state; or settled."""
 _STEEP: Final = 1e3
 """A coefficient of friction beyond which rounding may lead Lemke's method astray."""
 
@@ -187,14 +189,15 @@ class States:
         """Return a state with coefficients mu that Lemke's method leads to with others, and whether it met a ray."""
         norms = [p for p in self.problem.parts if p.norm and mu[p.number]]
         pressing: dict[int, Floats] = {}
-        ray = False
-        for _ in range(PASSES if norms else 1):
+        ray, turned = False, 1.0 if norms else 0.0
+        for k in range(PASSES if norms else 1):
             proposal = propose(self.problem, self.small, coefficients, pressing)
-            ray = proposal.ray and not proposal.spent
-            trial = None if proposal.ray else self._refined(mu, pressing, proposal)
+            ray, used = proposal.ray and not proposal.spent, dict(pressing)
+            near, turned = turned < _NEAR or k == PASSES - 1, self._press(norms, proposal, pressing)
+            trial = self._refined(mu, used, proposal) if (near or turned < _TURNED) and not proposal.ray else None
             if trial is not None:
                 return trial, False
-            if not self._press(norms, proposal, pressing):
+            if turned < _TURNED:
                 break
         return None, ray
 
@@ -224,13 +227,13 @@ class States:
             trial = admissible(self.problem, trial) or trial
         return trial if fulfils(self.problem, trial) else None
 
-    def _press(self, norms: list[Part], proposal: Proposal, pressing: dict[int, Floats]) -> bool:
-        """Take the directions of pressing forces from a proposal; return whether they moved."""
-        moved = False
+    def _press(self, norms: list[Part], proposal: Proposal, pressing: dict[int, Floats]) -> float:
+        """Take the directions of pressing forces from a proposal; return by how much they moved."""
+        moved = 0.0
         for part in norms:
             loads = part.base * proposal.z[part.normals]
             way = loads / (float(np.linalg.norm(loads)) or 1.0)
-            moved |= bool(np.abs(way - pressing.get(part.number, 0.0)).max(initial=0.0) > 1e-13)
+            moved = max(moved, float(np.abs(way - pressing.get(part.number, 0.0)).max(initial=0.0)))
             pressing[part.number] = way
         return moved
 
