@@ -27,8 +27,9 @@ _MOMENT: Final = 1e-12
 """The part of a time to which runs find a moment: there a sum vanishes to rounding of its terms."""
 
 
-_TIME: Final = 1e-4
-"""The part of a time to which that of an extreme is known; more, and coarser runs have come to another one."""
+_EQUAL, _TIME = 1e-6, 1e-4
+"""Parts to which the values of equal extremes agree, and to which the time of one is told: coarser runs may come to
+another one."""
 
 
 class NeverError(Exception):
@@ -60,7 +61,8 @@ class InNumbers:
             return replace(found, error=half * abs(found.value), t_error=half * abs(found.t or 0.0))
         pairs = (found.value, coarse.value), (found.t, coarse.t)
         error, t_error = (self._error(a or 0.0, b or 0.0) for a, b in pairs)
-        t_error = min(t_error, _TIME * (found.t or 0.0))
+        if error <= _EQUAL * abs(found.value):
+            t_error = min(t_error, _TIME * (found.t or 0.0))
         return replace(found, error=max(error, self._rounding(question)), t_error=t_error)
 
     def _error(self, number: float, coarse: float) -> float:

@@ -26,6 +26,8 @@ INACTIVE: Final = 0
 STICKS: Final = 0
 IN_SPACE: Final = 2
 """The slip of a part with two rows or three, in the direction of its velocity or, from rest, of its acceleration."""
+COLLIDE: Final = "declare a restitution, 0 as well, by which an impact stops what slips"
+"""The cure where friction leaves no state of what does not collide."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import Final
 
 from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, Scale, accelerations_of, one_way_rows
-from multibody_sym.dynamics.laws.problem import Found, LawProblem, Verdict
+from multibody_sym.dynamics.laws.problem import COLLIDE, Found, LawProblem, Verdict
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.contact_starts import value_at, verify_contact_values, verify_outside
@@ -43,7 +43,6 @@ _IN_SPACE: Final = 4
 """With more friction at rest in space one state is enough, and that others were not searched is told."""
 _BEYOND: Final = "; start from a little beyond, or with the speed at which it slides"
 _STRIKES: Final = "; as a restitution is declared, a run begins with an impact without collision (simulate)"
-_COLLIDE: Final = "; where friction jams, declare a restitution, 0 as well: an impact then stops what slips (simulate)"
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
@@ -89,7 +88,8 @@ class StartState:
         assert self.posed is not None
         closed = [x for x in self.posed.elements if x.unilateral]
         rub = any(part.rubs for element in closed for part in element.frictions)
-        return _COLLIDE if rub and not any(element.collides for element in closed) else ""
+        collide = any(element.collides for element in closed)
+        return f"; where friction jams, {COLLIDE} (simulate)" if rub and not collide else ""
 
     @cached_property
     def wedged(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from multibody_sym.dynamics.impacts.account import NoImpulsesError
 from multibody_sym.dynamics.laws.assemble import PosedLaws
-from multibody_sym.dynamics.laws.problem import Found, LawState
+from multibody_sym.dynamics.laws.problem import COLLIDE, Found, LawState
 from multibody_sym.dynamics.laws.shares import CLEAR
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.flat_rims import ON_POINTS
@@ -42,7 +42,6 @@ SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
 _WEDGED: Final = 3
 """Impacts without collision at one instant."""
-_COLLIDE: Final = "declare a restitution, 0 as well, by which an impact stops what slips, "
 _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
@@ -90,7 +89,7 @@ class Decided:
         """Why there is no mode, and what to do."""
         none = "" if self.found is None else self.found.why_none
         touching = [x for x in (self.posed.elements if self.posed else ()) if x.unilateral]
-        collide = "" if not touching or any(x.collides for x in touching) else _COLLIDE
+        collide = "" if not touching or any(x.collides for x in touching) else f"{COLLIDE}, "
         cures = f"end the run before, lower the friction, {collide}or make it smooth by {_SMOOTH}"
         proved = self.found is not None and self.found.proved
         return self.hindered or Reason(f"{none} ({cures}),", ends=proved)
