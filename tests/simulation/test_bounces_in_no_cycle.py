@@ -185,3 +185,27 @@ def test_a_joint_that_sticks_does_not_jam_an_impact_by_rounding_of_its_speed() -
     assert run.events[-1]["t"] == pytest.approx(0.88519009, abs=1e-6)
     assert abs(run.energy_residual) < 1e-8
     assert run.drift["position"] < 1e-12
+
+
+def test_what_gives_all_back_rests_where_it_bounces_lower_than_steps_err() -> None:
+    """A block slides to rest and hops by 7e-10 m, 40,000 times a second: friction takes mu times all its impulses.
+
+    That is m g t, less the momentum with which it starts upwards.
+    """
+    text = """
+multibody_sym: 1
+name: skims
+gravity: [0, -9.81, 0]
+bodies: {block: {mass: 2}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {j: {type: point, parent: ground, child: block, q: [x, y], initial: {q: [2, 0], u: [3, 1.2e-4]}}}
+contacts: {c: {between: [block, ground.floor], static: 0.3, restitution: 1}}
+outputs: {E: total_energy()}
+"""
+    system = mbs.loads(text)
+    run = mbs.simulate(system, t_end=1.6, samples=3)
+    assert len(run.events) < 300
+    assert run["x"][-1] == pytest.approx(2.0 + (3.0 + 0.3 * 1.2e-4) ** 2 / (2.0 * 0.3 * 9.81), rel=1e-9)
+    assert run["y"][-1] == pytest.approx(0.0, abs=1e-15)
+    assert abs(run.energy_residual) < 1e-8
+    finer = mbs.simulate(system, t_end=0.005, samples=3, rtol=1e-12)
+    assert len(finer.events) > 180

@@ -187,7 +187,7 @@ def _states(problem: LawProblem, most: int) -> Found:
     found = find(problem, mode, every=False, most=0)
     if not found.states and most:
         found = find(problem, every=False, most=most)
-    if not found.states and (other := turned(problem, mode)) is not None:
+    if not found.states and most and (other := turned(problem, mode)) is not None:
         found = find(problem, other, every=False)
     return found
 

@@ -58,7 +58,8 @@ class Scale:
     """How large a model is (m) and how fast it moves (m/s): what small gaps and speeds are measured by.
 
     Slip in space that is slower than `unseen` (m/s) has no direction, since a run does not tell it from rest. `rtol`
-    and `atol` are the tolerances of a method whose steps do not tell lower bounces from rest.
+    and `atol` are the tolerances of a method whose steps do not tell lower bounces from rest; `steps` is the part of
+    lengths by which those of any method may err.
     """
 
     length: float
@@ -66,6 +67,7 @@ class Scale:
     unseen: float = 0.0
     rtol: float = 0.0
     atol: float = 0.0
+    steps: float = 0.0
 
     @property
     def turning(self) -> float:

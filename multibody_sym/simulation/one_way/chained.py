@@ -74,7 +74,7 @@ class PreparedRuns:
     def switches(self) -> Switches:
         """Return the decisions of a run that has not begun."""
         unseen = min(_UNSEEN * self.template.atol, _UNSEEN_MOST)
-        scale = replace(self.scale, unseen=unseen)
+        scale = replace(self.scale, unseen=unseen, steps=0.0 if self.template.step else self.template.rtol)
         if isinstance(self.template.method, LibraryMethod):
             scale = replace(scale, rtol=self.template.rtol, atol=self.template.atol)
         standstill = Standstill(self.template.t_end - self.template.t0)

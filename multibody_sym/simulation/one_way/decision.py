@@ -283,9 +283,12 @@ def _unseen(
     Impacts make no energy, and where nothing touches loads do the work of the forces that balance them: the energy of
     the speeds that the rest takes, and F times the gap, summed, fall. So nothing ever gets higher than that sum divided
     by its own F, whatever strikes next, with restitution 1 even. Nor do the impulses of all impacts differ, summed,
-    from those of the rest: friction, too, is proportional to what presses while it slides one way.
+    from those of the rest: friction, too, is proportional to what presses while it slides one way. Many impacts that
+    give all back have no end by themselves: there what bounces lower than steps err rests.
     """
-    strikes, low = {x.name for x in settling.closing(facts, touching)}, low_together(facts, touching, apart)
+    strikes = {x.name for x in settling.closing(facts, touching)}
+    steps = facts.scale.steps if before.bounces.endless(len(facts.laws.unilateral)) else 0.0
+    low = low_together(facts, touching, apart, steps)
     if after.blow is None or not low or before.bounces.rhythm.ending(facts.t, strikes)[0]:
         return None
     low = _connected(facts, low, strikes)
@@ -297,7 +300,7 @@ def _unseen(
             rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held, most=0)
         except NoSolutionError:
             return None
-        seen = _seen(facts, rest, low) if low.issubset(rest.touching) else low
+        seen = _seen(facts, rest, low, steps) if low.issubset(rest.touching) else low
         if not seen:
             return rest, {x.name for x in named(facts, low) if abs(facts.rate(x)) > facts.allowed_speed(x.normals[0])}
         if not seen.isdisjoint(strikes):
@@ -320,8 +323,8 @@ def _rubs(facts: Facts, element: OneWay) -> bool:
     return any(part.name in facts.laws.parts for part in element.frictions)
 
 
-def _seen(facts: Facts, rest: _After, low: Collection[str]) -> set[str]:
-    """Return what might bounce, of what is `low`, higher than what is lost in rounding; all where friction would pull.
+def _seen(facts: Facts, rest: _After, low: Collection[str], steps: float) -> set[str]:
+    """Return what might bounce, of what is `low`, higher than what is lost in steps; all where friction would pull.
 
     That is where the rest has to hold together what rubs and separates: it is friction of no impulse then. Of forces
     that are not unique it takes the most even ones.
@@ -336,7 +339,7 @@ def _seen(facts: Facts, rest: _After, low: Collection[str]) -> set[str]:
     forces = least_squares(exerted, exerted @ rest.found.states[0].z[places], SWITCHED).tolist()
     for x, force in zip(elements, forces, strict=True):
         energy += abs(facts.rate(x) * rest.blow.impulses[x.name]) / 2.0 + force * max(facts.gap(x), 0.0)
-    return {x.name for x, force in zip(elements, forces, strict=True) if energy >= force * lost_height(facts, x)}
+    return {x.name for x, force in zip(elements, forces, strict=True) if energy >= force * lost_height(facts, x, steps)}
 
 
 def _alone(end: Facts, touching: Collection[str]) -> bool:

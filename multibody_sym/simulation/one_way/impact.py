@@ -29,6 +29,8 @@ _TICKS: Final = 1e3 * np.finfo(float).eps
 """The part of the time, too: shorter flights are not resolved."""
 _HEIGHT: Final = 1e4 * np.finfo(float).eps
 """The part of the largest length below which the height of a bounce is lost in rounding."""
+_LOSSLESS: Final = 1e-9
+"""The part of what closing speeds take from an impact that is rounding of the energy it gives back."""
 _LONGEST: Final = 12
 """Impacts in a cycle of them."""
 _CYCLES: Final = 4
@@ -73,7 +75,7 @@ class Blow:
     """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J).
 
     `t` (s) is when it was, `q` (nq,) and `u` (nu,) are those before it. `rows`: the impulses (N s) of all that struck
-    or held, friction too.
+    or held, friction too. `gives_back`: whether nothing is lost across what closes, so that it strikes on.
     """
 
     jump: Floats
@@ -84,6 +86,7 @@ class Blow:
     u: Floats
     rows: Mapping[str, float]
     notes: tuple[str, ...] = ()
+    gives_back: bool = False
 
     def then(self, other: Blow) -> Blow:
         """Return both impacts as one, the other one after this."""
@@ -94,7 +97,8 @@ class Blow:
         parts = ((self.impulses, other.impulses), (self.lost, other.lost), (self.rows, other.rows))
         impulses, lost, rows = (summed(*each) for each in parts)
         jump, notes = self.jump + other.jump, (*self.notes, *other.notes)
-        return replace(self, jump=jump, impulses=impulses, lost=lost, rows=rows, notes=notes)
+        both = self.gives_back and other.gives_back
+        return replace(self, jump=jump, impulses=impulses, lost=lost, rows=rows, notes=notes, gives_back=both)
 
 
 @dataclass
@@ -290,10 +294,14 @@ class _Struck:
 
 @dataclass
 class Bounces:
-    """Since when contacts have been bouncing, by element; what has come to rest begins anew."""
+    """Since when contacts have been bouncing, by element; what has come to rest begins anew.
+
+    `lossless`: how many impacts, one after the other, have given all back.
+    """
 
     since: dict[str, float] = field(default_factory=dict)
     rhythm: Rhythm = field(default_factory=Rhythm)
+    lossless: int = 0
     _hits: deque[tuple[float, str]] = field(default_factory=deque)
     _first: float = np.inf
     _left: dict[str, float] = field(default_factory=dict)
@@ -331,8 +339,9 @@ class Bounces:
             found |= {x.name} if high else set()
         return found
 
-    def hit(self, now: Hit) -> None:
+    def hit(self, now: Hit, gives_back: bool) -> None:
         """Note an impact."""
+        self.lossless = self.lossless + 1 if gives_back else 0
         self._first = min(self._first, now.time)
         self.rhythm.hit(now)
         self._hits.extend((now.time, name) for name in now.names)
@@ -354,6 +363,10 @@ class Bounces:
             return None
         q, u = np.split(found[1], [len(facts.q)])
         return facts.laws.at(found[0], q, u, facts.scale)
+
+    def endless(self, contacts: int) -> bool:
+        """Return whether impacts go on that give all back: no limit ends them."""
+        return self.lossless > _endless(contacts)
 
     def collapsing(self, time: float, contacts: int) -> frozenset[str]:
         """Return the elements whose impacts follow each other so fast that they never end, some without weight.
@@ -415,27 +428,30 @@ def _ahead(facts: Facts, closed: Collection[str]) -> float:
     return max((-facts.gap(x) / facts.rate(x) for x in moving if facts.gap(x) > 0.0), default=0.0)
 
 
-def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float) -> bool:
-    """Return whether the height of a bounce is lost in rounding, or in the errors of steps of other libraries."""
-    return rebound * rebound < 2.0 * falling * lost_height(facts, element)
+def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float, steps: float = 0.0) -> bool:
+    """Return whether the height of a bounce is lost in rounding, or in the errors of steps (`lost_height`)."""
+    return rebound * rebound < 2.0 * falling * lost_height(facts, element, steps)
 
 
-def low_together(facts: Facts, touching: Collection[str], apart: Collection[str]) -> set[str]:
-    """Return what touches or flies, and all moves so slowly that it may bounce lower than what is lost in rounding.
+def low_together(facts: Facts, touching: Collection[str], apart: Collection[str], steps: float) -> set[str]:
+    """Return what touches or flies, and all moves so slowly that it may bounce lower than what is lost.
 
     None where anything touches that is faster. What acts on the rows tells how it falls: some fall by others alone.
     """
     near = [x for x in facts.near if x.name in touching or (x.name not in apart and facts.standing(x) != "open")]
     falling = max((abs(float(facts.known["right"][facts.place(x.normals[0])])) for x in near), default=0.0)
-    low = [x for x in near if low_bounce(facts, x, falling, facts.rate(x)) and facts.gap(x) < lost_height(facts, x)]
-    names = {x.name for x in low}
+    slow = (x for x in near if low_bounce(facts, x, falling, facts.rate(x), steps))
+    names = {x.name for x in slow if facts.gap(x) < lost_height(facts, x, steps)}
     return names if names.issuperset(touching) else set()
 
 
-def lost_height(facts: Facts, element: OneWay) -> float:
-    """Return the height (m, or rad) below which a bounce is lost in rounding, or within the tolerances of steps."""
+def lost_height(facts: Facts, element: OneWay, steps: float = 0.0) -> float:
+    """Return the height (m, or rad) below which a bounce is lost in rounding, or in errors of steps.
+
+    These are the tolerances of another library, and the part `steps` of the farthest that is moved.
+    """
     farthest, scale = facts.farthest(element), facts.scale
-    return max(_HEIGHT * farthest, scale.atol + scale.rtol * farthest)
+    return max(_HEIGHT * farthest, scale.atol + scale.rtol * farthest, steps * farthest)
 
 
 def ceases(facts: Facts, element: OneWay) -> bool:
@@ -464,7 +480,8 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
         if any(_strikes(facts, x, after) for x in others):
             return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
-    return Blow(jump, {element.name: impulse}, lost, facts.t, facts.q, facts.u, {element.normals[0].name: impulse})
+    rows = {element.normals[0].name: impulse}
+    return Blow(jump, {element.name: impulse}, lost, facts.t, facts.q, facts.u, rows, gives_back=e == 1.0)
 
 
 def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
@@ -530,15 +547,17 @@ def struck(
     posed = posed if most is None else replace(posed, most=most)
     found = _without_jam(posed, strike(posed), together)
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
+    normals = [problem.places[x.normals[0].name] for x in own]
     return Blow(
         facts.speeds(found.x) + pressed * facts.known["free"],
-        {element.name: float(found.impulses[problem.places[element.normals[0].name]]) for element in own},
+        {x.name: float(found.impulses[place]) for x, place in zip(own, normals, strict=True)},
         {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
         facts.t,
         facts.q,
         facts.u,
         dict(zip(problem.names, found.impulses.tolist(), strict=True)),
         found.notes,
+        bool(abs(found.lost[normals].sum()) <= _LOSSLESS * np.abs(speeds * found.impulses)[normals].sum()),
     )
 
 
