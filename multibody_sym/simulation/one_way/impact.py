@@ -168,11 +168,15 @@ def _endless(contacts: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Hit:
-    """An impact: its time (s), what took an impulse, and the coordinates and speeds (nq + nu,) before it."""
+    """An impact: its time (s), what took an impulse, and the coordinates and speeds (nq + nu,) before it.
+
+    `gives_back` as in `Blow`.
+    """
 
     time: float
     names: frozenset[str]
     x: Floats
+    gives_back: bool = False
 
 
 @dataclass
@@ -339,9 +343,9 @@ class Bounces:
             found |= {x.name} if high else set()
         return found
 
-    def hit(self, now: Hit, gives_back: bool) -> None:
+    def hit(self, now: Hit) -> None:
         """Note an impact."""
-        self.lossless = self.lossless + 1 if gives_back else 0
+        self.lossless = self.lossless + 1 if now.gives_back else 0
         self._first = min(self._first, now.time)
         self.rhythm.hit(now)
         self._hits.extend((now.time, name) for name in now.names)

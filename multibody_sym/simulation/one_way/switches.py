@@ -210,7 +210,7 @@ class Switches:
     def hit(self, blow: Blow) -> None:
         """Note an impact."""
         taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
-        self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u])), blow.gives_back)
+        self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u]), blow.gives_back))
 
     # --- what holds at a switch ---------------------------------------------------------------------------------------
 
