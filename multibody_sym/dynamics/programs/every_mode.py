@@ -9,7 +9,7 @@ all rows, whatever the mode. Multipliers lambda that other rows are defined by s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Final
@@ -44,13 +44,15 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, sqrt, where
 from multibody_sym.scalars.limits import length, sliding
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, less_equal, real
 from multibody_sym.scalars.rotations import unit_quaternion
 from multibody_sym.scalars.vectors import S
 
 _HALF: Final = ONE / 2
 _SHORT: Final = real(1e-300)
 """The square of a force that has no direction."""
+_SETTLED: Final = real(1e-15)
+"""The part of the largest reaction by which rounding changes reactions from pass to pass."""
 _NO_END: Final = -ONE
 """The value of a switching function at which a mode does not end."""
 
@@ -264,13 +266,19 @@ class _EveryMode:
     def _along_reactions(
         self, trace: Trace, now: _Instant, right: Sequence[Node], frictions: list[_Friction]
     ) -> list[_Friction]:
-        """Return friction for reactions that press with their lengths (see `formalisms.constrained`), if any does."""
+        """Return friction for reactions that press with their lengths (see `formalisms.constrained`), if any does.
+
+        No rows act any more in a pass after one that has changed reactions by rounding alone.
+        """
         if not any(friction.norm for friction in frictions):
             return frictions
-        multipliers: Sequence[Node] = [ZERO] * len(right)
+        multipliers, turns = [ZERO] * len(right), self.modes.any_length
         for _ in range(PASSES):
             exerted = _with_sliding(self._exerting(now), [friction.along(multipliers) for friction in frictions])
-            multipliers = self._solve(trace, now, right, exerted, self.modes.any_length).multipliers
+            found = self._solve(trace, now, right, exerted, turns).multipliers
+            change = _largest(x - y for x, y in zip(found, multipliers, strict=True))
+            multipliers = [_if(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
+            turns = as_node(where(less_equal(change, _SETTLED * _largest(found)), ZERO, turns))
         return [friction.along(multipliers) for friction in frictions]
 
     def _stabilising(self, now: _Instant) -> list[Node]:
@@ -398,6 +406,10 @@ def _with_friction(multipliers: Sequence[Node], frictions: Sequence[_Friction]) 
 
 def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
     return [x + y for x, y in zip(a, b, strict=True)]
+
+
+def _largest(values: Iterable[Node]) -> Node:
+    return as_node(reduce(maximum, map(absolute, values)))
 
 
 def _dot(row: Sequence[Node], x: Sequence[Node]) -> Node:

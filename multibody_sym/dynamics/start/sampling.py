@@ -20,6 +20,9 @@ from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rank import GROWING, ROUNDED, least_squares, worth
 
 _TRIES: Final = 20
+_REJECTED: Final = 10
+"""States passed over after which constraints are not closed any more: their rows may depend on each other wherever they
+are."""
 _STILL: Final = 1e-13
 """Of speeds that are drawn from -1 to 1, what rows leave of one that they hold: rounding."""
 
@@ -27,27 +30,28 @@ _STILL: Final = 1e-13
 def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
     """Return the state at the start and up to `count` random ones around it, over floats.
 
-    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
-    hold without). States are passed over at which something declared has no value, M is singular, or no reactions
+    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there and few states are passed
+    over (the equations of motion hold without). States are passed over at which something declared has no value, M is singular, or no reactions
     satisfy the law of friction.
     """
     rng = np.random.default_rng(seed)
     states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]
+    rejected = 0
     for _ in range(_TRIES * count):
         if len(states) > count:
             break
         try:
-            states.append(_near(mechanism, begin, rng))
+            states.append(_near(mechanism, begin, rng, closes=rejected < _REJECTED))
         except (*UNDEFINED, MultibodyError):
-            continue
+            rejected += 1
     return states
 
 
-def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State:
+def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, closes: bool) -> State:
     change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
     rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
     apart = moved(mechanism, np.array(begin.q, dtype=float), change)
-    closed = closed_near(rows, apart)
+    closed = closed_near(rows, apart) if closes else None
     if closed is None and any(body.is_foot for body in mechanism.bodies):
         raise ValueError("a curve is not where its foot is, and what touches it is told by that")
     q = apart if closed is None else closed
