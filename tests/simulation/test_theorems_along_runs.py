@@ -194,3 +194,20 @@ simulation: {t_end: 10 s, method: radau_5, rtol: 1e-11, atol: 1e-12, samples: 2}
 @pytest.mark.parametrize("shape", [(1,), (1, 4), (1, 2, 3)])
 def test_the_integral_over_a_stretch_that_ends_at_once_is_nothing(shape: tuple[int, ...]) -> None:
     np.testing.assert_array_equal(integral(np.ones(shape), np.array([0.3])), np.zeros(shape))
+
+
+def test_the_account_closes_where_a_pull_jumps_as_its_points_meet() -> None:
+    """A bead is pulled to a point on its wire, 5 N from either side: its power jumps each time it passes."""
+    text = """
+multibody_sym: 1
+name: to_and_fro
+gravity: [0, -9.81, 0]
+bodies: {bead: {mass: 0.5}, ground: {points: {o: [0, 0, 0]}}}
+joints: {wire: {type: prismatic, parent: ground, child: bead, axis: x, q: x, initial: {q: 1}}}
+forces:
+  pull: {type: pull, between: [ground.o, bead], value: 5 + 0.1*u_x}
+  rub: {type: friction, joint: wire, static: 0.02}
+"""
+    run = mbs.simulate(mbs.loads(text), t_end=4, samples=3)
+    assert len(run.events) > 3
+    assert abs(run.energy_residual) < 2e-6

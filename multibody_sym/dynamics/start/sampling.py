@@ -31,8 +31,8 @@ def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0
     """Return the state at the start and up to `count` random ones around it, over floats.
 
     Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there and few states are passed
-    over (the equations of motion hold without). States are passed over at which something declared has no value, M is singular, or no reactions
-    satisfy the law of friction.
+    over (the equations of motion hold without): those at which something declared has no value, M is singular, or no
+    reactions satisfy the law of friction.
     """
     rng = np.random.default_rng(seed)
     states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]

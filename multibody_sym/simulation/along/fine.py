@@ -53,6 +53,11 @@ class Stretch:
         """How long it lasts."""
         return self.until - self.problem.start
 
+    @property
+    def middle(self) -> float:
+        """The time in its middle."""
+        return self.problem.start + self.duration / 2
+
     def fine(self, finer: int = 1) -> Part:
         """Return evenly spaced samples, one more than four times a number of pieces; `finer` times as many."""
         least = LEAST if self.mechanism.mode is None else IN_MODES
@@ -77,13 +82,17 @@ class Stretch:
         reached = self._run(time, 2)
         return reached.q_final, reached.u_final
 
-    def halves(self) -> tuple[Stretch, Stretch]:
-        """Return the first half, and the rest from the state that it reaches."""
-        middle = self.problem.start + self.duration / 2
-        reached = self._run(middle, 2)
-        begin = replace(self.problem, t0=middle, q0=reached.q_final, u0=reached.u_final, begun=None)
-        first = replace(self, until=middle, steps=max(1, reached.statistics.steps))
-        return first, replace(self, problem=begin, steps=max(1, self.steps - reached.statistics.steps))
+    def cut(self, *times: float) -> list[Stretch]:
+        """Return the parts before, between and behind times, each from the state that the one before it reaches."""
+        found, rest = list[Stretch](), self
+        for time in times:
+            if rest.problem.start < time < rest.until:
+                reached = rest._run(time, 2)
+                steps = max(1, reached.statistics.steps)
+                found.append(replace(rest, until=time, steps=steps))
+                begin = replace(self.problem, t0=time, q0=reached.q_final, u0=reached.u_final, begun=None)
+                rest = replace(rest, problem=begin, steps=max(1, rest.steps - steps))
+        return [*found, rest]
 
     def smooth_parts(self) -> list[Stretch]:
         """Return the parts between kinks, at which forces bend or jump; they end and begin just beside them.

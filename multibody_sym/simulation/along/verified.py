@@ -104,7 +104,7 @@ def _of_stretch(stretch: Stretch, program: Compiled, since: _Since) -> Iterator[
     whole = (since.size + scales + content[ends] + since.content)[_a_step_on(len(scales), stretch.steps)]
     if since.halvings < _MOST_HALVINGS and _is_doubtful(missed, whole, right, adding, fine.t):
         since.halvings += 1
-        for half in stretch.halves():
+        for half in stretch.cut(stretch.middle):
             yield from _of_stretch(half, program, since)
         return
     for name, own in THEOREMS.items():

@@ -24,21 +24,24 @@ _SETTLED: Final = 1e-9
 """Part of the work in a run by which half as many places may change it: Boole's rule is 64 times nearer."""
 _SHORT: Final = 1e-14
 """The part of a time of which nothing is left to halve."""
-_MOST_HALVINGS: Final = 60
-"""How often stretches are halved in all where places are too far apart."""
+_MOST_CUTS: Final = 60
+"""How often stretches are parted in all where places are too far apart."""
+_MOSTLY: Final = 0.5
+"""Part of what half as many places change that stands in one piece, where a power jumps there."""
 _UNKNOWN: Final = 1e-3
 """Part of the work in a run by which half as many places change it where it is not told at all."""
 _LITTLE: Final = 1e-7
 """Part of the kinetic energy that counts as work always: what sticks does work of rounding, and none else."""
 _MOST_STEPS: Final = 100_000
-"""Steps of all the stretches that are halved: each is run twice more for that."""
+"""Steps of all the stretches that are parted: each is run twice more for that."""
 
 
 @dataclass(frozen=True)
 class _Work:
     """The work in a stretch: of friction parts (p), of these on each body (p, bodies), of loads (1).
 
-    `size` is the integral of absolute powers, `unsure` what half as many places change, `kinetic` the largest energy.
+    `size` is the integral of absolute powers, `unsure` what half as many places change, `kinetic` the largest energy;
+    `between` are the times between which most of that is changed, or the middle.
     """
 
     friction: Floats
@@ -47,6 +50,7 @@ class _Work:
     size: float
     unsure: float
     kinetic: float
+    between: tuple[float, ...]
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
@@ -76,22 +80,22 @@ def _size(works: Sequence[_Work]) -> float:
 
 
 def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
-    """Yield the work in each stretch, or in halves of it: friction that jams grows without bound at its very end.
+    """Yield the work in each stretch, or in parts of it: friction that jams grows without bound at its very end.
 
-    What is least sure is halved first.
+    What is least sure is parted first, in the middle. Where a power jumps, as between points that meet, it is cut out.
     """
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
     each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
-    total, left, steps = _size([work for *_, work in each]), _MOST_HALVINGS, _MOST_STEPS
+    total, left, steps = _size([work for *_, work in each]), _MOST_CUTS, _MOST_STEPS
     while each and left:
         place = max(range(len(each)), key=lambda k: each[k][2].unsure)
         stretch, program, work = each[place]
         if work.unsure <= _SETTLED * total or stretch.steps > steps:
             break
         left, steps = left - 1, steps - stretch.steps
-        halves = [(half, program, _work(half, program)) for half in stretch.halves()]
-        total += sum(half.size for *_, half in halves) - work.size
-        each[place : place + 1] = halves
+        parts = [(part, program, _work(part, program)) for part in stretch.cut(*work.between)]
+        total += sum(part.size for *_, part in parts) - work.size
+        each[place : place + 1] = parts
     yield from (work for *_, work in each)
 
 
@@ -102,11 +106,17 @@ def _work(stretch: Stretch, program: Compiled) -> _Work:
     powers = np.column_stack([values[0], values[2]])
     size = float(integral(np.abs(powers), fine.t)[-1].sum())
     kinetic = float(fine.evaluated("energy")[0].max())
+    middle = (stretch.middle,)
     if (len(fine.t) - 1) % 8:  # samples are missing at the end, before which no step leads near enough
         unsure = size if stretch.duration > _SHORT * abs(stretch.until) else 0.0
-        return _Work(friction, shares, loads, size, unsure, kinetic)
-    fewer = integral(powers[::2], fine.t[::2])[-1]
-    return _Work(friction, shares, loads, size, float(np.abs(fewer - np.append(friction, loads)).sum()), kinetic)
+        return _Work(friction, shares, loads, size, unsure, kinetic, middle)
+    fewer = integral(powers[::2], fine.t[::2])
+    changes = np.abs(np.diff(integral(powers, fine.t)[::2] - fewer, axis=0)).sum(axis=1)
+    worst = int(changes.argmax()) if len(changes) else 0
+    jumps = 0 < worst < len(changes) - 1 and changes[worst] > _MOSTLY * changes.sum()
+    between = tuple(fine.t[[8 * worst, 8 * worst + 8]].tolist()) if jumps else middle
+    unsure = float(np.abs(fewer[-1] - np.append(friction, loads)).sum())
+    return _Work(friction, shares, loads, size, unsure, kinetic, between)
 
 
 def _may_work(mechanism: Mechanism) -> bool:
