@@ -135,3 +135,11 @@ def test_what_any_force_would_hold_opens_beside_a_rough_wheel() -> None:
     assert (kind, name) == ("open", "c2")
     rises = (5.48 * 9.81 * math.cos(0.2) - 12.659 * 2.9) / (31.207 * math.cos(0.2))
     assert t == pytest.approx(math.asin(rises) / 1.526, rel=1e-9)
+
+
+def test_what_stops_sticks_beside_what_any_force_would_hold() -> None:
+    """A bead stops on a rod whose tip slides on a wall that hardly presses: it began to slip again either way."""
+    run = mbs.simulate(mbs.loads(random_model(1511432065)), t_end=0.3, samples=3)
+    assert run.events[0]["t"] < 0.0662 < run.events[1]["t"] < 0.0663
+    assert (run.events[1]["kind"], run.events[1]["element"]) == ("stick", "rub1")
+    assert run.energy_residual == pytest.approx(0.0, abs=1e-7)
