@@ -27,9 +27,10 @@ _MOMENT: Final = 1e-12
 """The part of a time to which runs find a moment: there a sum vanishes to rounding of its terms."""
 
 
-_EQUAL, _TIME = 1e-6, 1e-4
-"""Parts to which the values of equal extremes agree, and to which the time of one is told: coarser runs may come to
-another one."""
+_EQUAL: Final = 1e-6
+"""The part of a value by which equal extremes of a run and of a coarser one differ at most."""
+_TIME: Final = 1e-4
+"""The error of the time of an extreme, as a part of it, where the coarser run has an equal one at another time."""
 
 
 class NeverError(Exception):

@@ -21,8 +21,7 @@ from multibody_sym.numerics.rank import GROWING, ROUNDED, least_squares, worth
 
 _TRIES: Final = 20
 _REJECTED: Final = 10
-"""States passed over after which constraints are not closed any more: their rows may depend on each other wherever they
-are."""
+"""After so many states passed over constraints are closed no more: where they are, rows may nearly depend on others."""
 _STILL: Final = 1e-13
 """Of speeds that are drawn from -1 to 1, what rows leave of one that they hold: rounding."""
 
@@ -30,9 +29,9 @@ _STILL: Final = 1e-13
 def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
     """Return the state at the start and up to `count` random ones around it, over floats.
 
-    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there and few states are passed
-    over (the equations of motion hold without): those at which something declared has no value, M is singular, or no
-    reactions satisfy the law of friction.
+    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
+    hold without). States are passed over at which something declared has no value, M is singular, or no reactions
+    satisfy the law of friction; after many of these phi = 0 is not asked for.
     """
     rng = np.random.default_rng(seed)
     states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]

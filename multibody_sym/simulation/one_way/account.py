@@ -40,8 +40,8 @@ _MOST_STEPS: Final = 100_000
 class _Work:
     """The work in a stretch: of friction parts (p), of these on each body (p, bodies), of loads (1).
 
-    `size` is the integral of absolute powers, `unsure` what half as many places change, `kinetic` the largest energy;
-    `between` are the times between which most of that is changed, or the middle.
+    `size` is the integral of absolute powers, `unsure` what half as many places change, `kinetic` the largest energy.
+    `cuts` are the times at which the stretch is parted to be surer.
     """
 
     friction: Floats
@@ -50,7 +50,7 @@ class _Work:
     size: float
     unsure: float
     kinetic: float
-    between: tuple[float, ...]
+    cuts: tuple[float, ...]
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
@@ -93,7 +93,7 @@ def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
         if work.unsure <= _SETTLED * total or stretch.steps > steps:
             break
         left, steps = left - 1, steps - stretch.steps
-        parts = [(part, program, _work(part, program)) for part in stretch.cut(*work.between)]
+        parts = [(part, program, _work(part, program)) for part in stretch.cut(*work.cuts)]
         total += sum(part.size for *_, part in parts) - work.size
         each[place : place + 1] = parts
     yield from (work for *_, work in each)
@@ -106,17 +106,23 @@ def _work(stretch: Stretch, program: Compiled) -> _Work:
     powers = np.column_stack([values[0], values[2]])
     size = float(integral(np.abs(powers), fine.t)[-1].sum())
     kinetic = float(fine.evaluated("energy")[0].max())
-    middle = (stretch.middle,)
     if (len(fine.t) - 1) % 8:  # samples are missing at the end, before which no step leads near enough
         unsure = size if stretch.duration > _SHORT * abs(stretch.until) else 0.0
-        return _Work(friction, shares, loads, size, unsure, kinetic, middle)
+        return _Work(friction, shares, loads, size, unsure, kinetic, (stretch.middle,))
     fewer = integral(powers[::2], fine.t[::2])
+    unsure = float(np.abs(fewer[-1] - np.append(friction, loads)).sum())
     changes = np.abs(np.diff(integral(powers, fine.t)[::2] - fewer, axis=0)).sum(axis=1)
+    return _Work(friction, shares, loads, size, unsure, kinetic, _cuts(changes, fine.t[::8]) or (stretch.middle,))
+
+
+def _cuts(changes: Floats, ends: Floats) -> tuple[float, ...]:
+    """Return both ends of the piece with most of the changes (n), by the `ends` (n + 1) of all pieces.
+
+    None of a piece at an end of the stretch, where a power may grow without bound, nor where no piece has most.
+    """
     worst = int(changes.argmax()) if len(changes) else 0
     jumps = 0 < worst < len(changes) - 1 and changes[worst] > _MOSTLY * changes.sum()
-    between = tuple(fine.t[[8 * worst, 8 * worst + 8]].tolist()) if jumps else middle
-    unsure = float(np.abs(fewer[-1] - np.append(friction, loads)).sum())
-    return _Work(friction, shares, loads, size, unsure, kinetic, between)
+    return (float(ends[worst]), float(ends[worst + 1])) if jumps else ()
 
 
 def _may_work(mechanism: Mechanism) -> bool:

@@ -195,8 +195,8 @@ def decided(
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
     state, mode = _lasting(problem, found, hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
-    limit = limit or (mode is not None and before is not None and _lets_go(facts, mode, before.mode))
-    if before is not None and before.rates is not None and blow is None and limit:
+    limit = limit or (mode is not None and _lets_go(facts, mode))
+    if before is not None and before.rates is not None and blow is None and limit and not _stops(mode, before.mode):
         state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
     rows = [facts.laws.places[name] for name in problem.names]
     largest = 0.0 if state is None else Decided.largest_of(state.z, facts, rows)
@@ -411,14 +411,16 @@ def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
     return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
 
 
-def _lets_go(facts: Facts, mode: Mode, before: Mode) -> bool:
-    """Tell whether something slips that any normal force will hold: none presses, and it is about to open or hold.
+def _lets_go(facts: Facts, mode: Mode) -> bool:
+    """Tell whether something slips that any normal force will hold: none presses, and it is about to open or hold."""
+    parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
+    return any(part.enough and mode.slips.get(part.name, STICKS) != STICKS for part in parts)
 
-    Not where what slid sticks now: soon after it would slip in the mode before.
-    """
-    parts = [part for element in facts.laws.mechanism.one_way for part in element.frictions]
-    slipped, slips = ({x.name for x in parts if each.slips.get(x.name, STICKS) != STICKS} for each in (before, mode))
-    return slipped <= slips and any(part.enough and part.name in slips for part in parts)
+
+def _stops(mode: Mode | None, before: Mode) -> bool:
+    """Tell whether something sticks that slid before; the mode before would let it slip back soon after."""
+    slips = {} if mode is None else mode.slips
+    return any(slip != STICKS and slips.get(name, slip) == STICKS for name, slip in before.slips.items())
 
 
 def _found(problem: PosedLaws, previous: Mode | None) -> Found:
