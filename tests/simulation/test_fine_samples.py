@@ -24,7 +24,7 @@ def test_parts_between_kinks_have_steps_of_their_own() -> None:
     run = mbs.simulate(mbs.loads(PUSHED), t_end=2.0)
     assert isinstance(run.modes, OneWayRun)
     (stretch,) = run.modes.along
-    parts = stretch.smooth_parts()
+    parts = list(stretch.smooth_parts())
     assert len(parts) == 32
     assert max(part.steps for part in parts) < stretch.steps / 4
     worked = run.modes.account.loads + sum(work.total for work in run.modes.account.friction.values())

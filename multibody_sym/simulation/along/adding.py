@@ -71,10 +71,11 @@ def told(
     times = np.concatenate([part.t for part in parts]) if parts else np.zeros(0)
     sums = np.zeros((len(times), count))
     for stretch, program in with_program(stretches, adding.rates):
-        fine = stretch.fine()
-        (values,) = program.map("rates", *fine.arguments, *fine.derivative[1:3])
-        within = np.clip(times, fine.t[0], fine.t[-1])
-        sums += integral_until(within, values, fine.t)
+        for part in stretch.smooth_parts():
+            fine = part.fine()
+            (values,) = program.map("rates", *fine.arguments, *fine.derivative[1:3])
+            within = np.clip(times, fine.t[0], fine.t[-1])
+            sums += integral_until(within, values, fine.t)
     for time, more in jumps:
         sums[times >= time] += more
     return _outputs(adding, parts, sums)

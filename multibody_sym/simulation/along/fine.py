@@ -6,8 +6,10 @@ polynomial through five places is integrated (Boole's rule at their ends).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -40,13 +42,19 @@ _MONOMIALS: Final = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A part of a run in one mode: its Programs, its problem, until when, in how many steps."""
+    """A part of a run in one mode: its Programs, its problem, until when, in how many steps.
+
+    It is looked at in some pieces `per_step`; `near`: no step is longer than a piece then, so that samples lie as near
+    to the motion as the ends of steps.
+    """
 
     mechanism: Mechanism
     compiled: Compiled
     problem: Problem
     until: float
     steps: int
+    per_step: int = PIECES
+    near: bool = False
 
     @property
     def duration(self) -> float:
@@ -58,52 +66,83 @@ class Stretch:
         """The time in its middle."""
         return self.problem.start + self.duration / 2
 
-    def fine(self, finer: int = 1) -> Part:
-        """Return evenly spaced samples, one more than four times a number of pieces; `finer` times as many."""
+    @property
+    def pieces(self) -> int:
+        """How many pieces its steps ask for, which is even."""
         least = LEAST if self.mechanism.mode is None else IN_MODES
-        pieces = min(finer * (max(least, PIECES * self.steps) + 1 & ~1), MOST_PIECES)
-        problem = self.problem
-        run = self._run(self.until, 4 * pieces + 1)
-        count = 4 * ((len(run.t) - 1) // 4) + 1
-        told = Told(Alone(self.mechanism))
-        return Part(told, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count], problem.modes)
+        return max(least, self.per_step * self.steps) + 1 & ~1
 
-    def _run(self, until: float, samples: int) -> Integration:
-        """Run from the beginning until a time once more, whatever the mode's switching functions say."""
+    def fine(self, pieces: int | None = None) -> Part:
+        """Return evenly spaced samples, one more than four times a number of pieces.
+
+        These are `pieces`, if any are given, and half as many as it takes steps at least.
+        """
+        pieces = min(pieces or self.pieces, MOST_PIECES)
+        run = vars(self).pop("sampled", None)
+        if run is None or len(run.t) != 4 * pieces + 1:
+            run = self._run(self.until, pieces)
+        if 2 * pieces < min(run.statistics.steps, MOST_PIECES):
+            return self.fine(run.statistics.steps + 1 & ~1)
+        vars(self).setdefault("end", (run.q_final, run.u_final))
+        count = 4 * ((len(run.t) - 1) // 4) + 1
+        told, given = Told(Alone(self.mechanism)), self.problem
+        return Part(told, self.compiled, given.parameters, run.t[:count], run.q[:count], run.u[:count], given.modes)
+
+    @cached_property
+    def end(self) -> tuple[Floats, Floats]:
+        """The state q, u that it reaches, which fine samples find as well."""
+        return self.at(self.until, 1)
+
+    def _run(self, until: float, pieces: int) -> Integration:
+        """Run until a time with four samples in each piece, and one."""
+        return self._to(until, 4 * pieces + 1, pieces if self.near else IN_MODES)
+
+    def _to(self, until: float, samples: int, steps: int) -> Integration:
+        """Run from the beginning until a time once more, whatever the mode's switching functions say.
+
+        No step is longer than one of `steps` evenly spaced ones.
+        """
         problem = self.problem
-        whole = min(problem.lasts, LEAST_STEPS / IN_MODES * (until - problem.start))
+        whole = min(problem.lasts, LEAST_STEPS / steps * (until - problem.start))
         problem = replace(problem, t0=problem.start, t_end=until, samples=samples, begun=None, whole=whole)
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 
-    def at(self, time: float) -> tuple[Floats, Floats]:
-        """Return q and u that it reaches at a time, those at its beginning for one before."""
+    def at(self, time: float, steps: int = IN_MODES) -> tuple[Floats, Floats]:
+        """Return q and u that it reaches at a time in at least some steps, those at its beginning for one before."""
         if time <= self.problem.start:
             return self.problem.q0, self.problem.u0
-        reached = self._run(time, 2)
+        reached = self._to(time, 2, steps)
         return reached.q_final, reached.u_final
 
-    def cut(self, *times: float) -> list[Stretch]:
-        """Return the parts before, between and behind times, each from the state that the one before it reaches."""
-        found, rest = list[Stretch](), self
-        for time in times:
-            if rest.problem.start < time < rest.until:
-                reached = rest._run(time, 2)
-                steps = max(1, reached.statistics.steps)
-                found.append(replace(rest, until=time, steps=steps))
-                begin = replace(self.problem, t0=time, q0=reached.q_final, u0=reached.u_final, begun=None)
-                rest = replace(rest, problem=begin, steps=max(1, rest.steps - steps))
-        return [*found, rest]
+    def part(self, begin: float, until: float, q: Floats, u: Floats) -> Stretch:
+        """Return the part of it that begins with a state, with its share of the steps."""
+        steps = math.ceil(self.steps * (until - begin) / self.duration)
+        problem = replace(self.problem, t0=begin, q0=q, u0=u, begun=None)
+        return replace(self, problem=problem, until=until, steps=max(1, steps))
 
-    def smooth_parts(self) -> list[Stretch]:
-        """Return the parts between kinks, at which forces bend or jump; they end and begin just beside them.
+    def halves(self) -> list[Stretch]:
+        """Return both halves, or itself if no time lies between its ends."""
+        start, middle = self.problem.start, self.problem.start + self.duration / 2
+        if not start < middle < self.until:
+            return [self]
+        first = replace(self, until=middle, steps=max(1, self.steps // 2))
+        return [first, self.part(middle, self.until, *self.at(middle))]
 
-        A kink may end a mode: then the last one ends just before it.
+    def smooth_parts(self, pieces: int | None = None) -> Iterator[Stretch]:
+        """Yield the parts between kinks, at which forces bend or jump; they end and begin just beside them.
+
+        A kink may end a mode: then the last one ends just before it. Without kinks it is that one itself, of which
+        samples in `pieces` are known then.
         """
         problem = self.problem
         if all(problem.terminal[: problem.switches]):
-            return [self]
-        beside, found, rest, end = BESIDE * self.duration, [], self, self.until
-        kinks = [event.time for event in self._run(end + beside, 2).events if not event.terminal]
+            yield self
+            return
+        beside, rest, end = BESIDE * self.duration, self, self.until
+        run = self._run(end + beside, min(pieces or self.pieces, MOST_PIECES))
+        kinks = [event.time for event in run.events if not event.terminal]
+        if not kinks:
+            vars(self)["sampled"] = run  # of which the last one is behind the end by rounding
         for time in kinks if len(kinks) <= MOST_KINKS else ():
             before, after = time - beside, time + beside
             if before <= rest.problem.start:
@@ -111,12 +150,11 @@ class Stretch:
             if after >= end:
                 end = before
                 break
-            reached = rest._run(after, 2)
-            steps = reached.statistics.steps
-            found.append(replace(rest, until=before, steps=max(1, steps)))
-            begin = replace(problem, t0=after, q0=reached.q_final, u0=reached.u_final, begun=None)
-            rest = replace(rest, problem=begin, steps=max(1, rest.steps - steps))
-        return [*found, replace(rest, until=end)]
+            part = rest.part(rest.problem.start, before, rest.problem.q0, rest.problem.u0)
+            yield part
+            across = self.part(before, after, *part.end)
+            rest = self.part(after, end, *across.end)
+        yield rest if end == self.until else rest.part(rest.problem.start, end, rest.problem.q0, rest.problem.u0)
 
 
 def integral(values: Floats, t: Floats) -> Floats:
@@ -153,7 +191,7 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
 def with_program(
     stretches: Sequence[Stretch], make: Callable[[Mechanism], Program], backend: Backend | None = None
 ) -> Iterator[tuple[Stretch, Compiled]]:
-    """Yield what lasts of stretches, in parts between kinks, with the Program that is made of the mechanism of each."""
+    """Yield what lasts of stretches with the Program that is made of the mechanism of each."""
     programs: dict[int, Compiled] = {}
     for stretch in stretches:
         if stretch.duration <= 0.0:
@@ -162,4 +200,4 @@ def with_program(
         if key not in programs:
             made = make(stretch.mechanism)
             programs[key] = load({made.name: made}, backend=backend or stretch.compiled.likewise)
-        yield from ((part, programs[key]) for part in stretch.smooth_parts())
+        yield stretch, programs[key]

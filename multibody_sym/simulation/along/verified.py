@@ -73,7 +73,8 @@ def _missed(
         while waiting is not None and waiting.t <= stretch.problem.start:
             yield from _of_jump(waiting, since)
             waiting = next(jumps, None)
-        yield from _of_stretch(stretch, program, since)
+        for part in stretch.smooth_parts():
+            yield from _of_stretch(part, program, since)
     for jump in (waiting, *jumps):
         if jump is not None:
             yield from _of_jump(jump, since)
@@ -90,7 +91,7 @@ def _of_jump(jump: Passed, since: _Since) -> Iterator[tuple[str, Miss]]:
 def _of_stretch(stretch: Stretch, program: Compiled, since: _Since) -> Iterator[tuple[str, Miss]]:
     finer = 1
     while True:
-        fine = stretch.fine(finer)
+        fine = stretch.fine(finer * stretch.pieces)
         value, left, right, size, content = program.map("theorems", *fine.arguments, *fine.derivative[1:3])
         adding, scales = integral(right, fine.t), integral(size, fine.t)
         finest = finer >= _FINER**2 or len(fine.t) > 4 * MOST_PIECES
@@ -104,7 +105,7 @@ def _of_stretch(stretch: Stretch, program: Compiled, since: _Since) -> Iterator[
     whole = (since.size + scales + content[ends] + since.content)[_a_step_on(len(scales), stretch.steps)]
     if since.halvings < _MOST_HALVINGS and _is_doubtful(missed, whole, right, adding, fine.t):
         since.halvings += 1
-        for half in stretch.cut(stretch.middle):
+        for half in stretch.halves():
             yield from _of_stretch(half, program, since)
         return
     for name, own in THEOREMS.items():

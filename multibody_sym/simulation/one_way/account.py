@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
 from multibody_sym.kinematics.energy import split
@@ -17,40 +19,109 @@ from multibody_sym.model.mechanism.rows import VelocityRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
-from multibody_sym.simulation.along.fine import Stretch, integral, with_program
+from multibody_sym.simulation.along.fine import PIECES, Stretch, integral, with_program
 from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
 
-_SETTLED: Final = 1e-9
+_SETTLED: Final = 1e-10
 """Part of the work in a run by which half as many places may change it: Boole's rule is 64 times nearer."""
 _SHORT: Final = 1e-14
-"""The part of a time of which nothing is left to halve."""
-_MOST_CUTS: Final = 60
-"""How often stretches are parted in all where places are too far apart."""
-_MOSTLY: Final = 0.5
-"""Part of what half as many places change that stands in one piece, where a power jumps there."""
+"""The part of a time of which nothing is left to divide."""
+_FEW_STEPS: Final = 1000
+"""Of a run that is looked at in steps as short as places are apart: several times as many."""
+_FINER: Final = 4
+"""How many times as near places are where they are too far apart."""
+_MOST_ROUNDS: Final = 30
+"""How often that may happen one inside the other."""
+_MOST_PARTS: Final = 100_000
+"""Parts that are looked at in nearer places, in all."""
 _UNKNOWN: Final = 1e-3
 """Part of the work in a run by which half as many places change it where it is not told at all."""
 _LITTLE: Final = 1e-7
 """Part of the kinetic energy that counts as work always: what sticks does work of rounding, and none else."""
-_MOST_STEPS: Final = 100_000
-"""Steps of all the stretches that are parted: each is run twice more for that."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Work:
-    """The work in a stretch: of friction parts (p), of these on each body (p, bodies), of loads (1).
+    """The work in parts (n) of a stretch: of friction (n, p), of it on each body (n, p, bodies), of loads (n, 1).
 
-    `size` is the integral of absolute powers, `unsure` what half as many places change, `kinetic` the largest energy.
-    `cuts` are the times at which the stretch is parted to be surer.
+    `sizes` (n) are integrals of absolute powers, `unsure` (n) what half as many places change; `kinetic` is the largest
+    energy. `begins` are the states (t, q, u) in which parts begin, with the `energies`, of as many as were `asked`;
+    where no step leads near enough to the end, the last ones count as one, of which nothing is known. `missed` is by
+    how much another energy was reached when places were farther apart: a run may step over a blow.
     """
 
+    stretch: Stretch
+    program: Compiled
+    begins: tuple[Floats, Floats, Floats]
+    energies: Floats
+    asked: int
     friction: Floats
     shares: Floats
     loads: Floats
-    size: float
-    unsure: float
+    sizes: Floats
+    unsure: Floats
     kinetic: float
-    cuts: tuple[float, ...]
+    missed: float
+
+    @classmethod
+    def of(cls, stretch: Stretch, program: Compiled, asked: int, reaches: float | None = None) -> _Work:
+        """Return the work in a stretch from at least that many parts of it."""
+        fine = stretch.fine(2 * asked)
+        values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
+        powers = np.column_stack([values[0], values[2]])
+        kinetic, potential = fine.evaluated("energy")
+        found = (len(fine.t) - 1) // 8
+        whole, begins = slice(8 * found + 1), slice(None, 8 * found + 1, 8)
+        t = fine.t[whole]
+        friction, shares, loads = (_parts(value[whole], t) for value in values)
+        sizes = _parts(np.abs(powers[whole]), t).sum(axis=1)
+        fewer = np.diff(integral(powers[whole][::2], t[::2]), axis=0)
+        unsure = np.abs(fewer - np.column_stack([friction, loads])).sum(axis=1)
+        if found:
+            asked = round(stretch.duration / (t[8] - t[0]))
+        if found < asked:
+            left = float(sizes.sum()) if stretch.until - t[-1] > _SHORT * abs(stretch.until) else 0.0
+            friction, shares, loads, sizes = (_with(x, 0.0) for x in (friction, shares, loads, sizes))
+            unsure = _with(unsure, left)
+        energies = (kinetic + potential)[begins]
+        missed = 0.0 if reaches is None else abs(float(energies[-1]) - reaches)
+        most = float(kinetic.max())
+        states = fine.t[begins], fine.q[begins], fine.u[begins]
+        return cls(stretch, program, states, energies, asked, friction, shares, loads, sizes, unsure, most, missed)
+
+    def finer(self, limit: float) -> Iterator[_Work]:
+        """Yield the work in what is sure up to a limit, and in the rest from parts that are shorter."""
+        rough = self.unsure > limit
+        if not rough.any():
+            yield self
+            return
+        of_all = self.friction, self.shares, self.loads, self.sizes, self.unsure
+        friction, shares, loads, sizes, unsure = (_without(values, rough) for values in of_all)
+        yield replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure)
+        t, q, u = self.begins
+        for first, end in np.flatnonzero(np.diff(np.concatenate([[0], rough, [0]]))).reshape(-1, 2).tolist():
+            known = end < len(t)
+            until, count = (float(t[end]), end - first) if known else (self.stretch.until, self.asked - first)
+            part = replace(self.stretch.part(float(t[first]), until, q[first], u[first]), near=True)
+            reached = float(self.energies[end]) if known else None
+            for smooth in part.smooth_parts(2 * _FINER * count):
+                asked = math.ceil(_FINER * count * smooth.duration / part.duration)
+                yield _Work.of(smooth, self.program, asked, reached if smooth.until == until else None)
+
+
+def _parts(values: Floats, t: Floats) -> Floats:
+    """Return the integrals (n, ...) of values (8 n + 1, ...) over each eight of the times."""
+    return np.diff(integral(values, t)[::2], axis=0)
+
+
+def _with(values: Floats, last: float) -> Floats:
+    return np.concatenate([values, np.full((1, *values.shape[1:]), last)])
+
+
+def _without(values: Floats, places: npt.NDArray[np.bool_]) -> Floats:
+    values = values.copy()
+    values[places] = 0.0
+    return values
 
 
 def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
@@ -60,15 +131,16 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> Energy
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    works = list(_works(stretches))
-    if sum(one.unsure for one in works) > _UNKNOWN * _size(works):
+    works = _works(stretches)
+    if _unsure(works) + sum(one.missed for one in works) > _UNKNOWN * _size(works):
         return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
     for one in works:
-        account.loads += float(one.loads[0])
+        account.loads += float(one.loads.sum())
+        shares = one.shares.sum(axis=0)
         for k, (_, part) in enumerate(parts):
             work = found[part.name]
-            work.total += float(one.friction[k])
-            for body, share in zip(names, one.shares[k].tolist(), strict=True):
+            work.total += float(one.friction[:, k].sum())
+            for body, share in zip(names, shares[k].tolist(), strict=True):
                 if told[k] and (share != 0.0 or body in work.bodies):
                     work.bodies[body] = work.bodies.get(body, 0.0) + share
     return account
@@ -76,53 +148,36 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> Energy
 
 def _size(works: Sequence[_Work]) -> float:
     """Return the size (J) beside which work that is unsure counts."""
-    return sum(one.size for one in works) + _LITTLE * max((one.kinetic for one in works), default=0.0)
+    return float(sum(one.sizes.sum() for one in works)) + _LITTLE * max((one.kinetic for one in works), default=0.0)
 
 
-def _works(stretches: Sequence[Stretch]) -> Iterator[_Work]:
-    """Yield the work in each stretch, or in parts of it: friction that jams grows without bound at its very end.
+def _unsure(works: Sequence[_Work]) -> float:
+    return float(sum(one.unsure.sum() for one in works))
 
-    What is least sure is parted first, in the middle. Where a power jumps, as between points that meet, it is cut out.
+
+def _works(stretches: Sequence[Stretch]) -> list[_Work]:
+    """Return the work in stretches and parts of them.
+
+    Where places are too far apart there are nearer ones: friction that jams grows without bound at the very end of a
+    stretch, and a power jumps at kinks and where points meet.
     """
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
-    each = [(x, program, _work(x, program)) for x, program in with_program(working, friction_power_program)]
-    total, left, steps = _size([work for *_, work in each]), _MOST_CUTS, _MOST_STEPS
-    while each and left:
-        place = max(range(len(each)), key=lambda k: each[k][2].unsure)
-        stretch, program, work = each[place]
-        if work.unsure <= _SETTLED * total or stretch.steps > steps:
+    few = sum(stretch.steps for stretch in working) <= _FEW_STEPS
+    looked_at = [replace(stretch, near=few, per_step=PIECES if few else 2) for stretch in working]
+    works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
+    left = _MOST_PARTS
+    for _ in range(_MOST_ROUNDS):
+        settled = _SETTLED * _size(works)
+        if _unsure(works) <= settled:
             break
-        left, steps = left - 1, steps - stretch.steps
-        parts = [(part, program, _work(part, program)) for part in stretch.cut(*work.cuts)]
-        total += sum(part.size for *_, part in parts) - work.size
-        each[place : place + 1] = parts
-    yield from (work for *_, work in each)
-
-
-def _work(stretch: Stretch, program: Compiled) -> _Work:
-    fine = stretch.fine()
-    values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
-    friction, shares, loads = (integral(value, fine.t)[-1] for value in values)
-    powers = np.column_stack([values[0], values[2]])
-    size = float(integral(np.abs(powers), fine.t)[-1].sum())
-    kinetic = float(fine.evaluated("energy")[0].max())
-    if (len(fine.t) - 1) % 8:  # samples are missing at the end, before which no step leads near enough
-        unsure = size if stretch.duration > _SHORT * abs(stretch.until) else 0.0
-        return _Work(friction, shares, loads, size, unsure, kinetic, (stretch.middle,))
-    fewer = integral(powers[::2], fine.t[::2])
-    unsure = float(np.abs(fewer[-1] - np.append(friction, loads)).sum())
-    changes = np.abs(np.diff(integral(powers, fine.t)[::2] - fewer, axis=0)).sum(axis=1)
-    return _Work(friction, shares, loads, size, unsure, kinetic, _cuts(changes, fine.t[::8]) or (stretch.middle,))
-
-
-def _cuts(changes: Floats, ends: Floats) -> tuple[float, ...]:
-    """Return both ends of the piece with most of the changes (n), by the `ends` (n + 1) of all pieces.
-
-    None of a piece at an end of the stretch, where a power may grow without bound, nor where no piece has most.
-    """
-    worst = int(changes.argmax()) if len(changes) else 0
-    jumps = 0 < worst < len(changes) - 1 and changes[worst] > _MOSTLY * changes.sum()
-    return (float(ends[worst]), float(ends[worst + 1])) if jumps else ()
+        changes = np.sort(np.concatenate([one.unsure for one in works]))
+        known = int(np.searchsorted(np.cumsum(changes), settled / 2))
+        left -= _FINER * (len(changes) - known)
+        if left < 0:
+            break
+        limit = float(changes[known - 1]) if known else -1.0
+        works = [part for work in works for part in work.finer(limit)]
+    return works
 
 
 def _may_work(mechanism: Mechanism) -> bool:
