@@ -74,8 +74,9 @@ def solve(
     squares solution as well whenever they agree with the kept ones. No more than `most` rows are kept: rows that depend
     on each other only in positions that satisfy them are independent beside such a position, by rounding. Rows that
     `acting` has a zero for are left out, and have no multipliers. With `exerted` C (s, n) x is C^T lambda: where A C^T
-    is regular lambda follows from that, else x and lambda are of least norm together, lambda times lengths of C, or as
-    it is where `acting` has a 2 (`PLAIN`) for all rows. What is left of rows is then measured by their own lengths.
+    is regular, or of the rank of A and C, lambda follows from that, else x and lambda are of least norm together,
+    lambda times lengths of C, or as it is where `acting` has a 2 (`PLAIN`) for all rows. What is left of rows is then
+    measured by their own lengths.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
     part of a kept row that those before it leave, or the shortest of them relative to the longest if that is less (0 if
@@ -143,11 +144,11 @@ def _rubbing(
     square = [[_dot(a, c) for c in unit] for a in matrix]
     factors = _factors_of(square, count, most)
     carried, _, report = _solved(factors, right, count)
-    if factors is not None and factors.rank == count:  # what is left of rows is measured by the rows of A
-        pairs = zip(factors.diagonal, factors.order, strict=True)
+    if factors is not None and _has_rank(factors.rank, matrix, unit, most):
+        pairs = zip(factors.diagonal, factors.order, strict=False)  # what is left of rows is measured by the rows of A
         left = (abs(x) * factors.lengths[j] / math.sqrt(_dot(matrix[j], matrix[j])) for x, j in pairs)
-        report = [report[0], min(left), report[2]]
-    if report[0] < count:
+        report = [report[0], min(left, default=0.0), report[2]]
+    elif report[0] < count:
         upper = [[*row, *[0.0] * count] for row in matrix]
         lower = [[*(float(i == k) for k in range(columns)), *(-c[i] for c in unit)] for i in range(columns)]
         both, _, report = solve_lists(upper + lower, right + [0.0] * columns, columns + count, most + columns)
@@ -156,6 +157,13 @@ def _rubbing(
     for z, row in zip(carried, unit, strict=True):
         x = [a + z * b for a, b in zip(x, row, strict=True)]
     return x, [z / length for z, length in zip(carried, lengths, strict=True)], report
+
+
+def _has_rank(rank: int, matrix: Lists, unit: Lists, most: float) -> bool:
+    """Return whether A C^T is regular, or A and C have its rank: then x is unique, and lambda of least norm follows."""
+    count, columns = np.shape(matrix)
+    same = (len(independent_rows(np.array(rows), most)) == rank for rows in (matrix, unit))
+    return rank == count or (count <= columns and all(same))
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:

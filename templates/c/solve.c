@@ -292,13 +292,13 @@ static int made_units(const some *s, int plain)
     return differs;
 }
 
-/* Return the smallest part of a row of A that A C^T leaves, beside its other rows. */
+/* Return the smallest part of a kept row of A that A C^T leaves, beside its other rows. */
 static double least_left(const some *s)
 {
     mbs_parts part = mbs_parts_of(&s->pattern, s->factors);
     int n = s->pattern.columns, pivoted = s->factors[MBS_PIVOTED] != 0.0;
-    double least = HUGE_VAL;
-    for (int k = 0; k < s->pattern.rows; ++k) {
+    double least = s->factors[MBS_RANK] ? HUGE_VAL : 0.0;
+    for (int k = 0; k < s->factors[MBS_RANK]; ++k) {
         int j = pivoted ? (int)part.order[k] : k;
         const double *row = s->matrix + j * n;
         least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(mbs_dot(n, row, row)));
@@ -323,6 +323,31 @@ static mbs_pattern together(const some *s)
     return pattern;
 }
 
+static void factorise_own(const some *s, double most) /* of A C^T, with zeros beside it up to n columns */
+{
+    int count = s->pattern.rows, n = s->pattern.columns;
+    mbs_fill(count * n, 0.0, s->large);
+    for (int j = 0; j < count; ++j)
+        for (int k = 0; k < count; ++k)
+            s->large[j * n + k] = mbs_dot(n, s->matrix + j * n, s->unit + k * n);
+    mbs_factorise(&s->pattern, s->large, most, s->factors);
+}
+
+/* Return whether A, C and A C^T have the same rank: then x is unique, and multipliers of least norm follow from the last.
+   Its factors are made again. */
+static int same_rank(const some *s, double most)
+{
+    double rank = s->factors[MBS_RANK];
+    const double *both[] = {s->matrix, s->unit};
+    for (int k = 0; k < 2; ++k) {
+        mbs_factorise_pivoted(&s->pattern, both[k], most, s->factors);
+        if (s->factors[MBS_RANK] != rank)
+            return 0;
+    }
+    factorise_own(s, most);
+    return 1;
+}
+
 void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
                            double most, double *factors)
 {
@@ -339,16 +364,15 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
         return;
     }
     *s.kind = REGULAR;
-    if (count <= n) { /* A C^T, with zeros beside it up to n columns */
-        mbs_fill(count * n, 0.0, s.large);
-        for (int j = 0; j < count; ++j)
-            for (int k = 0; k < count; ++k)
-                s.large[j * n + k] = mbs_dot(n, s.matrix + j * n, s.unit + k * n);
-        mbs_factorise(&s.pattern, s.large, most, s.factors);
-        if (s.factors[MBS_RANK] == count) /* what is left of rows is measured by the rows of A */
-            s.factors[MBS_CONDITIONING] = least_left(&s);
-        if (!(s.factors[MBS_RANK] < count)) /* nor is it more of what is not finite, which has no factors */
+    if (count <= n) {
+        factorise_own(&s, most);
+        /* what is not finite has no rank and no factors, nor more of it */
+        if (isnan(s.factors[MBS_RANK]))
             return;
+        if (s.factors[MBS_RANK] == count || same_rank(&s, most)) {
+            s.factors[MBS_CONDITIONING] = least_left(&s); /* what is left of rows is measured by the rows of A */
+            return;
+        }
     }
     *s.kind = TOGETHER;
     mbs_pattern own = together(&s);
