@@ -162,8 +162,8 @@ def _rubbing(
 ) -> Constrained:
     """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason.
 
-    With `once` the multipliers are good for their directions, and accelerations are not told. Multipliers are sought
-    times the lengths of what they exert, and so are the rows that define them.
+    With `once` the multipliers are good for their directions, follow from A C^T alone, and accelerations are not told.
+    Multipliers are sought times the lengths of what they exert, and so are the rows that define them.
     """
     matrix = [factors.weighted(row) for row in rows]
     exerts = [factors.weighted(row) for row in friction.exerts]
@@ -172,6 +172,14 @@ def _rubbing(
     coupling = [[d / length for d, length in zip(row, lengths, strict=True)] for row in friction.coupling]
     size, count = len(free), len(rows)
     sizes = [length if any(map(_acts, d)) else 1 for d, length in zip(friction.coupling, lengths, strict=True)]
+    if once:
+        square = [
+            [s * (sum(x * y for x, y in zip(a, c, strict=True)) + e) for c, e in zip(unit, d, strict=True)]
+            for s, a, d in zip(sizes, matrix, coupling, strict=True)
+        ]
+        left = [x * s for x, s in zip(_missing(wanted, matrix, free), sizes, strict=True)]
+        found = solve(square, left, count)
+        return Constrained([], [y / length for y, length in zip(found.solution, lengths, strict=True)], found.report)
     upper = [[x * s for x in (*a, *d)] for s, a, d in zip(sizes, matrix, coupling, strict=True)]
     lower = [[*(1 if i == k else 0 for k in range(size)), *(-c[i] for c in unit)] for i in range(size)]
 
@@ -182,8 +190,6 @@ def _rubbing(
         return both[:size], both[size:], found.report
 
     x, z, report = solved(_missing(wanted, matrix, free), [0] * size)
-    if once:
-        return Constrained([], [y / length for y, length in zip(z, lengths, strict=True)], report)
     near = factors.unweighted(_sums(free, x))
     missing = _missing(_missing(wanted, rows, near), coupling, z)
     pushed = [sum(c[i] * y for c, y in zip(unit, z, strict=True)) - x[i] for i in range(size)]
