@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.runtime.integration import Integration, integrate
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.along import fine
 from multibody_sym.simulation.one_way.chained import OneWayRun
 
 PUSHED = """\
@@ -29,3 +32,20 @@ def test_parts_between_kinks_have_steps_of_their_own() -> None:
     assert max(part.steps for part in parts) < stretch.steps / 4
     worked = run.modes.account.loads + sum(work.total for work in run.modes.account.friction.values())
     assert 0.5 * run["u_x"][-1] ** 2 - 1250 == pytest.approx(worked, rel=1e-9)
+
+
+def test_an_account_of_many_kinks_takes_a_few_times_the_steps_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a force with 1,909 kinks, some of them later than a second, beside which 1e-12 of a short part is rounding."""
+    steps = 0
+
+    def counted(problem: Problem) -> Integration:
+        nonlocal steps
+        run = integrate(problem)
+        steps += run.statistics.steps
+        return run
+
+    monkeypatch.setattr(fine, "integrate", counted)
+    run = mbs.simulate(mbs.loads(PUSHED.replace("50*t", "3000*t")), t_end=2.0)
+    assert isinstance(run.modes, OneWayRun)
+    assert abs(run.energy_residual) < 1e-9 * 1250
+    assert steps < 5 * run.statistics["steps"]

@@ -33,6 +33,8 @@ MOST_PIECES: Final = 100_000
 """Of a stretch: a stiff run takes millions of steps, and as many samples would fill the memory."""
 BESIDE: Final = 1e-12
 """The part of a stretch beside a kink that is left out: there the force is that of either side."""
+_LEAST_BESIDE: Final = 1e-14
+"""The least part of a time that is left out: kinks are found to rounding."""
 MOST_KINKS: Final = 1000
 """Kinks of a stretch that are told apart."""
 _NODES: Final = np.linspace(0.0, 1.0, 5)
@@ -138,7 +140,7 @@ class Stretch:
         if all(problem.terminal[: problem.switches]):
             yield self
             return
-        beside, rest, end = BESIDE * self.duration, self, self.until
+        beside, rest, end = max(BESIDE * self.duration, _LEAST_BESIDE * abs(self.until)), self, self.until
         run = self._run(end + beside, min(pieces or self.pieces, MOST_PIECES))
         kinks = [event.time for event in run.events if not event.terminal]
         if not kinks:
