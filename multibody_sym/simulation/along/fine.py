@@ -64,11 +64,6 @@ class Stretch:
         return self.until - self.problem.start
 
     @property
-    def middle(self) -> float:
-        """The time in its middle."""
-        return self.problem.start + self.duration / 2
-
-    @property
     def pieces(self) -> int:
         """How many pieces its steps ask for, which is even."""
         least = LEAST if self.mechanism.mode is None else IN_MODES
@@ -124,7 +119,7 @@ class Stretch:
 
     def halves(self) -> list[Stretch]:
         """Return both halves, or itself if no time lies between its ends."""
-        start, middle = self.problem.start, self.problem.start + self.duration / 2
+        start, middle = self.problem.start, self.until - self.duration / 2
         if not start < middle < self.until:
             return [self]
         first = replace(self, until=middle, steps=max(1, self.steps // 2))

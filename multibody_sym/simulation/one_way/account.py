@@ -175,7 +175,7 @@ def _works(stretches: Sequence[Stretch]) -> list[_Work]:
         left -= _FINER * (len(changes) - known)
         if left < 0:
             break
-        limit = float(changes[known - 1]) if known else -1.0
+        limit = float(changes[known - 1]) if known else 0.0
         works = [part for work in works for part in work.finer(limit)]
     return works
 
