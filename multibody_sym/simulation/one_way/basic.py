@@ -22,7 +22,7 @@ from multibody_sym.dynamics.laws.problem import LawState
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled, scaled
 from multibody_sym.dynamics.laws.search import modes_of
 from multibody_sym.dynamics.laws.shares import shared
-from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import SWITCHED, null_space, rank, row_space
 from multibody_sym.records import dataclass
@@ -170,6 +170,11 @@ class _Forces:
             row[part.normals] += self.mu[part.number] * self._weights(part)
             yield _Bound(row, element, carried={self.posed.parts[part.number].name: slip})
 
+    def _is_bare(self, element: OneWay, z: Floats) -> bool:
+        """Return whether an element exerts nothing."""
+        places = [self.posed.places[row.name] for row in element.rows if row.name in self.posed.places]
+        return bool((np.abs(z[places]) <= _FLAT).all())
+
     def _unit(self, place: int) -> Floats:
         row = np.zeros(len(self.z))
         row[place] = 1.0
@@ -188,7 +193,8 @@ class _Forces:
         posed, problem = self.posed, self.problem
         if any(not x.idle and not x.carried for x in reached):
             return None
-        idle = [x.element for x in reached if x.idle]
+        bare = {x.name for x in posed.elements if x.unilateral and self._is_bare(x, z)}  # its limits are all reached
+        idle = list(dict.fromkeys(x.element for x in reached if x.idle or x.element in bare))
         carried = {name: how for x in reached if x.element not in idle for name, how in x.carried.items()}
         carrying, modes = np.ones(problem.count, dtype=bool), self.modes.copy()
         modes.sides[problem.both] = np.where(np.abs(z) > _FLAT, np.sign(z), 0)[problem.both]
