@@ -19,7 +19,7 @@ from multibody_sym.runtime.problem import Problem
 WAITING = replace(
     OSCILLATOR,
     state_derivative="""
-    volatile double *flags = (volatile double *)(long long)p[0];
+    volatile double *flags = (volatile double *)(unsigned long long)p[0];
     flags[0] = 1.0;
     for (long long k = 0; k < 4000000000 && flags[1] == 0.0; ++k)
         ;
