@@ -112,8 +112,7 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_longlong) for name in ("jacobians", "factorisations", "sample", "grid")),
         *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
         *((name, ctypes.c_int) for name in ("passed", "near", "stiff", "vain")),
-        ("pace", ctypes.c_longlong),
-        ("pace_time", ctypes.c_double),
+        ("doubled", ctypes.c_double * 7),
     )
 
 

@@ -85,7 +85,7 @@ def piece_of(problem: Problem) -> int:
 
 
 def _go_on(problem: Problem, begun: Begun, state: StateStruct) -> None:
-    state.t = state.t_new = state.pace_time = begun.time
+    state.t = state.t_new = begun.time
     state.sample = begun.written
     if problem.step is not None:
         state.grid = steps_before(problem.t0, begun.time, problem.step)

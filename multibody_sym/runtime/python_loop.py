@@ -23,14 +23,14 @@ _ROUNDS: Final = 20
 _ROUND_OFF: Final = 1e-14
 _FLOOR: Final = 4.0 * EPSILON
 _NOTHING: Final = 1e-12
-_PACE: Final = 1e-3
-_LEAST_PACE: Final = 1e4
+_LEAST_PACE: Final = 1 << 17
+_DOUBLED: Final = 7
 _LEVELS: Final = ("project_position", "project_velocity")
 
 
 def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in Python; see `Loop`."""
-    run = _Run(problem, problem.times().tolist(), pace_time=problem.start)
+    run = _Run(problem, problem.times().tolist())
     x, begun = problem.x0.copy(), problem.begun
     if begun is None:
         samples[0] = x
@@ -99,8 +99,7 @@ class _Run:
     greatest_rank: float = 0.0
     conditioning: float = math.inf
     conditioning_time: float = 0.0
-    pace: int = 0
-    pace_time: float = 0.0
+    doubled: tuple[float, ...] = ()  # when the number of steps was a power of two, the last few times
     independence: float = math.inf  # of the rows at the latest slope
     residual: float = 0.0  # of dependent rows in the step on trial
     trial: _Trial = field(default_factory=_Trial)
@@ -135,7 +134,7 @@ class _Run:
             yield done if after is None else replace(done, event=None)
             if number >= p.max_steps and done.t_new < p.t_end:
                 raise StepError(Status.STEP_LIMIT, done.t_new, -1)
-            self._pace(done.t_new)
+            self._pace(number, done.t_new)
             if after is not None:
                 flow, going = after, steps(after)
 
@@ -157,16 +156,27 @@ class _Run:
         margins[index] = min(margins[index], 0.0)
         return replace(flow, x0=after, begun=done.t_new, events=replace(flow.events, margins=tuple(margins)))
 
-    def _pace(self, time: float) -> None:
-        """Raise StepError if with kinks, at the pace of the last thousandth of the time, a run takes too many steps."""
-        p = self.problem
-        if all(p.terminal):
+    def _pace(self, number: int, time: float) -> None:
+        """Raise StepError if, as steps grow shorter, the run would take more of them than it may.
+
+        That is so where a speed grows, or dry friction rests. Each eight times as many steps took so much longer, or
+        shorter, than those before; it is taken to go on so.
+        """
+        if number & (number - 1):
             return
-        if time - self.pace_time > _PACE * (p.t_end - p.t0):
-            self.pace_time, self.pace = time, 0
-        self.pace += 1
-        if self.pace > max(_PACE * p.max_steps, _LEAST_PACE) and time < p.t_end:
-            raise StepError(Status.STEP_LIMIT, time, -1)
+        self.doubled = (*self.doubled, time)[-_DOUBLED:]
+        if number < _LEAST_PACE:
+            return
+        middle, most, steps, t = self.doubled[_DOUBLED // 2], self.problem.max_steps, float(number), time
+        before, way = middle - self.doubled[0], time - middle
+        ratio = way / before if before > 0.0 else 8.0
+        while steps <= most:
+            way *= ratio
+            t += way
+            if not t < self.problem.t_end:
+                return
+            steps *= 8.0
+        raise StepError(Status.STEP_LIMIT, time, -1)
 
     def call(self, program: str, t: float, x: Floats, *further: Floats) -> tuple[Floats, ...]:
         """Return the outputs of `program` at (t, x), for `further` inputs beyond those of all."""

@@ -1,6 +1,7 @@
 /* The integration loop: steps, their control, samples. Allocates nothing, keeps no state of its own. */
 #include "stepper.h"
 
+#define LEAST_PACE 131072 /* steps from which a run tells whether it takes too many */
 #define LEAST_PART 1e-3 /* of a fixed step, into which one near a singular position may be divided */
 
 enum { STARTING, STEPPING, SAMPLING };
@@ -469,22 +470,23 @@ static int step(mbs_run *r)
     return r->problem->step > 0.0 ? fixed_step(r) : adaptive_step(r);
 }
 
-/* With kinks, at the pace of the last thousandth of the time the run would take more steps than it may, as with dry
-   friction at rest under adaptive steps: it ends now. */
+/* As steps grow shorter the run would take more of them than it may, as where a speed grows or dry friction rests: it ends
+   now. Each eight times as many took so much longer, or shorter, than those before; it is taken to go on so. */
 static int pace(mbs_run *r)
 {
     mbs_state *s = r->state;
-    int kinks = 0;
-    for (int i = 0; i < r->system->ng; ++i)
-        kinks += !r->system->terminal[i];
-    if (!kinks)
+    if (s->steps & (s->steps - 1))
         return MBS_RUNNING;
-    double most = 1e-3 * (double)r->problem->max_steps;
-    if (s->t - s->pace_time > 1e-3 * (r->problem->t_end - r->problem->t0)) {
-        s->pace_time = s->t;
-        s->pace = 0;
-    }
-    return (double)++s->pace > (most > 1e4 ? most : 1e4) ? mbs_failed(r, MBS_STEP_LIMIT, s->t, -1) : MBS_RUNNING;
+    for (int i = 0; i + 1 < MBS_DOUBLED; ++i)
+        s->doubled[i] = s->doubled[i + 1];
+    s->doubled[MBS_DOUBLED - 1] = s->t;
+    if (s->steps < LEAST_PACE)
+        return MBS_RUNNING;
+    double middle = s->doubled[MBS_DOUBLED / 2], before = middle - s->doubled[0], way = s->t - middle;
+    double ratio = before > 0.0 ? way / before : 8.0, t = s->t, steps = (double)s->steps, most = (double)r->problem->max_steps;
+    while (steps <= most && (t += way *= ratio) < r->problem->t_end)
+        steps *= 8.0;
+    return steps > most ? mbs_failed(r, MBS_STEP_LIMIT, s->t, -1) : MBS_RUNNING;
 }
 
 /* Make the end of the step the start of the next. */
@@ -524,7 +526,6 @@ static int move_on(mbs_run *r)
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work)
 {
     const mbs_state fresh = {.t = problem->t0,
-                             .pace_time = problem->t0,
                              .t_new = problem->t0,
                              .error = 1e-4,
                              .least_rank = HUGE_VAL,

@@ -187,6 +187,7 @@ enum {
 };
 
 #define MBS_PASSED 8 /* singular positions that are told of a step */
+#define MBS_DOUBLED 7
 
 /* Where a run stands. The first entries of the work space hold x at time t. */
 typedef struct {
@@ -212,14 +213,13 @@ typedef struct {
     int passed; /* ... and how many */
     int near, stiff, vain; /* the step is near one; there iteration fails without a Jacobian, ...
                               after so many trials of it that failed, but not as they came too near */
-    long long pace;   /* steps ... */
-    double pace_time; /* ... since then, a thousandth of the whole time ago at most */
+    double doubled[MBS_DOUBLED]; /* when the number of steps was last a power of two, and the times of those before */
 } mbs_state;
 
 /* Doubles of work space for mbs_integrate; negative where the method is left out. */
 long long mbs_work(const mbs_problem *problem);
 
-/* A run that has begun elsewhere goes on from x0 if then t, t_new and pace_time of the state are set to that time, `sample`
+/* A run that has begun elsewhere goes on from x0 if then t and t_new of the state are set to that time, `sample`
    to the samples that are written and `grid` to the whole fixed steps until then. */
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work);
 

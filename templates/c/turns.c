@@ -484,7 +484,8 @@ static void enter(const mbs_problem *problem, mbs_state *state, const double *x,
 {
     mbs_state before = *state;
     mbs_start(problem, x, state, work);
-    state->t = state->t_new = state->pace_time = before.t;
+    state->t = state->t_new = before.t;
+    mbs_copy(MBS_DOUBLED, before.doubled, state->doubled);
     state->drift_position = before.drift_position;
     state->drift_velocity = before.drift_velocity;
     state->removed_position = before.removed_position;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from scipy.special import ellipj
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.runtime import python_loop
 from multibody_sym.simulation import problem
 from multibody_sym.simulation.failures import FailedRunError
 
@@ -213,6 +215,32 @@ def test_stiffness_is_told_where_it_keeps_steps_short(
     monkeypatch.setattr(problem, "_MOST_STEPS", 3000)
     with pytest.raises(FailedRunError, match=told):
         mbs.simulate(mbs.loads(STIFF % (stiffness, damping)), t_end=1, backend=backend)
+
+
+WINDING = """
+multibody_sym: 1
+name: winding
+bodies: {b: {mass: 1, inertia: {Ixx: 1, Iyy: 1, Izz: 1}}}
+joints: {J: {type: spherical, parent: ground, child: b, initial: {u: [0, 0, 1]}}}
+forces: {drive: {type: torque, on: b, frame: b, value: [0, 0, 30*J_wz]}}
+"""
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_run_that_would_take_too_many_steps_ends_soon(monkeypatch: pytest.MonkeyPatch, backend: Any) -> None:
+    """By hand: omega = e^(30 t), half the steps are taken in the last ln(2)/30 s, 1 s takes e^30 of them."""
+    monkeypatch.setattr(python_loop, "_LEAST_PACE", 1 << 12)
+    with pytest.raises(FailedRunError, match=r"ever more steps, .* to t = 1 s.*J_wz is .* rad/s there") as caught:
+        mbs.simulate(mbs.loads(WINDING), t_end=1, backend=backend)
+    run = caught.value.trajectory
+    assert run.statistics["steps"] == {"c": 1 << 17, "python": 1 << 12}[backend]
+    assert run.final["speeds"]["J_wz"] == pytest.approx(math.exp(30 * run.t_final), rel=1e-4)
+
+
+def test_steps_that_a_run_can_take_are_taken() -> None:
+    """The same as before, but for an end before it is too fast: over 131,072 steps, of 200 million that it may take."""
+    run = mbs.simulate(mbs.loads(WINDING), t_end=0.45)
+    assert 1 << 17 < run.statistics["steps"] < 1 << 20
 
 
 def test_no_stiffness_is_told_of_a_slow_pendulum(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -51,6 +51,8 @@ _SUDDEN: Final = 1e-6
 """The part of a run's time within which a speed that grows without bound doubles where the run fails."""
 _GROWN: Final = 1e3
 """By how much it is then above the mean speed since the start."""
+_IN_A_RADIAN: Final = 100
+"""Steps in which the dearest method follows a radian of what turns."""
 _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
 _MEETS: Final = 1e-3
@@ -178,6 +180,20 @@ def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
     )
 
 
+def _turns_fast(run: Trajectory, time: float, last: Motion) -> str | None:
+    """Return which joint or body turns so fast that its turns take most of the steps of a run; None for none."""
+    end, gone = run.integration, time - run.problem.t0
+    turning = [
+        (abs(u), u, speed.name)
+        for speed, u in zip(last.mechanism.speeds, end.u_final.tolist(), strict=True)
+        if speed.unit == "rad/s"
+    ]
+    size, u, name = max(turning, default=(0.0, 0.0, ""))
+    if size * gone < max(end.statistics.steps / _IN_A_RADIAN, _GROWN):
+        return None
+    return f"{name} is {u:.3g} rad/s there, and its turns take the steps; look at what drives it, or end the run before"
+
+
 def _happened(run: Trajectory, failure: RunFailure) -> Reason:
     mechanism, when = _ended_in(run)[0], f"at t = {failure.time:.6g} s"
     what = _component(run.ready.mechanism if failure.status is Status.LEFT else mechanism, failure)
@@ -206,8 +222,7 @@ def _happened(run: Trajectory, failure: RunFailure) -> Reason:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
         return Reason(f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}")
     if failure.status in (Status.STEP_LIMIT, Status.CHATTERS):
-        most = failure.status is Status.STEP_LIMIT
-        got = "the run took its largest number of steps and got" if most else "the run gets"
+        got = _steps_taken(run) if failure.status is Status.STEP_LIMIT else "the run gets"
         return Reason(f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(run, failure.time)}")
     if failure.status is Status.SINGULAR:
         return _singular(run, failure.time)
@@ -295,12 +310,23 @@ def wheel_left(run: Trajectory) -> str | None:
     return None
 
 
+def _steps_taken(run: Trajectory) -> str:
+    """Return that a run took all steps that it may, or would take more of them than that."""
+    taken, most, t_end = run.integration.statistics.steps, run.problem.max_steps, run.problem.t_end
+    if taken >= most:
+        return "the run took its largest number of steps and got"
+    return (
+        f"the run takes ever more steps, {taken} by now, by which it would take over {most:.0e} to t = {t_end:.6g} s; "
+        "it got"
+    )
+
+
 def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
     mechanism, end = run.ready.mechanism, run.integration
     if end.q_final is not None and end.u_final is not None:
         last = Rows(mechanism, run.parameters.tolist(), [], time).motion(end.q_final, end.u_final)
-        if told := _locked(last):
+        if told := _locked(last) or _turns_fast(run, time, last):
             return told
     named = dict.fromkeys(leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u")
     place = next((k for k in named if _jumps_with(run, time, k)), None)
