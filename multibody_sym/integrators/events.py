@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from sys import float_info
 from typing import Final
@@ -24,7 +25,7 @@ from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError
 from multibody_sym.integrators.looks import Ends, Reach
 from multibody_sym.integrators.singular import strays
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.sign_changes import PROBE, first_seen
+from multibody_sym.numerics.sign_changes import PROBE, first_seen, looks_at_ends
 
 BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
 ROUNDED: Final = 16.0 * float_info.epsilon  # part of a time by which a crossing at the end of a run may seem later
@@ -223,15 +224,27 @@ class Watch:
             if index == self.origin and self.chattering:
                 continue
 
-            def value(theta: float, i: int = index) -> float:
-                return float(sides[i] * self._at(step, theta, along)[i])
-
-            seen = first_seen(value, *ends.looks(index), self.events.unseen(index, step.t, step.x))
+            seen = self._seen(step, index, ends, along)
             if above[index]:
                 self.below = _first(self.below, seen)
             else:
                 high = _first(high, seen)
         return high
+
+    def _seen(self, step: Step, index: int, ends: Ends, along: Path | None) -> float | None:
+        """Return the first part of a step at which a function is seen on its other side.
+
+        What is zero at both ends may be held there by others, and be anything off the constraints.
+        """
+        looks, unseen, side = ends.looks(index), self.events.unseen(index, step.t, step.x), self.sides[index]
+        held = along is None and max(look.value for look in looks) <= unseen
+        way = partial(self._settled, step) if held else along
+
+        def value(theta: float) -> float:
+            return float(side * self._at(step, theta, way)[index])
+
+        looks = looks_at_ends(value, *(look.value for look in looks)) if held else looks
+        return first_seen(value, *looks, unseen)
 
     def _ended_clean(self, step: Step, values: Floats) -> Step:
         """Return a step without a slope from beyond a kink, ended at a crossing just behind it before the run ends.
@@ -265,10 +278,15 @@ class Watch:
         return step
 
     def _within(self, step: Step, theta: float) -> Step:
-        x, t = step.value(theta), step.t + theta * step.h
-        values = self.values(t, x)
-        settled = x if self.flow.settle_sample is None else self.flow.settle_sample(t, x)
-        return self._at_event(step, t, x if strays(step, x, settled) else settled, values)
+        t = step.t + theta * step.h
+        values = self.values(t, step.value(theta))
+        return self._at_event(step, t, self._settled(step, theta), values)
+
+    def _settled(self, step: Step, theta: float) -> Floats:
+        """Return the state within a step, put onto the constraints."""
+        x = step.value(theta)
+        settled = x if self.flow.settle_sample is None else self.flow.settle_sample(step.t + theta * step.h, x)
+        return x if strays(step, x, settled) else settled
 
     def _at_event(self, step: Step, t: float, x: Floats, values: Floats) -> Step:
         """Return `step` ended at (t, x), by which event, stops first."""

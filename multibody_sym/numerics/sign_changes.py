@@ -64,6 +64,12 @@ def _seen(value: Callable[[float], float], a: Look, b: Look, unseen: float, left
     return _seen(value, look, b, unseen, left) if found is None else found
 
 
+def looks_at_ends(value: Callable[[float], float], start: float, end: float) -> tuple[Look, Look]:
+    """Return the looks at the ends of a step, where a function of its parts has the values `start` and `end`."""
+    rise, fall = (value(PROBE) - start) / PROBE, (end - value(1.0 - PROBE)) / PROBE
+    return Look(0.0, start, rise, rise), Look(1.0, end, fall, fall)
+
+
 def zeros(g: Function, t_end: float) -> Iterator[float]:
     """Yield the times in (0, t_end) at which g changes its sign, in their order."""
     side = 0.0
@@ -88,9 +94,7 @@ def _other_side(g: Function, side: float, start: float, end: float) -> float | N
     def value(theta: float) -> float:
         return side * g(start + theta * width)
 
-    first, last = max(value(0.0), 0.0), value(1.0)
-    rise, fall = (value(PROBE) - first) / PROBE, (last - value(1.0 - PROBE)) / PROBE
-    theta = first_seen(value, Look(0.0, first, rise, rise), Look(1.0, last, fall, fall))
+    theta = first_seen(value, *looks_at_ends(value, max(value(0.0), 0.0), value(1.0)))
     return None if theta is None else start + theta * width
 
 

@@ -73,6 +73,15 @@ static double seen(mbs_run *r, mbs_path along, int i, look a, look b, double uns
     return found > 1.0 ? seen(r, along, i, m, b, unseen, left) : found;
 }
 
+/* The state at theta, put onto the constraints. */
+static int settled(mbs_run *r, double theta, double *x)
+{
+    int status = mbs_value(r, theta, x);
+    if (status == MBS_RUNNING)
+        mbs_settle_sample(r, r->state->t + theta * r->state->h, x);
+    return status;
+}
+
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end)
 {
     double rise = (after - start) / MBS_PROBE, fall = (end - before) / MBS_PROBE;
@@ -80,6 +89,11 @@ double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double af
     if (!(end < 0.0) && !uncertain(start, end, rise, fall, 0.0))
         return 2.0;
     double unseen = mbs_unseen(r, i);
+    if (along == mbs_value && start <= unseen && end <= unseen) { /* others may hold it there: off them it is anything */
+        along = settled;
+        rise = (mbs_on_side(r, along, i, MBS_PROBE) - start) / MBS_PROBE;
+        fall = (end - mbs_on_side(r, along, i, 1.0 - MBS_PROBE)) / MBS_PROBE;
+    }
     look a = {0.0, start, rise, rise}, b = {1.0, end, fall, fall};
     return seen(r, along, i, a, b, unseen, &left);
 }

@@ -245,7 +245,8 @@ class Switches:
         """
         gap, rate = facts.gap(element), facts.rate(element)
         most = facts.allowed_gap(element) if is_tip(element) else 0.0
-        if not (-2.0 * facts.rounded_gap(element) < gap < most and rate < 0.0):
+        strikes = rate < -facts.allowed_speed(element.normals[0])  # a rope beside one that is taut has no flight
+        if not (-2.0 * facts.rounded_gap(element) < gap < most and strikes):
             return facts
         room = max(rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts)), 0.0)  # a face it grazes: none
         ago = -2.0 * gap / (math.sqrt(room) - rate)
