@@ -45,7 +45,7 @@ def worst_ratio(case: Case, formalisms: Mapping[str, Formalism], *, compiled: bo
 
 
 @pytest.mark.parametrize("rows", [False, True])
-@pytest.mark.parametrize("block", blocks(20, quick=4))
+@pytest.mark.parametrize("block", blocks(20, quick=2))
 def test_numeric_routes_agree(block: int, rows: bool) -> None:
     for seed in range(25 * block, 25 * block + 25):
         case = random_case(seed, rows=rows, extreme=not rows)

@@ -10,8 +10,9 @@ from random_shapes import Part, distance, judge, outcome, passed, placed, random
 
 import multibody_sym as mbs
 
-SOON = (109, 110, 115, 116, 123, 133, 134, 137, 138, 139, 145, 148)
+SOON = (110, 116, 123, 134, 137, 139, 145)
 """Seeds of runs that take little time; bodies strike, slide and rest on each other, in drums and in space."""
+LATER = (109, 115, 133, 138, 148, *range(200, 300))
 
 
 @pytest.mark.parametrize("seed", SOON)
@@ -22,7 +23,7 @@ def test_nothing_passes_through_anything(seed: int) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(200, 300))
+@pytest.mark.parametrize("seed", LATER)
 def test_nothing_passes_through_anything_in_many_runs(seed: int) -> None:
     assert list(outcome(seed, backend="python")["wrong"]) == []
 

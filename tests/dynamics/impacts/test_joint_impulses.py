@@ -242,7 +242,7 @@ def agree(found: Found, called: str) -> bool:
     return compared is not None
 
 
-@pytest.mark.parametrize("block", blocks(10, quick=5))
+@pytest.mark.parametrize("block", blocks(10, quick=2))
 def test_of_random_trees(block: int) -> None:
     compared = 0
     for seed in range(50 * block, 50 * block + 50):
@@ -254,7 +254,7 @@ def test_of_random_trees(block: int) -> None:
 
 
 @pytest.mark.parametrize("times", [1, 2])
-@pytest.mark.parametrize("block", blocks(10, quick=5))
+@pytest.mark.parametrize("block", blocks(10, quick=2))
 def test_of_random_loops(block: int, times: int) -> None:
     """With two equal joints more the rows depend on each other, and only the sums of their impulses are unique."""
     compared = 0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from one_way_brute_force import BruteState, brute_force
 from one_way_problems import Blocks, random_blocks
+from random_loops import blocks
 
 from multibody_sym.dynamics.laws import states
 from multibody_sym.dynamics.laws.mode_solve import solve_mode
@@ -136,7 +137,7 @@ def test_modes_that_no_open_force_can_save_are_not_solved_one_by_one(monkeypatch
     assert len(solved) < 60
 
 
-@pytest.mark.parametrize("block", range(5))
+@pytest.mark.parametrize("block", blocks(5, quick=2))
 def test_states_of_random_systems_are_those_of_brute_force(block: int) -> None:
     verdicts = compare(range(100 * block, 100 * block + 95), most=3, two_state=3)
     verdicts += compare(range(100 * block + 95, 100 * block + 100), most=5, two_state=3)
