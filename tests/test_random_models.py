@@ -53,7 +53,7 @@ def test_routes_and_theorems_agree_and_runs_keep_their_account(number: int, monk
     report = mbs.check(system)
     assert report.agrees, report.missing
     if number in RUN:
-        run = mbs.simulate(system, t_end=0.1, samples=11, backend="python")
+        run = mbs.simulate(system, t_end=0.1, samples=11)
         assert judged_run(run.as_json(), 0.1)["class"] == "answer"
 
 

@@ -142,7 +142,10 @@ ask: {most: {find: F, so: "s'' == 0"}}
 """
 
 
-@pytest.mark.parametrize("start", [60.0, 41.202, *(pytest.param(x, marks=pytest.mark.long) for x in (41.2, -50.0, 0.0))])
+LATER = [pytest.param(start, marks=pytest.mark.long) for start in (41.2, -50.0, 0.0)]
+
+
+@pytest.mark.parametrize("start", [60.0, 41.202, *LATER])
 def test_the_end_of_a_range_is_where_a_condition_comes_to_hold_wherever_it_is_looked_for_from(start: float) -> None:
     """The top one is pulled by no more than mu2 m g: both move with (F - mu1 (m + M) g)/(m + M) up to mu2 g.
 

@@ -157,10 +157,10 @@ def test_a_run_that_a_state_ends_has_that_moment_behind_its_last_sample(omega: f
 
 def test_states_are_typed_as_runs_print_them() -> None:
     """Each event of a run, typed as it is printed, ends a run, and is asked for, at its time."""
-    run = mbs.simulate(thrown(""), backend="python")
+    run = mbs.simulate(thrown(""))
     assert {event["kind"] for event in run.changes} == {"stick"}
     down = thrown("stop: {s: c1 stick}\nask: {s: c1 stick, down: {value: u_J_x, when: c1 stick}}")
-    assert mbs.simulate(down, backend="python").t_final == pytest.approx(5 / UP, rel=1e-9)
+    assert mbs.simulate(down).t_final == pytest.approx(5 / UP, rel=1e-9)
     answers = mbs.solve(down).answers
     assert [answers[name].value for name in ("s", "down")] == pytest.approx([5 / UP, 0.0], rel=1e-9, abs=1e-9)
     assert mbs.dumps(down).count("c1 stick") == 3

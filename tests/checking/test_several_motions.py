@@ -48,7 +48,7 @@ def test_check_and_run_say_that_a_guided_block_has_several_motions_and_which_is_
     assert SAID in text
     assert "c slide-" in text
     assert len(hints(found)) == 1
-    run = mbs.simulate(system, t_end=0.2, samples=3, backend="python")
+    run = mbs.simulate(system, t_end=0.2, samples=3)
     (event,) = (x for x in run.events if x["kind"] == "several states")
     assert event["element"] == "c"
     assert event["taken"] in {"open", "slide+", "slide-"}

@@ -134,7 +134,7 @@ def test_a_drum_at_rest_is_held_by_its_band() -> None:
 
 def test_a_braked_drum_stops_and_stays() -> None:
     """At t = omega/|alpha|, after omega^2/(2 |alpha|); what it had of energy the band took."""
-    run = mbs.simulate(mbs.loads(BRAKE.replace("SPIN", "30")), t_end=0.5, backend="python", samples=3)
+    run = mbs.simulate(mbs.loads(BRAKE.replace("SPIN", "30")), t_end=0.5, samples=3)
     I, pull = 50 * 0.2**2 / 2, 300 * (math.exp(0.3 * math.pi) - 1)
     stop = 30 / (pull * 0.2 / I)
     ((time, kind, element),) = [(e["t"], e["kind"], e["element"]) for e in run.events]

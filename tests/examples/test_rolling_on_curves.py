@@ -185,7 +185,7 @@ def test_the_place_where_a_disc_does_not_fit_is_told() -> None:
     with pytest.raises(mbs.ModelError, match=r"disc \(radius 0.2 m\) does not fit .* at \(0, 0\) m, .* is 0.1 m"):
         mbs.solve(system, parameters={"p": 0.1, "x0": 0.0})
     with pytest.raises(mbs.RunError, match=r"disc .* does not fit into ground.hollow at \(0\.0766"):
-        mbs.simulate(system, parameters={"p": 0.1, "x0": 0.15}, backend="python")
+        mbs.simulate(system, parameters={"p": 0.1, "x0": 0.15})
 
 
 def test_a_rod_whose_end_is_guided_along_a_curve_keeps_energy_in_both_coordinates() -> None:

@@ -145,7 +145,7 @@ ONE_WAY = {
 def test_a_run_from_state_to_state_answers_alike(name: str) -> None:
     """Each copy is taken before the run is asked for anything: what it then tells is found anew."""
     path, t_end = ONE_WAY[name]
-    run = mbs.simulate(mbs.load(path), t_end=t_end, samples=11, backend="python", method="rk4", step=t_end / 40)
+    run = mbs.simulate(mbs.load(path), t_end=t_end, samples=11, method="rk4", step=t_end / 40)
     copies = copy.copy(run), copy.deepcopy(run), pickled(run)
     assert bool(run.changes) == (name != "rough pulley")
     assert run.modes is not None
@@ -250,7 +250,7 @@ def test_records_of_every_method_come_back() -> None:
 @pytest.mark.parametrize(("name", "coordinates"), [("four_bar", "relative"), ("pendulum", "absolute")])
 def test_a_run_with_rows_comes_back_with_its_multipliers(name: str, coordinates: str) -> None:
     model = mbs.load(EXAMPLES / f"{name}.yaml")
-    run = mbs.simulate(model, t_end=0.05, coordinates=coordinates, backend="python")
+    run = mbs.simulate(model, t_end=0.05, coordinates=coordinates)
     back = pickled(run)
     assert back.redundancy == run.redundancy
     assert back.events == run.events

@@ -86,7 +86,7 @@ def test_a_bar_tips_over_an_edge_with_a_load_at_each_end() -> None:
 
 def test_a_bar_slides_up_a_rail_and_down_and_off_its_end() -> None:
     """-g (sin + mu cos) up, g (sin - mu cos) down, until it is 0.5 m below where it began."""
-    run = mbs.simulate(mbs.loads(HEAD + SLIDES), backend="python")
+    run = mbs.simulate(mbs.loads(HEAD + SLIDES))
     s, c, mu, g = math.sin(math.radians(25)), math.cos(math.radians(25)), 0.2, 10.0
     stops = 1.0 / (g * (s + mu * c))
     falls = stops + math.sqrt((1.0 + stops) / (g * (s - mu * c)))

@@ -26,7 +26,7 @@ def _falling(normal: str = "", x: float = 0.0, u: float = 0.0) -> mbs.System:
 
 @pytest.mark.parametrize("normal", ["", ", normal: y"])
 def test_with_a_normal_and_without_it_bounces(normal: str) -> None:
-    run = mbs.simulate(_falling(normal), backend="python")
+    run = mbs.simulate(_falling(normal))
     rest = 0.35 - 0.2  # after the blow at 0.2 s, with 1 m/s up
     assert run["y"][-1] == pytest.approx(rest - 5.0 * rest**2, abs=1e-6)
 

@@ -97,7 +97,7 @@ def test_energy_account_closes_with_friction() -> None:
         joints={"free": mbs.PointJoint("ground", "sled", axes="xy", q=["x", "y"])},
         contacts={"c": mbs.Contact(between=["sled.p", "ground.floor"], static=0.2, kinetic=0.2)},
     )
-    run = mbs.simulate(system, t_end=1, samples=3, rtol=1e-10, atol=1e-12, backend="python")
+    run = mbs.simulate(system, t_end=1, samples=3, rtol=1e-10, atol=1e-12)
     assert run["u_x"][-1] == pytest.approx(40 * math.log(10 / 9.5) - 0.2 * 9.81, abs=1e-8)
     assert abs(run.energy_residual) < 1e-8 * max(1.0, abs(float(run.energy[-1])))
 

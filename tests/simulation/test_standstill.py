@@ -184,9 +184,9 @@ simulation: {t_end: 1.5, samples: 3, rtol: 1e-12, atol: 1e-13}
 def test_rods_that_fold_bounce_on_what_reaches_further_than_the_tip() -> None:
     """The speed of the tip across the other rod, l times that of the hinge, is reversed."""
     rods = mbs.loads(RODS)
-    run = mbs.simulate(rods, parameters={"further": 0.01}, backend="python")
+    run = mbs.simulate(rods, parameters={"further": 0.01})
     (event,) = run.events
-    again = mbs.simulate(rods, parameters={"further": 0.01}, t_end=2 * event["t"], samples=3, backend="python")
+    again = mbs.simulate(rods, parameters={"further": 0.01}, t_end=2 * event["t"], samples=3)
     assert again["g"][-1] == pytest.approx(1.0, abs=1e-9)  # the way back is that there, turned round
     assert again["u_g"][-1] == pytest.approx(1.0, abs=1e-9)
 

@@ -149,7 +149,7 @@ def test_bounces_part_what_is_run_once_more(tmp_path: Path) -> None:
     """The weight's work is that from 1 m down to the floor and up again, whatever number of bounces lies between."""
     text = SLIDE.replace("u: [2, 0]", "q: [0, 1], u: [0, 0]").replace("static: 0.3, kinetic: 0.2", "restitution: 0.6")
     text = text[: text.index("outputs:")] + 'outputs: {W: work(weight), h: "position(box, y)"}\n'
-    run = mbs.simulate(loaded(text, tmp_path), t_end=1.2, samples=25, backend="python")
+    run = mbs.simulate(loaded(text, tmp_path), t_end=1.2, samples=25)
     assert sum(event["kind"] == "impact" for event in run.events) >= 2
     np.testing.assert_allclose(run["W"], 3 * G * (1 - run["h"]), atol=1e-7)
     assert max(miss.relative for miss in run.verified().values()) < 1e-7
@@ -160,7 +160,7 @@ def test_impacts_count_in_impulses_and_work(tmp_path: Path) -> None:
     text = SLIDE.replace("u: [2, 0]", "q: [0, 1], u: [3, 0]").replace("kinetic: 0.2", "kinetic: 0.2, restitution: 0.6")
     more = {"px": '"momentum(box, x)"', "py": '"momentum(box, y)"', "E": "total_energy()"}
     text = text.replace("outputs: {", "outputs: {" + "".join(f"{k}: {v}, " for k, v in more.items()))
-    run = mbs.simulate(loaded(text, tmp_path), t_end=1.2, samples=25, backend="python")
+    run = mbs.simulate(loaded(text, tmp_path), t_end=1.2, samples=25)
     struck = [event for event in run.events if event["kind"] == "impact"]
     assert len(struck) >= 2
     np.testing.assert_allclose(run["up"], run["py"] + 3 * G * run.t, atol=1e-7)

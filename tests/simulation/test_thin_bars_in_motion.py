@@ -28,7 +28,7 @@ def model(x: float, y: float, u: float, v: float, *, g: float = 0.0, normal: str
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_point_bounces_off_the_side_from_which_it_comes(side: int) -> None:
-    run = mbs.simulate(model(0, 0.2 * side, 0.5, 0, g=10.0 * side), backend="python", t_end=0.35)
+    run = mbs.simulate(model(0, 0.2 * side, 0.5, 0, g=10.0 * side), t_end=0.35)
     rest = 0.35 - 0.2  # it strikes with 2 m/s and leaves with 1 m/s
     assert run["y"][-1] == pytest.approx(side * (rest - 5 * rest**2), rel=1e-8)
     assert [event["kind"] for event in run.events] == ["impact"]
@@ -36,7 +36,7 @@ def test_a_point_bounces_off_the_side_from_which_it_comes(side: int) -> None:
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_it_comes_to_rest_on_that_side(side: int) -> None:
-    run = mbs.simulate(model(0, 0.05 * side, 0, 0, g=10.0 * side), backend="python", t_end=0.4)
+    run = mbs.simulate(model(0, 0.05 * side, 0, 0, g=10.0 * side), t_end=0.4)
     end = math.sqrt(2 * 0.05 / 10) * 3
     assert run.events[-1]["kind"] == "closed"
     assert run.events[-1]["t"] == pytest.approx(end, rel=1e-8)
@@ -74,8 +74,8 @@ def test_what_comes_in_from_behind_a_face_with_a_normal_is_refused_by_name() -> 
     """The dropped rod turns on: the table's edge comes in past its end from behind, which no impact put right."""
     written = (Path(__file__).parents[2] / "examples" / "impacts" / "dropped_rod.yaml").read_text(encoding="utf-8")
     with pytest.raises(mbs.RunError, match=r"hit: what it touches comes in past its end from behind.*1\.09"):
-        mbs.simulate(mbs.loads(written), t_end=1.2, backend="python")
-    run = mbs.simulate(model(1.5, -0.1, -2.0, 0), backend="python", t_end=1.0)
+        mbs.simulate(mbs.loads(written), t_end=1.2)
+    run = mbs.simulate(model(1.5, -0.1, -2.0, 0), t_end=1.0)
     assert run["x"][-1] == pytest.approx(-0.5, rel=1e-12)
     with pytest.raises(mbs.RunError, match="from behind"):
-        mbs.simulate(model(1.5, -0.1, -2.0, 0, normal=", normal: y"), backend="python", t_end=1.0)
+        mbs.simulate(model(1.5, -0.1, -2.0, 0, normal=", normal: y"), t_end=1.0)

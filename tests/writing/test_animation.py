@@ -186,7 +186,7 @@ def test_what_goes_far_in_space_may_be_followed(joint: str, speed: str, near: fl
 
 def test_what_rolls_far_in_the_plane_is_followed_and_what_flies_off_is_not() -> None:
     """A cylinder of 0.2 m rolls down for many metres on its slope; a superball flies up from its floor."""
-    rolling = mbs.simulate(mbs.load(EXAMPLES / "textbook/cylinder_down_an_incline.yaml"), backend="python")
+    rolling = mbs.simulate(mbs.load(EXAMPLES / "textbook/cylinder_down_an_incline.yaml"))
     html = mbs.animate(rolling).html
     wide, high = data_of(html)["window"]
     assert f'viewBox="0 0 {wide:g} {high:g}"' in html
@@ -194,9 +194,9 @@ def test_what_rolls_far_in_the_plane_is_followed_and_what_flies_off_is_not() -> 
     assert 8.0 < disc < high / 4
     assert html.count("<path") < 100  # hatching of 20,000 pt is one line
     assert len(html) < 60_000
-    flying = mbs.simulate(mbs.load(EXAMPLES / "impacts/superball.yaml"), backend="python")
+    flying = mbs.simulate(mbs.load(EXAMPLES / "impacts/superball.yaml"))
     assert data_of(mbs.animate(flying).html)["window"] is None
-    sleigh = mbs.animate(mbs.simulate(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"), backend="python")).html
+    sleigh = mbs.animate(mbs.simulate(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"))).html
     assert data_of(sleigh)["window"]
     assert 'fill="url(#squares)"' in sleigh  # there is no ground to see it move on
 

@@ -196,7 +196,7 @@ contacts: {{c: {{between: [a, b], restitution: {e}}}, left: {{between: [a, groun
   right: {{between: [b, ground.r], restitution: {e}}}}}
 simulation: {{t_end: 6}}
 """)
-    run = mbs.simulate(system, samples=200, backend="python")
+    run = mbs.simulate(system, samples=200)
     told = run_summary(run)
     assert sum(event["kind"] == "impact" for event in run.changes) > 8
     assert ("took" in told) == (e < 1)

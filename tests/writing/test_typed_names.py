@@ -104,7 +104,7 @@ def test_runs_have_columns_of_every_name_that_solve_prints(model: str) -> None:
     system = read(model)
     told = numbers(mbs.solve(system))
     names = list(printed(solution_text(mbs.solve(system))))
-    run = mbs.simulate(asking(system, "outputs", names), t_end=1e-3, samples=2, backend="python")
+    run = mbs.simulate(asking(system, "outputs", names), t_end=1e-3, samples=2)
     for k, name in enumerate(names):
         assert run.outputs[f"said{k}"][0] == pytest.approx(float(told[name].split()[0]), rel=1e-8, abs=1e-9), name
 
@@ -242,7 +242,7 @@ def test_friction_in_space_is_the_length_of_its_components(model: str) -> None:
     assert told[0].value == pytest.approx(math.hypot(*(x.value for x in told[1:])), rel=1e-12)
     assert told[0].value > 0.1
     assert {x.unit for x in told} == {told[0].unit}
-    run = mbs.simulate(asking(system, "outputs", [whole]), t_end=1e-3, samples=2, backend="python")
+    run = mbs.simulate(asking(system, "outputs", [whole]), t_end=1e-3, samples=2)
     assert run.outputs["said0"][0] == pytest.approx(told[0].value, rel=1e-9)
 
 
@@ -279,10 +279,10 @@ STATE = re.compile(r"^  (\w+) +(-?[0-9.e-]+)( |$)", re.MULTILINE)
 @pytest.mark.parametrize("model", [SLIDE, CROSS])
 def test_the_state_that_a_run_ends_in_is_typed_as_the_start_of_another(model: str) -> None:
     system = read(model)
-    run = mbs.simulate(system, t_end=0.2, samples=2, backend="python")
+    run = mbs.simulate(system, t_end=0.2, samples=2)
     state = {name: float(x) for name, x, _ in STATE.findall(run_summary(run).partition("total energy")[0])}
     assert len(state) == len(run.q[0]) + len(run.u[0])
-    again = mbs.simulate(system, initial=state, t_end=1e-9, samples=2, backend="python")
+    again = mbs.simulate(system, initial=state, t_end=1e-9, samples=2)
     for name, x in state.items():
         assert again[name][0] == pytest.approx(x, abs=1e-9), name
 
@@ -290,13 +290,13 @@ def test_the_state_that_a_run_ends_in_is_typed_as_the_start_of_another(model: st
 def test_names_of_a_state_and_words_of_events_are_typed_where_a_run_stops_and_in_what_is_to_be_found() -> None:
     """From 2 m/s the block stops after v0/(0.2 g) s and v0^2/(0.4 g) m: what a run prints of that is typed."""
     system = read(SLIDE)
-    run = mbs.simulate(system, t_end=2.0, backend="python")
+    run = mbs.simulate(system, t_end=2.0)
     told = [line for line in run_summary(run).splitlines() if " s: c" in line]
     time, event = re.fullmatch(r"  t = ([0-9.]+) s: (c.corner2 stick)", told[-1]).groups()  # type: ignore[union-attr]
     assert float(time) == pytest.approx(2.0 / (0.2 * 9.81), rel=1e-5)
-    stopped = mbs.simulate(mbs.loads(f"{SLIDE}stop: {{rest: {event}}}\n"), t_end=2.0, backend="python")
+    stopped = mbs.simulate(mbs.loads(f"{SLIDE}stop: {{rest: {event}}}\n"), t_end=2.0)
     assert stopped.t[-1] == pytest.approx(2.0 / (0.2 * 9.81), rel=1e-9)
-    halfway = mbs.simulate(mbs.loads(f"{SLIDE}stop: {{half: u_x < 1}}\n"), t_end=2.0, backend="python")
+    halfway = mbs.simulate(mbs.loads(f"{SLIDE}stop: {{half: u_x < 1}}\n"), t_end=2.0)
     assert halfway.t[-1] == pytest.approx(1.0 / (0.2 * 9.81), rel=1e-9)
     ask = f"way: {{value: x, when: {event}}}, v: {{find: u_x, so: way == 1, between: [1, 4]}}"
     answers = mbs.solve(mbs.loads(SLIDE.replace("v0, 0, 0]", "2, 0, 0]") + f"ask: {{{ask}}}\n")).answers
