@@ -17,7 +17,6 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import MultibodyError
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.one_way.modes import function_of
 from multibody_sym.simulation.one_way.stretches import Stretch
 
@@ -118,9 +117,9 @@ contacts: {c: {between: [block, ground.table], static: 0.2}}
 """
 
 
-def modes_of(text: str, until: float, backend: Backend = "python") -> list[Stretch]:
+def modes_of(text: str, until: float) -> list[Stretch]:
     """Return the first stretch of each mode in which a run of a model is whose Programs serve all modes."""
-    prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3, backend=backend)
+    prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3)
     try:
         run = prepared.run()
     except mbs.RunError as error:
@@ -167,9 +166,9 @@ def compared(stretch: Stretch) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     assert all(of_every[first + k] < 0.0 for k, name in enumerate(names) if name is None)
 
 
-def assert_alike(text: str, until: float = 0.3, backend: Backend = "python") -> int:
+def assert_alike(text: str, until: float = 0.3) -> int:
     """Assert that all that is compared is alike; return the number of modes."""
-    found = modes_of(text, until, backend)
+    found = modes_of(text, until)
     for stretch in found:
         for name, alone, every in compared(stretch):
             size = max(1.0, float(np.abs(alone).max(initial=0.0)))
@@ -194,7 +193,7 @@ def test_slip_in_space(text: str, modes: int) -> None:
     ids=["shares at rest", "shares in motion", "lengths press", "sides press", "means press"],
 )
 def test_forces_that_press_or_are_shared(text: str, until: float, modes: int) -> None:
-    assert assert_alike(text, until, "c") >= modes
+    assert assert_alike(text, until) >= modes
 
 
 def test_random_models() -> None:
