@@ -160,7 +160,8 @@ class _Run:
         """Raise StepError if, as steps grow shorter, the run would take more of them than it may.
 
         That is so where a speed grows, or dry friction rests. Each eight times as many steps took so much longer, or
-        shorter, than those before; it is taken to go on so.
+        shorter, than those before; it is taken to go on so. Where they took ever less time, the motion comes to an
+        end of its own, which the steps reach.
         """
         if number & (number - 1):
             return
@@ -170,6 +171,8 @@ class _Run:
         middle, most, steps, t = self.doubled[_DOUBLED // 2], self.problem.max_steps, float(number), time
         before, way = middle - self.doubled[0], time - middle
         ratio = way / before if before > 0.0 else 8.0
+        if ratio < 0.9:
+            return
         while steps <= most:
             way *= ratio
             t += way

@@ -471,7 +471,8 @@ static int step(mbs_run *r)
 }
 
 /* As steps grow shorter the run would take more of them than it may, as where a speed grows or dry friction rests: it ends
-   now. Each eight times as many took so much longer, or shorter, than those before; it is taken to go on so. */
+   now. Each eight times as many took so much longer, or shorter, than those before; it is taken to go on so. Where they
+   took ever less time, the motion comes to an end of its own, which the steps reach. */
 static int pace(mbs_run *r)
 {
     mbs_state *s = r->state;
@@ -484,6 +485,8 @@ static int pace(mbs_run *r)
         return MBS_RUNNING;
     double middle = s->doubled[MBS_DOUBLED / 2], before = middle - s->doubled[0], way = s->t - middle;
     double ratio = before > 0.0 ? way / before : 8.0, t = s->t, steps = (double)s->steps, most = (double)r->problem->max_steps;
+    if (ratio < 0.9)
+        return MBS_RUNNING;
     while (steps <= most && (t += way *= ratio) < r->problem->t_end)
         steps *= 8.0;
     return steps > most ? mbs_failed(r, MBS_STEP_LIMIT, s->t, -1) : MBS_RUNNING;
