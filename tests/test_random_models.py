@@ -110,6 +110,17 @@ def test_rates_without_finite_values_name_the_cause(number: int, words: str) -> 
         mbs.simulate(mbs.loads(random_model(seed_of("cc544163841cf644b57d75632377b40ed4e5e622", number))), t_end=1.0)
 
 
+@pytest.mark.parametrize("until", [0.64, 1.0])
+def test_friction_that_jams_at_the_end_of_a_mode_is_in_the_account_to_its_end(until: float) -> None:
+    """A foot whose friction grows without bound in 0.6 ms takes 1e-5 J in the last 5e-9 s."""
+    system = mbs.loads(random_model(seed_of("40471c2d0d96cb6ebeb563f89eeeb5856bae7657", 1048)))
+    runs = [mbs.simulate(system, t_end=until, rtol=rtol) for rtol in (1e-9, 1e-11)]
+    assert [abs(run.energy_residual) < 1e-7 for run in runs] == [True, True]
+    took, nearer = (run.friction_work["c2"].total for run in runs)
+    assert took == pytest.approx(nearer, abs=1e-8)
+    assert runs[0].friction_work["c2"].bodies["b1"] == pytest.approx(took, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("seed", "until"), [(1472071181, 0.2), (2246061038, 0.4), (2324990770, 0.18), (3388858395, 0.5)]
 )

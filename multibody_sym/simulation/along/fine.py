@@ -82,8 +82,12 @@ class Stretch:
             return self.fine(run.statistics.steps + 1 & ~1)
         vars(self).setdefault("end", (run.q_final, run.u_final))
         count = 4 * ((len(run.t) - 1) // 4) + 1
-        told, given = Told(Alone(self.mechanism)), self.problem
-        return Part(told, self.compiled, given.parameters, run.t[:count], run.q[:count], run.u[:count], given.modes)
+        return self.sampled(run.t[:count], run.q[:count], run.u[:count])
+
+    def sampled(self, t: Floats, q: Floats, u: Floats) -> Part:
+        """Return samples at times t (m,) in its mode, of q (m, nq) and u (m, nu)."""
+        given = self.problem
+        return Part(Told(Alone(self.mechanism)), self.compiled, given.parameters, t, q, u, given.modes)
 
     @cached_property
     def end(self) -> tuple[Floats, Floats]:

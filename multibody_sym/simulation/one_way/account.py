@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -20,6 +20,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.simulation.along.fine import PIECES, Stretch, integral, with_program
+from multibody_sym.simulation.along.jumps import Jump
 from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
 
 _SETTLED: Final = 1e-10
@@ -36,8 +37,13 @@ _MOST_PARTS: Final = 100_000
 """Parts that are looked at in nearer places, in all."""
 _UNKNOWN: Final = 1e-3
 """Part of the work in a run by which half as many places change it where it is not told at all."""
+_LAST: Final = 3e-3
+"""Part of the work in a run at the very end of a stretch that energy tells: friction that jams grows without bound."""
 _LITTLE: Final = 1e-7
 """Part of the kinetic energy that counts as work always: what sticks does work of rounding, and none else."""
+
+
+Ends = Mapping[float, tuple[Floats, Floats]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +52,9 @@ class _Work:
 
     `sizes` (n) are integrals of absolute powers, `unsure` (n) what half as many places change; `kinetic` is the largest
     energy. `begins` are the states (t, q, u) in which parts begin, with the `energies`, of as many as were `asked`;
-    where no step leads near enough to the end, the last ones count as one, of which nothing is known. `missed` is by
-    how much another energy was reached when places were farther apart: a run may step over a blow.
+    where no step leads near enough to the end, the last ones count as one, of which nothing is known but the powers
+    `last` (friction, shares, loads) before it. `missed` is by how much another energy was reached when places were
+    farther apart: a run may step over a blow.
     """
 
     stretch: Stretch
@@ -62,6 +69,7 @@ class _Work:
     unsure: Floats
     kinetic: float
     missed: float
+    last: tuple[Floats, Floats, Floats] | None
 
     @classmethod
     def of(cls, stretch: Stretch, program: Compiled, asked: int, reaches: float | None = None) -> _Work:
@@ -70,24 +78,29 @@ class _Work:
         values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
         powers = np.column_stack([values[0], values[2]])
         kinetic, potential = fine.evaluated("energy")
-        found = (len(fine.t) - 1) // 8
-        whole, begins = slice(8 * found + 1), slice(None, 8 * found + 1, 8)
+        places = (len(fine.t) - 1) // 8
+        whole, begins = slice(8 * places + 1), slice(None, 8 * places + 1, 8)
         t = fine.t[whole]
         friction, shares, loads = (_parts(value[whole], t) for value in values)
         sizes = _parts(np.abs(powers[whole]), t).sum(axis=1)
         fewer = np.diff(integral(powers[whole][::2], t[::2]), axis=0)
         unsure = np.abs(fewer - np.column_stack([friction, loads])).sum(axis=1)
-        if found:
+        if places:
             asked = round(stretch.duration / (t[8] - t[0]))
-        if found < asked:
-            left = float(sizes.sum()) if stretch.until - t[-1] > _SHORT * abs(stretch.until) else 0.0
+        last = None
+        if places < asked:
+            last = values[0][8 * places], values[1][8 * places], values[2][8 * places]
+            rest = stretch.until - t[-1]
+            left = max(float(sizes.sum()), rest * float(np.abs(powers[8 * places]).sum()))
+            left = left if rest > _SHORT * abs(stretch.until) else 0.0
             friction, shares, loads, sizes = (_with(x, 0.0) for x in (friction, shares, loads, sizes))
             unsure = _with(unsure, left)
         energies = (kinetic + potential)[begins]
         missed = 0.0 if reaches is None else abs(float(energies[-1]) - reaches)
         most = float(kinetic.max())
         states = fine.t[begins], fine.q[begins], fine.u[begins]
-        return cls(stretch, program, states, energies, asked, friction, shares, loads, sizes, unsure, most, missed)
+        found = friction, shares, loads, sizes, unsure
+        return cls(stretch, program, states, energies, asked, *found, most, missed, last)
 
     def finer(self, limit: float) -> Iterator[_Work]:
         """Yield the work in what is sure up to a limit, and in the rest from parts that are shorter."""
@@ -97,7 +110,8 @@ class _Work:
             return
         of_all = self.friction, self.shares, self.loads, self.sizes, self.unsure
         friction, shares, loads, sizes, unsure = (_without(values, rough) for values in of_all)
-        yield replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure)
+        last = None if rough[-1] else self.last
+        yield replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure, last=last)
         t, q, u = self.begins
         for first, end in np.flatnonzero(np.diff(np.concatenate([[0], rough, [0]]))).reshape(-1, 2).tolist():
             known = end < len(t)
@@ -107,6 +121,24 @@ class _Work:
             for smooth in part.smooth_parts(2 * _FINER * count):
                 asked = math.ceil(_FINER * count * smooth.duration / part.duration)
                 yield _Work.of(smooth, self.program, asked, reached if smooth.until == until else None)
+
+
+    def ended(self, size: float, ends: Ends) -> _Work:
+        """Return the work of which a little, at the end of its stretch, is known by the energy in the state there."""
+        until, begin = self.stretch.until, float(self.begins[0][-1])
+        if self.last is None or until not in ends or not 0.0 < self.unsure[-1] <= _LAST * size:
+            return self
+        friction, shares, loads = self.last
+        state = np.array([until]), *(x[None] for x in ends[until])
+        kinetic, potential = self.stretch.sampled(*state).evaluated("energy")
+        given = (until - begin) * loads
+        taken = float(kinetic[0] + potential[0] - self.energies[-1]) - float(given.sum())
+        part = taken / (float(friction.sum()) or 1.0)
+        added = (part * friction, part * shares, given, part * np.abs(friction).sum() + np.abs(given).sum(), 0.0)
+        of_all = (self.friction, self.shares, self.loads, self.sizes, self.unsure)
+        found = (np.concatenate([x[:-1], np.asarray(y)[None]]) for x, y in zip(of_all, added, strict=True))
+        friction, shares, loads, sizes, unsure = found
+        return replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure, last=None)
 
 
 def _parts(values: Floats, t: Floats) -> Floats:
@@ -124,14 +156,19 @@ def _without(values: Floats, places: npt.NDArray[np.bool_]) -> Floats:
     return values
 
 
-def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
-    """Return the work of the friction and of the loads of a run; nan where powers change faster than places tell."""
+def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism, blows: Sequence[Jump] = ()) -> EnergyAccount:
+    """Return the work of the friction and of the loads of a run with these blows.
+
+    It is nan where powers change faster than places tell.
+    """
     parts = friction_parts(mechanism)
     names = [body.name for body in mechanism.bodies]
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    works = _works(stretches)
+    ends = {stretch.problem.start: (stretch.problem.q0, stretch.problem.u0) for stretch in stretches}
+    ends |= {blow.t: (blow.q, blow.u) for blow in reversed(blows)}
+    works = _works(stretches, ends)
     if _unsure(works) + sum(one.missed for one in works) > _UNKNOWN * _size(works):
         return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
     for one in works:
@@ -155,11 +192,11 @@ def _unsure(works: Sequence[_Work]) -> float:
     return float(sum(one.unsure.sum() for one in works))
 
 
-def _works(stretches: Sequence[Stretch]) -> list[_Work]:
+def _works(stretches: Sequence[Stretch], ends: Ends) -> list[_Work]:
     """Return the work in stretches and parts of them.
 
     Where places are too far apart there are nearer ones: friction that jams grows without bound at the very end of a
-    stretch, and a power jumps at kinks and where points meet.
+    stretch, and a power jumps at kinks and where points meet. `ends` are the states at the ends of stretches.
     """
     working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
     few = sum(stretch.steps for stretch in working) <= _FEW_STEPS
@@ -167,6 +204,7 @@ def _works(stretches: Sequence[Stretch]) -> list[_Work]:
     works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
     left = _MOST_PARTS
     for _ in range(_MOST_ROUNDS):
+        works = [one.ended(_size(works), ends) for one in works]
         settled = _SETTLED * _size(works)
         if _unsure(works) <= settled:
             break

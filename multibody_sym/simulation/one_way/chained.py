@@ -161,7 +161,7 @@ class OneWayRun:
     @cached_property
     def account(self) -> EnergyAccount:
         """The work of friction at each part and of the loads (J), once the run is done."""
-        return energy_account(self.along, self.mechanism)
+        return energy_account(self.along, self.mechanism, self.blows)
 
     @property
     def along(self) -> list[AlongStretch]:
