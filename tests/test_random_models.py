@@ -110,6 +110,23 @@ def test_rates_without_finite_values_name_the_cause(number: int, words: str) -> 
         mbs.simulate(mbs.loads(random_model(seed_of("cc544163841cf644b57d75632377b40ed4e5e622", number))), t_end=1.0)
 
 
+@pytest.mark.parametrize(
+    ("seed", "number", "until"),
+    [
+        ("40471c2d0d96cb6ebeb563f89eeeb5856bae7657", 343, 0.0055),
+        ("628b45305d92fa28a8a466796137caacd2c630e5", 1465, 0.0065),
+    ],
+)
+def test_what_slides_and_spins_comes_to_rest_though_who_presses_is_not_unique(
+    seed: str, number: int, until: float
+) -> None:
+    """A crate and a plate on seven feet: below 1e-5 m/s their shares were chosen anew each 1e-15 s, to no end."""
+    run = mbs.simulate(mbs.loads(random_model(seed_of(seed, number))), t_end=until, samples=3)
+    speeds = [run.final["speeds"][name] for name in ("u_j1_x", "u_j1_y", "u_j1_z", "j1_wx", "j1_wy", "j1_wz")]
+    assert speeds == [0.0] * 6
+    assert abs(run.energy_residual) < 1e-10
+
+
 @pytest.mark.parametrize("until", [0.64, 1.0])
 def test_friction_that_jams_at_the_end_of_a_mode_is_in_the_account_to_its_end(until: float) -> None:
     """A foot whose friction grows without bound in 0.6 ms takes 1e-5 J in the last 5e-9 s."""

@@ -342,7 +342,8 @@ class OneWayRun:
         problem, program = self.prepared.first_problem if switch is None else self._behind(found, switch.begun)
         returns = 0 if switch is None or found.blow is not None else self._returns.to(t, key_of(found.mode))
         if switch is not None and returns > _GIVEN_UP:
-            beyond = self.switches.soon_beyond(self.stretches[-1], found.facts)
+            now = self.stretches[-1]
+            beyond = self.switches.soon_beyond(now, found.facts) or self.switches.slid_out(now, found.facts)
             if beyond is not None:
                 return self._entered(beyond, switch)
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))

@@ -19,6 +19,8 @@ _ROUNDING: Final = 1e-15
 _COARSER: Final = (SWITCHED, 1e-7, 1e-5, 1e-3)
 """Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
 stands still holds nothing else, and a crank does not stop for a slider that does."""
+_NO_WAY: Final = 1e-9
+"""The part of the model's size that is no way to slide."""
 _SLIGHT: Final = 1e-6
 """The part of the largest speeds by which these may change: a thousand times that up to which slip counts as rest."""
 
@@ -92,6 +94,21 @@ def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
         if (np.abs(change) <= _SLIGHT * sizes).all():
             return facts.u + change
     return None
+
+
+def slid_out(facts: Facts, touching: Collection[str], udot: Floats) -> Floats | None:
+    """Return the speeds with all that touches at rest, where accelerations (nu,) end slip at once; None elsewhere.
+
+    It would get no further than a billionth of the model's size.
+    """
+    parts = [[facts.place(row) for row in part.rows] for part in facts.posed(touching).parts]
+    slips = [place for rows in parts for place in rows]
+    speeds = facts.known["phidot"][slips]
+    slower, size = -float(speeds @ facts.accelerations(slips, udot)), float(np.linalg.norm(speeds))
+    if not 0.0 < size**3 <= 2.0 * slower * _NO_WAY * facts.scale.length:
+        return None
+    places = [*_kept(facts, touching), *slips]
+    return facts.u + next(_changes(facts, places, -facts.known["phidot"][places]))
 
 
 def _changes(facts: Facts, places: Sequence[int], wanted: Floats) -> Iterator[Floats]:

@@ -19,7 +19,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
 from multibody_sym.runtime.problem import Reason
 from multibody_sym.runtime.python_loop import put_back
-from multibody_sym.simulation.one_way import thin_bars
+from multibody_sym.simulation.one_way import settling, thin_bars
 from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Standstill, bounced, ceases
@@ -140,6 +140,12 @@ class Switches:
         found = self.beyond(now, self._later(now, limit, SOON[0]))
         proved = found.mode is None and found.found is not None and found.found.proved
         return found if found.blow is not None or proved else None
+
+    def slid_out(self, now: Stretch, facts: Facts) -> Decided | None:
+        """Return what follows where all that touches rests, as its slip ends at once; None where it does not."""
+        u = settling.slid_out(facts, now.active, now.udot_at(facts))
+        found = None if u is None else self.beyond(now, settling.moved(facts, u=u))
+        return None if found is None or found.mode is None else found
 
     def tipped(self, now: Stretch, facts: Facts) -> Decided | None:
         """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
