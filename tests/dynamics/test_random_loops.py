@@ -36,7 +36,7 @@ NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("la
 @pytest.mark.parametrize("extreme", [False, True])
 @pytest.mark.parametrize("block", blocks(10, quick=1))
 def test_routes_agree_on_random_loops(block: int, extreme: bool) -> None:
-    """Masses are 1e-3 to 1e3, extreme ones 1e-6 to 1e6, with links of none; 60 loops of either kind, 300 if long."""
+    """Masses are 1e-3 to 1e3, extreme ones 1e-6 to 1e6, with links of none; 30 loops of either kind, 300 if long."""
     for seed in range(30 * block, 30 * block + 30):
         case, state = closed(seed, extreme=extreme)
         found = agreement(case.mechanism, [state], NUMERIC)

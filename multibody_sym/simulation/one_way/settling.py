@@ -101,8 +101,7 @@ def slid_out(facts: Facts, touching: Collection[str], udot: Floats) -> Floats | 
 
     It would get no further than a billionth of the model's size.
     """
-    parts = [[facts.place(row) for row in part.rows] for part in facts.posed(touching).parts]
-    slips = [place for rows in parts for place in rows]
+    slips = [facts.place(row) for part in facts.posed(touching).parts for row in part.rows]
     speeds = facts.known["phidot"][slips]
     slower, size = -float(speeds @ facts.accelerations(slips, udot)), float(np.linalg.norm(speeds))
     if not 0.0 < size**3 <= 2.0 * slower * _NO_WAY * facts.scale.length:
