@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -10,10 +12,14 @@ from random_programs import ARITHMETIC, SMOOTH, Maker
 
 from multibody_sym.codegen.c import c_source
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.programs import law_rows
 from multibody_sym.dynamics.programs import system as derivation
+from multibody_sym.dynamics.programs.law_rows import row_program
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joints import Revolute
+from multibody_sym.model.declaration.contacts import Contact
+from multibody_sym.model.declaration.joints import Planar, Revolute
+from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.interpreter import interpret
@@ -24,7 +30,8 @@ from multibody_sym.program.rolling.rolled import rolled, rolled_up
 from multibody_sym.program.statements import Array, Call, Scan
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load
-from multibody_sym.scalars.functions import sin
+from multibody_sym.scalars.functions import maximum, sin, where
+from multibody_sym.scalars.node import Node, as_node, less
 
 
 def windows(count: int) -> System:
@@ -62,6 +69,43 @@ def assert_same(first: Program, second: Program, given: list[np.ndarray]) -> Non
 def test_random_programs(seed: int) -> None:
     program = Maker(seed, (*SMOOTH, "min", "max", "abs", "where", "less")).program(depth=0, steps=80)
     assert_same(program, rolled_up(program)[0], arguments(program, seed))
+
+
+OTHERS = {
+    "square": lambda x: x**2,
+    "powers": lambda x: x**2 * x ** as_node(2.5),
+    "bound": lambda x: maximum(2, x),
+    "condition": lambda x: where(less(as_node(2), x), x, 1),
+}
+
+
+@pytest.mark.parametrize("beside", OTHERS.values(), ids=OTHERS)
+def test_factors_that_equal_other_numbers_of_their_value(beside: Callable[[Node], Node]) -> None:
+    """The mass 2 of the first of like bodies is no exponent, nor a bound, of the others."""
+    trace = Trace("masses", (Array("q", (40,)),))
+    values = [(2 + k) * beside(sin(q)) + (2 + k) / (3 + q * q) for k, q in enumerate(trace["q"])]
+    program = trace.finish({"values": ((40,), values)})
+    shorter, size = rolled_up(program)
+    assert size < 40
+    assert_same(program, shorter, arguments(program, 1))
+
+
+def test_rows_of_discs_whose_masses_are_small_integers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their inertia is m (.. cos(q)^2 + .. sin(q)^2), and the mass of one of them 2."""
+    bodies: dict[str, Any] = {"ground": Body()}
+    for k in range(7):
+        rim = {"rim": Surface(disc=0.2 + 0.03 * k)}
+        bodies[f"b{k}"] = Body(mass=1 + k, com=[0.1 * k, 0, 0], inertia={"Izz": 0.016}, surfaces=rim)
+    joints = {f"j{k}": Planar("ground", f"b{k}") for k in range(7)}
+    law = {"static": 0.4, "kinetic": 0.3}
+    pairs = combinations(range(7), 2)
+    contacts = {f"c{i}{k}": Contact(between=[f"b{i}.rim", f"b{k}.rim"], open=True, **law) for i, k in pairs}
+    resolved = mechanism(System("discs", bodies=bodies, joints=joints, contacts=contacts))
+    shorter = row_program(resolved, composite_body).program
+    monkeypatch.setattr(law_rows, "rolled", lambda program: program)
+    plain = row_program(resolved, composite_body).program
+    assert any(isinstance(statement, Scan) for statement in shorter.statements)
+    assert_same(plain, shorter, arguments(plain, 0))
 
 
 def test_closed_loops_in_a_row_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:

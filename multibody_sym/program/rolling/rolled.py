@@ -383,10 +383,11 @@ def _postorder(roots: Sequence[Node], done: Mapping[Node, Any]) -> Iterable[Node
 
 
 def _substituted(root: Node, known: dict[Node, Node]) -> Node:
-    """Return an expression in which `known` stand for what they are."""
+    """Return an expression in which `known` stand for what they are, numbers for factors and terms alone."""
     values: dict[Node, Node] = dict(known)
     for node in _postorder([root], values):
-        values[node] = BUILD[node.op](*node.own, *(values.get(a, a) for a in node.args))
+        read = values if node.op in _FACTORS else {a: a for a in node.args if a.shadow is not None}
+        values[node] = BUILD[node.op](*node.own, *(read.get(a, values.get(a, a)) for a in node.args))
     return values.get(root, root)
 
 
