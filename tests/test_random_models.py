@@ -127,6 +127,20 @@ def test_what_slides_and_spins_comes_to_rest_though_who_presses_is_not_unique(
     assert abs(run.energy_residual) < 1e-10
 
 
+def test_what_strikes_at_the_end_of_a_mode_is_no_work_of_friction() -> None:
+    """A block on a rope over a rough drum strikes a stop 2e-14 s after the rope has pulled it: 0.13 of 109 J."""
+    run = mbs.simulate(mbs.loads(random_model(seed_of("7f6d9351603aa0ddf575e1a05d91e6216ac6f254", 321))), t_end=0.45)
+    assert abs(run.energy_residual) < 1e-9
+
+
+def test_a_tip_that_friction_stops_at_once_stops_whole() -> None:
+    """All of a pendulum moves together: its impact went on with 3e-17 m/s, which no impulse with its friction stops."""
+    run = mbs.simulate(mbs.loads(random_model(seed_of("7f6d9351603aa0ddf575e1a05d91e6216ac6f254", 1422))), t_end=0.6)
+    assert [(event["element"], event["kind"]) for event in run.events] == [("c1", "stick")]
+    assert run.u[-1].tolist() == [0.0]
+    assert abs(run.energy_residual) < 1e-9
+
+
 @pytest.mark.parametrize("until", [0.64, 1.0])
 def test_friction_that_jams_at_the_end_of_a_mode_is_in_the_account_to_its_end(until: float) -> None:
     """A foot whose friction grows without bound in 0.6 ms takes 1e-5 J in the last 5e-9 s."""

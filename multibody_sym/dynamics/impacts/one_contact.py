@@ -202,3 +202,5 @@ class _Course:
         self._add("compression", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))
         self.v = self.account.speeds()[self.some.rows]
         self.v[self.tangents] = 0.0
+        if abs(self.v[self.row]) <= self.small[self.row]:  # where both move together it stops too
+            self.v[self.row] = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -133,6 +134,8 @@ class _Work:
         kinetic, potential = self.stretch.sampled(*state).evaluated("energy")
         given = (until - begin) * loads
         taken = float(kinetic[0] + potential[0] - self.energies[-1]) - float(given.sum())
+        if abs(taken) > _LAST * size:  # more than friction takes there: something struck
+            return self
         part = taken / (float(friction.sum()) or 1.0)
         added = (part * friction, part * shares, given, part * np.abs(friction).sum() + np.abs(given).sum(), 0.0)
         of_all = (self.friction, self.shares, self.loads, self.sizes, self.unsure)
@@ -166,9 +169,7 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism, blows: Se
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    ends = {stretch.problem.start: (stretch.problem.q0, stretch.problem.u0) for stretch in stretches}
-    ends |= {blow.t: (blow.q, blow.u) for blow in reversed(blows)}
-    works = _works(stretches, ends)
+    works = _works(stretches, _ends(stretches, blows))
     if _unsure(works) + sum(one.missed for one in works) > _UNKNOWN * _size(works):
         return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
     for one in works:
@@ -181,6 +182,18 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism, blows: Se
                 if told[k] and (share != 0.0 or body in work.bodies):
                     work.bodies[body] = work.bodies.get(body, 0.0) + share
     return account
+
+
+def _ends(stretches: Sequence[Stretch], blows: Sequence[Jump]) -> Ends:
+    """Return the states in which stretches end, before what strikes then or, by rounding, sooner."""
+    pairs = zip(stretches, stretches[1:], strict=False)
+    ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairs}
+    untils = [stretch.until for stretch in stretches]
+    for blow in reversed(blows):
+        place = bisect_left(untils, blow.t)
+        if place < len(stretches) and stretches[place].problem.start < blow.t:
+            ends[untils[place]] = blow.q, blow.u
+    return ends
 
 
 def _size(works: Sequence[_Work]) -> float:
@@ -204,7 +217,8 @@ def _works(stretches: Sequence[Stretch], ends: Ends) -> list[_Work]:
     works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
     left = _MOST_PARTS
     for _ in range(_MOST_ROUNDS):
-        works = [one.ended(_size(works), ends) for one in works]
+        size = _size(works)
+        works = [one.ended(size, ends) for one in works]
         settled = _SETTLED * _size(works)
         if _unsure(works) <= settled:
             break
