@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import accumulate, pairwise
 from pathlib import Path
+from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -117,6 +118,27 @@ class StateStruct(ctypes.Structure):
 
 
 @dataclass(frozen=True)
+class _Space:
+    """Inputs and outputs of one call, each one behind the other, and the addresses at which they begin."""
+
+    inputs: Floats
+    outputs: Floats
+    given: ctypes.Array[ctypes.c_void_p]
+    results: ctypes.Array[ctypes.c_void_p]
+
+    @staticmethod
+    def of(inputs: Sequence[int], outputs: Sequence[int]) -> _Space:
+        """Return the space of a program whose arrays begin at these places; the last are how many numbers they are."""
+        arrays = [np.empty(starts[-1]) for starts in (inputs, outputs)]
+        pairs = zip(arrays, (inputs, outputs), strict=True)
+        given, results = (
+            (ctypes.c_void_p * (len(starts) - 1))(*(array.ctypes.data + 8 * k for k in starts[:-1]))
+            for array, starts in pairs
+        )
+        return _Space(arrays[0], arrays[1], given, results)
+
+
+@dataclass(frozen=True)
 class NativeFunction:
     """One program of a loaded library; `structure` is its entry in `mbs_programs`."""
 
@@ -126,10 +148,25 @@ class NativeFunction:
 
     def __call__(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
         """Return the outputs, shaped as declared, for the inputs in their declared order; raises ValueError."""
-        inputs = np.concatenate([values.ravel() for values in self.signature.arranged(arrays)])
-        outputs = np.empty(self._starts[1][-1])
-        self.structure.call(self._pointers(0, inputs), self._pointers(1, outputs))
+        values = [array.ravel() for array in self.signature.arranged(arrays)]
+        try:
+            space = self._spaces.pop()
+        except IndexError:  # the first call, or one beside another in a thread
+            space = _Space.of(*self._starts)
+        np.concatenate(values, out=space.inputs)
+        self._function(space.given, space.results)
+        outputs = space.outputs.copy()
+        self._spaces.append(space)
         return tuple([outputs[a:b] if flat else outputs[a:b].reshape(shape) for a, b, shape, flat in self._pieces])
+
+    @cached_property
+    def _function(self) -> Callable[..., None]:
+        return cast(Callable[..., None], self.structure.call)
+
+    @cached_property
+    def _spaces(self) -> list[_Space]:
+        """What no call works in: addresses are found once."""
+        return []
 
     @cached_property
     def _pieces(self) -> list[tuple[int, int, tuple[int, ...], bool]]:
@@ -142,18 +179,6 @@ class NativeFunction:
         """Where inputs, and outputs, begin when they stand one after the other, and how many numbers they are."""
         inputs, outputs = (list(accumulate(self.signature.sizes(s), initial=0)) for s in ("inputs", "outputs"))
         return inputs, outputs
-
-    def _pointers(self, side: int, values: Floats) -> ctypes.Array[ctypes.c_void_p]:
-        # one address and sums: asking numpy for the address of each array takes longer than a small program
-        kind, places = self._places[side]
-        return kind.from_buffer((places + values.ctypes.data).data)
-
-    @cached_property
-    def _places(self) -> list[tuple[type[ctypes.Array[ctypes.c_void_p]], NDArray[np.intp]]]:
-        """Arrays of as many addresses as there are inputs, and outputs, and where these begin in bytes."""
-        counts = (len(starts) - 1 for starts in self._starts)
-        begins = (np.array(starts[:-1], dtype=np.intp) * 8 for starts in self._starts)
-        return [(ctypes.c_void_p * count, each) for count, each in zip(counts, begins, strict=True)]
 
     def map(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
         """Return the outputs (samples, *shape) for inputs that are stacked by sample or the same for all."""
