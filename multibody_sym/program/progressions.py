@@ -34,7 +34,13 @@ class Progression:
 
 def progression(values: Sequence[int] | Integers) -> Progression:
     """Return the progression of the shortest period that begins with `values`; a long period is a table."""
-    return progression_through(np.arange(len(values)), np.asarray(values, dtype=np.int64))
+    array = np.asarray(values, dtype=np.int64)
+    listed = array.tolist()
+    for period in range(1, min(len(listed), _LONGEST_PERIOD + 1)):
+        step = listed[period] - listed[0]
+        if listed[-1] - listed[-1 - period] == step and (array[period:] - array[:-period] == step).all():
+            return Progression(tuple(listed[:period]), step)
+    return Progression(tuple(listed) or (0,))
 
 
 def progression_through(places: Integers, values: Integers) -> Progression:
@@ -42,8 +48,8 @@ def progression_through(places: Integers, values: Integers) -> Progression:
 
     A long period is a table.
     """
-    if not len(values):
-        return Progression((0,))
+    if len(places) == 0 or places[-1] == len(places) - 1:
+        return progression(values)
     for period in range(1, _LONGEST_PERIOD + 1):
         turns, residues = np.divmod(places, period)
         order = np.argsort(residues, kind="stable")

@@ -6,6 +6,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms, section 6.5.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
@@ -43,12 +44,16 @@ class Factors:
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n): forces in the coordinates in which the mass matrix is the unit matrix."""
-        found = zip(self.from_right(right), self.pivots, strict=True)
-        return [x if x is ZERO else x * (1 / sqrt(d)) for x, d in found]
+        found = zip(self.from_right(right), self._roots, strict=True)
+        return [x if x is ZERO else x * root for x, root in found]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n): accelerations from those coordinates."""
-        return self.to_left([value * (1 / sqrt(d)) for value, d in zip(x, self.pivots, strict=True)])
+        return self.to_left([value * root for value, root in zip(x, self._roots, strict=True)])
+
+    @cached_property
+    def _roots(self) -> list[S]:
+        return [1 / sqrt(d) for d in self.pivots]
 
 
 def factorized(matrix: Sequence[Sequence[S]]) -> Factors:

@@ -10,6 +10,7 @@ Sources: Vereshchagin (1974); Shimanovskii (2017); Featherstone, Rigid Body Dyna
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from multibody_sym.dynamics.formalisms.body_axes import BodyAxes, along_body_axes
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -66,11 +67,15 @@ class TreeFactors:
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n)."""
         remaining = self._inward(right, [_NOTHING] * len(self.freedoms))
-        return [e if e is ZERO else e * (1 / sqrt(d)) for e, d in zip(remaining, self._pivots(), strict=True)]
+        return [e if e is ZERO else e * root for e, root in zip(remaining, self._roots, strict=True)]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n)."""
-        return self._outward([value * (1 / sqrt(d)) for value, d in zip(x, self._pivots(), strict=True)])
+        return self._outward([value * root for value, root in zip(x, self._roots, strict=True)])
+
+    @cached_property
+    def _roots(self) -> list[S]:
+        return [1 / sqrt(d) for d in self._pivots()]
 
     def _pivots(self) -> list[S]:
         return [freedom.pivot for of_body in self.freedoms for freedom in of_body]
