@@ -6,6 +6,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -186,8 +187,7 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism, blows: Se
 
 def _ends(stretches: Sequence[Stretch], blows: Sequence[Jump]) -> Ends:
     """Return the states in which stretches end, before what strikes then or, by rounding, sooner."""
-    pairs = zip(stretches, stretches[1:], strict=False)
-    ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairs}
+    ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairwise(stretches)}
     untils = [stretch.until for stretch in stretches]
     for blow in reversed(blows):
         place = bisect_left(untils, blow.t)
