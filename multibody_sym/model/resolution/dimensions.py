@@ -160,11 +160,12 @@ class Dimensions:
 
     @cached_property
     def _expressions(self) -> dict[str, Node]:
-        """The names that are expressions of others: parameters, inputs, outputs."""
+        """The names that are expressions of others: parameters, inputs, outputs; one of a coordinate is that itself."""
         parameters = {name: x.value for name, x in self.system.parameters.items()}
         inputs = {name: x for name, x in self.system.inputs.items() if isinstance(x, Node)}
         found = {**self.system.outputs, **inputs, **parameters}
-        return {name: node for name, node in found.items() if node.shadow is None and name not in self._given}
+        others = (*self._given, *self._units_of_motion)
+        return {name: node for name, node in found.items() if node.shadow is None and name not in others}
 
     def verify_sides(self, given: Equation, of_answers: Mapping[Node, Measured | None] | None = None) -> None:
         """Raise ModelError where the sides of an equation are certain to be in different units."""

@@ -205,3 +205,9 @@ def test_units_that_were_read_leave_nothing_behind_in_what_is_declared() -> None
 
     assert declared("180 deg") == declared("pi")
     assert system_from_tree(tree_from_system(declared("180 deg"))) == declared("180 deg")
+
+
+@pytest.mark.parametrize("text", ["phi''", "2*phi' + phi", "phi*180/pi"])
+def test_an_output_may_have_the_name_of_the_coordinate_that_it_is_of(text: str) -> None:
+    found = resolved("hinge", outputs={"phi": text}, parameters={"l": "1 m"})
+    assert list(found.outputs) == ["phi"]
