@@ -128,7 +128,7 @@ def test_what_slides_and_spins_comes_to_rest_though_who_presses_is_not_unique(
 
 
 def test_what_strikes_at_the_end_of_a_mode_is_no_work_of_friction() -> None:
-    """A block on a rope over a rough drum strikes a stop 2e-14 s after the rope has pulled it: 0.13 of 109 J."""
+    """A block on a rope over a drum with a rough pin strikes a stop 2e-14 s after the rope: 0.13 of 109 J."""
     run = mbs.simulate(mbs.loads(random_model(seed_of("7f6d9351603aa0ddf575e1a05d91e6216ac6f254", 321))), t_end=0.45)
     assert abs(run.energy_residual) < 1e-9
 

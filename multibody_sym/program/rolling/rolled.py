@@ -386,8 +386,9 @@ def _substituted(root: Node, known: dict[Node, Node]) -> Node:
     """Return an expression in which `known` stand for what they are, numbers for factors and terms alone."""
     values: dict[Node, Node] = dict(known)
     for node in _postorder([root], values):
-        read = values if node.op in _FACTORS else {a: a for a in node.args if a.shadow is not None}
-        values[node] = BUILD[node.op](*node.own, *(read.get(a, values.get(a, a)) for a in node.args))
+        stays = node.op not in _FACTORS
+        operands = (a if stays and a.shadow is not None else values.get(a, a) for a in node.args)
+        values[node] = BUILD[node.op](*node.own, *operands)
     return values.get(root, root)
 
 
