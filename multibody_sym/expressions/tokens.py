@@ -123,6 +123,8 @@ def _stray(text: str, position: int) -> ExpressionError:
     if turned in _TURNED:
         return failure(text, position + 1, f"'{turned}' is no comparison; write {_TURNED[turned]}")
     character = text[position]
+    if character == "'" and text[:position].endswith("''"):
+        return failure(text, position + 1, "no name has more than two primes; d/dt is applied twice at most")
     printable = character.isprintable() and not character.isspace()
     shown = f"'{character}'" if printable else f"the character U+{ord(character):04X}"
     if printable and not character.isascii():

@@ -130,3 +130,26 @@ def test_guesses_are_kept_near_where_friction_in_a_cut_joint_measures_an_angle()
 def test_rows_of_which_none_counts_have_no_direction_that_counts_least() -> None:
     shares, least = last_share(np.zeros((2, 3)), 0)
     assert (shares.tolist(), least) == ([0.0, 0.0], 1.0)
+
+
+OVERHANG = """\
+multibody_sym: 1
+name: box over the edge of a table
+gravity: [0, -10, 0]
+bodies:
+  ground: {surfaces: {table: {plane: [0, 0.25, 0], normal: y, between: [[-0.5, 0.25, 0], [0.5, 0.25, 0]]}}}
+  table: {shape: {box: [1, 0.5, 0.5], mass: 20 kg}}
+  B: {shape: {box: [1, 0.5, 0.5], mass: 3 kg}}
+joints:
+  T: {type: fixed, parent: ground, child: table}
+  JB: {type: planar, parent: ground, child: B, q: [x, y, p], initial: {q: [OVER, 0.5, 0]}}
+contacts: {b: {between: [B, HELD], static: 0.5}}
+"""
+
+
+@pytest.mark.parametrize("held", ["table.top", "table", "ground.table"])
+def test_a_box_over_an_edge_rests_or_tips_about_it_however_the_table_is_named(held: str) -> None:
+    for over, turning in ((0.3, 0.0), (0.6, -1.0 / (1.25 / 12 + 0.1**2 + 0.25**2))):
+        solved = mbs.solve(mbs.loads(OVERHANG.replace("OVER", str(over)).replace("HELD", held)))
+        found = [solved.accelerations[name].value for name in ("p", "x", "y")]
+        assert found == pytest.approx([turning, -0.25 * turning, 0.1 * turning], abs=1e-12)

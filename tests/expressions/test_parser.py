@@ -153,6 +153,7 @@ def test_values_agree_with_python():
         ("1e309", 1, "too large"),
         ("1e-399", 1, "too small"),
         ("a²", 2, "(U+00B2) has no place in an expression; write ^2"),
+        ("2*phi'''", 8, "no name has more than two primes"),
         ("٣", 1, "expressions are written in ASCII"),
         ("a\x00", 2, "the character U+0000"),
         ("a + \ud800", 5, "the character U+D800"),

@@ -50,9 +50,16 @@ class Dimensions:
             return
         if found.dimension not in (DIMENSIONLESS, dimension_of_unit(unit)):  # a pure number fits everywhere
             raise ModelError(
-                f"the expression is a quantity in {found.dimension}; here one in {unit or 'no unit'} is wanted",
+                f"the expression is a quantity in {found.dimension}; here one in {unit or 'no unit'} is wanted"
+                + self._given_in(written.node),
                 number="M105",
             )
+
+    def _given_in(self, node: Node) -> str:
+        """Return the units in which parameters of an expression are given, of which one may be wrong."""
+        given = ((leaf.data, self._given.get(leaf.data)) for leaf in leaves([node], "symbol"))
+        units = ", ".join(f"{name} in {unit}" for name, unit in given if unit not in (None, DIMENSIONLESS))
+        return f" ({units})" if units else ""
 
     def verify_elements(self) -> None:
         """Raise ModelError where a number has another unit than its element's joint or coordinate asks for.

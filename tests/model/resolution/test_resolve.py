@@ -130,10 +130,10 @@ ERRORS = [
     ([("outputs/x", "tension(strin)")], "'strin' is no rope; did you mean string?", "outputs.x"),
     # dimensions
     ([("bodies/rod/mass", "2 m")], "expected a quantity in kg", "bodies.rod.mass"),
-    ([("bodies/rod/mass", "m*l")], "the expression is a quantity in kg*m; here one in kg is wanted", "bodies.rod.mass"),
+    ([("bodies/rod/mass", "m*l")], "in kg*m; here one in kg is wanted (l in m, m in kg)", "bodies.rod.mass"),
     ([("bodies/rod/mass", "m + l")], "a sum of m and kg: l is in m, m is in kg", "bodies.rod.mass"),
     ([("pulleys/wheel/radius", "m")], "the expression is a quantity in kg; here one in m is wanted", "pulleys.wheel"),
-    ([("parameters/g", "9.81 m/s"), ("gravity", ["0", "-g", "0"])], "here one in m/s^2 is wanted", "gravity.1"),
+    ([("parameters/g", "9.81 m/s"), ("gravity", ["0", "-g", "0"])], "one in m/s^2 is wanted (g in m/s)", "gravity"),
 ]
 
 

@@ -7,7 +7,7 @@ space bars touch balls and other bars with their sides; edges of boxes touch bal
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, permutations, product
 from typing import Any, Final
 
@@ -76,13 +76,22 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     if part and part not in (*body.points, *body.frames):
         parts = dict(_parts(place, body.shape)) if body.shape is not None else {}
         if part in parts:
-            return Solid((("", parts[part]),))
+            return _with_ends(place, part, parts)
         if part not in OWN_POINTS:
             known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *parts)]
             raise ModelError(f"{reference!r} is no surface and no point", number="M106", word=reference, known=known)
     if not part and body.shape is not None:
         return _of_shape(place, body.shape)
     return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)
+
+
+def _with_ends(place: _Place, part: str, parts: Mapping[str, Skin]) -> Solid:
+    """Return a part of a shape; a face of a box in a plane model touches with the corners at its ends, too."""
+    skin = parts[part]
+    if not (isinstance(skin, Flat) and skin.beside and skin.ends and part in _SIDES):
+        return Solid((("", skin),))
+    corners = ((corner, parts[corner]) for corner in corners_of(part))
+    return Solid(((part, skin), *corners), place.at(ORIGIN))
 
 
 def _point(reference: str, references: References) -> Solid:
