@@ -36,9 +36,9 @@ from multibody_sym.model.mechanism.contact_rows import (
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import absolute, is_exactly, maximum, minimum, sign, sqrt, where
 from multibody_sym.scalars.functions import apply as operation
-from multibody_sym.scalars.functions import is_exactly, maximum, minimum, sign, sqrt, where
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -61,6 +61,8 @@ AT_END: Final = 1e-10
 """The part of the length of a face by which a corner may be beyond its end if its body is not, ..."""
 PAST_END: Final = 1e-8
 """... and by which it has to be inside if its body is beyond: more than what counts as touching."""
+_ALLOWED: Final = 0.25
+"""The part of that by which anything may be beyond an end, however large the model is beside the face."""
 _Z: Vec = (0, 0, 1)
 
 
@@ -403,6 +405,24 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
     return found
 
 
+def allowed_past_end(row: ContactRow, motion: Motion) -> list[S]:
+    """Return how far (m) beyond each end of a face what touches it may be at most; nothing where no body ends there."""
+    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if face is None or row.inner is None or row.tip is not None:
+        return []
+    sizes = [_depth(face, beside) for beside in face.beside if face.ends is None]
+    if face.ends is not None:
+        along = subtract(*(end.pose.position for end in face.ends))
+        sizes.append(sqrt(dot(along, along)))
+    return [_ALLOWED * PAST_END * absolute(size) for size in motion.state.values(sizes)]
+
+
+def _depth(face: Flat, beside: Face) -> Node:
+    """Return how far (m) behind a face beside it the middle of a face is."""
+    depth: Node = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
+    return depth
+
+
 def _way(inward: Vec, length: S, end: Marker, marker: Marker, motion: Motion) -> S:
     """Return how far a marker is inside an end of a face, whose other end is away by `inward`, of this `length`."""
     return dot(inward, subtract(position(motion, marker), position(motion, end))) / length
@@ -419,8 +439,7 @@ def _nearest(face: Flat, other: Skin, inner: Marker | None, motion: Motion) -> l
     for beside in face.beside:
         to_beside = _above(beside, motion, place)
         if inner is not None:
-            depth = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
-            (size,) = motion.state.values([depth])
+            (size,) = motion.state.values([_depth(face, beside)])
             body = -_height(beside, motion, inner)
             found.append(maximum(height - to_beside, minimum(body, AT_END * size - to_beside)))
             if face.ends is None and dot(face.normal, beside.normal) is ZERO:

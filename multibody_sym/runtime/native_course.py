@@ -19,7 +19,8 @@ from multibody_sym.runtime.problem import Course, CourseMode, Problem
 _MOST: Final = 256  # turns in a piece of a run
 _INT, _VOID, _DOUBLE = ctypes.c_int, ctypes.c_void_p, ctypes.c_double
 _USED: Final = (
-    *("phi", "phidot", "jacobian", "matrix", "exerted", "right", "driven", "coefficients", "reaches", "inverse"),
+    *("phi", "phidot", "jacobian", "matrix", "exerted", "right", "driven", "coefficients", "reaches", "past_ends"),
+    "inverse",
 )
 
 

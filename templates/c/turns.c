@@ -81,7 +81,7 @@ static int standing(const mbs_course *c, int element)
     const mbs_laws *l = c->laws;
     int normal = l->normals[element];
     double gap = l->phi[normal], rate = l->phidot[normal], allowed = TOUCHING * (l->angles[element] ? 1.0 : l->length);
-    if (gap > allowed || l->reaches[element] < -allowed)
+    if (gap > allowed || l->reaches[element] < -fmin(allowed, l->past_ends[element]))
         return OPEN;
     if (gap < -allowed)
         return INSIDE;

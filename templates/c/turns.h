@@ -67,7 +67,7 @@ typedef struct {
     double *given;
     double *const *outputs;
     const mbs_entries *entries; /* of the matrices among those, by which they are filled in order */
-    double *phi, *phidot, *jacobian, *matrix, *exerted, *right, *driven, *coefficients, *reaches, *inverse;
+    double *phi, *phidot, *jacobian, *matrix, *exerted, *right, *driven, *coefficients, *reaches, *past_ends, *inverse;
     int matrices, rows, elements;
     const int *normals, *angles; /* of each element the place of its normal, and whether the gap is an angle */
     const double *slides;        /* of each speed 1 in m/s, else 0 */

@@ -117,3 +117,28 @@ def test_a_crate_slides_from_one_box_onto_the_next_one() -> None:
     run = mbs.simulate(mbs.loads(TILES))
     assert run.q[-1] == pytest.approx([-0.1 + 0.2 - 0.02, 0.1, 0], abs=1e-9)
     assert not run.impact_losses
+
+
+BOARDS = """\
+multibody_sym: 1
+name: boards
+gravity: [0, -10, 0]
+bodies:
+  a: {shape: {box: [0.4, 0.2, 0.2], mass: 2}}
+  left: {shape: {box: [4, 0.4, 1], mass: 50}}
+  right: {shape: {box: [4, 0.4, 1], mass: 50}}
+  ground: {points: {l: [-2, -0.2, 0], r: [2, -0.2, 0]}}
+joints:
+  ja: {type: planar, parent: ground, child: a, q: [x, y, p], initial: {q: [-0.5, 0.1, 0], u: [2, 0, 0]}}
+  jl: {type: fixed, parent: ground.l, child: left}
+  jr: {type: fixed, parent: ground.r, child: right}
+contacts: {l: {between: [a, left.top], kinetic: 0.2}, r: {between: [a, right], kinetic: 0.2}}
+simulation: {t_end: 1.2, samples: 2}
+"""
+
+
+def test_a_crate_slides_over_the_seam_of_boards_much_longer_than_it_is() -> None:
+    """A billionth of the model is near, and far for small faces: the crate stops after v^2/(2 mu g) = 1 m."""
+    run = mbs.simulate(mbs.loads(BOARDS))
+    assert run.q[-1] == pytest.approx([0.5, 0.1, 0], abs=1e-9)
+    assert not run.impact_losses

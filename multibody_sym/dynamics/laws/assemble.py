@@ -27,7 +27,7 @@ from multibody_sym.dynamics.laws.problem import (
     LawState,
     Unilateral,
 )
-from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.contacts import allowed_past_end, reach
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
@@ -152,6 +152,10 @@ class RowNumbers(ABC):
         """Return how far what may touch is inside the end of a face, negative beyond it."""
 
     @abstractmethod
+    def past_end(self, element: OneWay) -> float:
+        """Return how far (m) beyond the end of a face counts as there at most."""
+
+    @abstractmethod
     def coefficients(self, part: FrictionPart) -> tuple[float, float]:
         """Return the static and the kinetic coefficient of a part; of one that creeps both are what it has now."""
 
@@ -188,7 +192,7 @@ class RowNumbers(ABC):
 
     def reaches(self, element: OneWay) -> bool:
         """Return whether what may touch is above the part of a face that there is, or as near as to touch its end."""
-        return self.reach(element) >= -self.allowed_gap(element)
+        return self.reach(element) >= -min(self.allowed_gap(element), self.past_end(element))
 
     def standing(self, element: OneWay) -> str:
         """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
@@ -302,6 +306,11 @@ class OneWayRows(RowNumbers):
         row = element.normals[0]
         ways = reach(row, self.motion) if isinstance(row, ContactRow) else []
         return min(map(float, ways), default=np.inf)
+
+    def past_end(self, element: OneWay) -> float:
+        row = element.normals[0]
+        found = allowed_past_end(row, self.motion) if isinstance(row, ContactRow) else []
+        return min(map(float, found), default=np.inf)
 
     def coefficients(self, part: FrictionPart) -> tuple[float, float]:
         static, kinetic = map(float, coefficients(self.motion, part.rows, [part.static, part.kinetic]))

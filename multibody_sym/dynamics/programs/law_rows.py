@@ -6,7 +6,7 @@ r = gamma - H M^-1 f; and what decides which rows take part: gaps, rates, ways t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import Final
@@ -15,7 +15,7 @@ from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.contacts import allowed_past_end, reach
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, acting_rows, coefficients, row_motions
@@ -41,7 +41,8 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
 
     It is what `row_program` tells, which is `known`, but for gamma and forcing; and `driven` (m) how long G M^-1 f is
     over all that a row is joined to: a force, divided by how long its row of C is; `bounces`, `returns` and `reaches`
-    (elements: restitution, normal and tangential, and how far the next end of a face is); `energy` (J).
+    (elements: restitution, normal and tangential, and how far the next end of a face is); `past_ends` (elements: how
+    far, in m, beyond that counts as there at most); `energy` (J).
     """
     trace, elements = Trace("laws", arrays(mechanism)), mechanism.one_way
     motion = motion_of(mechanism, slot_state(mechanism))
@@ -55,7 +56,8 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
             "driven": column(driven),
             "bounces": column([element.restitution for element in elements]),
             "returns": column([element.tangential_restitution for element in elements]),
-            "reaches": column([_reach(element, motion) for element in elements]),
+            "reaches": column([_least(reach, element, motion) for element in elements]),
+            "past_ends": column([_least(allowed_past_end, element, motion) for element in elements]),
             "energy": ((), [as_node(kinetic_energy(motion))]),
         }
     )
@@ -194,8 +196,8 @@ def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion])
     return [creeping(kinetic, velocity, *motion.state.values([part.regularised]))] * 2
 
 
-def _reach(element: OneWay, motion: Motion) -> S:
-    """Return how far what may touch is inside the end of a face, negative beyond it."""
+def _least(measure: Callable[[ContactRow, Motion], list[S]], element: OneWay, motion: Motion) -> S:
+    """Return the least of what is measured of a contact."""
     row = element.normals[0] if element.normals else None
-    ways = reach(row, motion) if isinstance(row, ContactRow) else []
-    return reduce(minimum, ways) if ways else _ENDLESS
+    found = measure(row, motion) if isinstance(row, ContactRow) else []
+    return reduce(minimum, found) if found else _ENDLESS

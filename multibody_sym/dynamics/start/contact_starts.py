@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 from multibody_sym.errors import ModelError, at, gathered
-from multibody_sym.kinematics.contacts import reach, touch
+from multibody_sym.kinematics.contacts import allowed_past_end, reach, touch
 from multibody_sym.kinematics.flat_rims import ON_POINTS, flat_rims
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.model.declaration.contacts import verify_coefficients
@@ -113,5 +113,8 @@ def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, Con
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     for element in motion.mechanism.one_way:
         for row in element.normals:
-            if isinstance(row, ContactRow) and all(way >= -tolerance for way in reach(row, motion)):
+            if not isinstance(row, ContactRow):
+                continue
+            beyond = min((tolerance, *map(float, allowed_past_end(row, motion))))
+            if all(way >= -beyond for way in reach(row, motion)):
                 yield element, row, float(touch(row.skins, motion, bias).gap)

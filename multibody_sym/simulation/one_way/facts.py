@@ -121,6 +121,9 @@ class Facts(RowNumbers):
     def reach(self, element: OneWay) -> float:
         return float(self.known["reaches"][self.laws.elements[element.name]])
 
+    def past_end(self, element: OneWay) -> float:
+        return float(self.known["past_ends"][self.laws.elements[element.name]])
+
     def coefficients(self, part: FrictionPart) -> tuple[float, float]:
         static, kinetic = self.known["coefficients"][self.laws.parts[part.name]].tolist()
         return static, kinetic
