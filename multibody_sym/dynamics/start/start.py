@@ -197,12 +197,20 @@ def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
 
 
 def ranked(mechanism: Mechanism, begin: Start) -> Start:
-    """Return a start with the rank of the rows, those that define forces counted, and of the same nearby."""
+    """Return a start with the rank of the rows, those that define forces counted, and of the same nearby.
+
+    Rows of what holds one way only may depend on each other for an instant: which of them hold on, their laws decide.
+    """
     if not mechanism.rows:
         return begin
     defining = sum(not row.restricts for row in mechanism.rows)
-    rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
-    rank, generic = generic_rank(rows, np.array(begin.q, dtype=float))
+    q = np.array(begin.q, dtype=float)
+    rank, generic = generic_rank(Rows(mechanism, begin.parameters, range(len(mechanism.rows))), q)
+    if rank < generic and mechanism.mode is not None:
+        one_way = {row.name for element in mechanism.one_way for row in element.rows}
+        both_ways = [k for k, row in enumerate(mechanism.rows) if row.name not in one_way]
+        own, own_generic = generic_rank(Rows(mechanism, begin.parameters, both_ways), q)
+        generic = rank + own_generic - own
     parameters = mechanism.parameters.changed(begin.parameters, {INDEPENDENT: float(generic + defining)})
     return replace(begin, parameters=tuple(parameters), rank=rank + defining)
 

@@ -48,7 +48,7 @@ _ROLLING: Final[tuple[ContactDirection, ...]] = ("normal", "t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
 _ALONE: Final = "face"
-"""What the face of a plane is called that ends and touches with its ends too, none of which has the whole name."""
+"""What the face of a plane is called that ends and touches with its ends too, beside theirs."""
 _HOLLOW: Final = "name points, discs or spheres of the other one"
 
 
@@ -152,8 +152,10 @@ def _elements(
         meeting = list(_meetings(solids[0], solids[1], contact.between))
         _verify_one(meeting)
     _verify_fields(contact, [skins for _, skins, _ in meeting])
+    unnamed = _ALONE if all(len(solid.skins) > 1 for solid in solids) else ""
     for words, skins, inner in meeting:
-        skins = footed(name, skins, references)
+        first, second = (word or unnamed for word in words)
+        words, skins = (first, second), footed(name, skins, references)
         part = name if len(meeting) == 1 else ".".join((name, *(list(filter(None, words)) or [_ALONE])))
         across = _across(name, contact, skins, references, flat)
         both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
