@@ -528,3 +528,32 @@ def test_a_load_that_acts_beyond_a_threshold_is_found_there() -> None:
     (ends,) = found.rest
     assert ends == pytest.approx((28 + weight - friction, 28 + weight + friction), rel=1e-12)
     assert found.unit == "N"
+
+
+ON_A_SHELF = """\
+multibody_sym: 1
+name: on_a_shelf
+gravity: [0, -10, 0]
+parameters: {x0: X0 m}
+bodies:
+  ground:
+    points: {s: [-2, -0.2, 0], left: [-4, 0, 0]}
+    surfaces: {shelf: {plane: [0, 0, 0], normal: y, between: [left, [0, 0, 0]]}}
+  shelf: {shape: {box: [4, 0.4, 1], mass: 5}}
+  b: {shape: {box: [0.4, 0.2, 0.2], mass: 2}}
+  p: {mass: 1}
+joints:
+  js: {type: fixed, parent: ground.s, child: shelf}
+  jb: {type: planar, parent: ground, child: b, q: [x, y, turn], initial: {q: [BOX, 0.1, 0]}}
+  jp: {type: point, parent: ground, child: p, q: [px, py], initial: {q: [POINT, 0]}}
+contacts: {c: {between: [b, shelf.top], static: 0.3}, d: {between: [p, ground.shelf]}}
+"""
+
+
+@pytest.mark.parametrize(("declared", "box", "point"), [(-1, "x0", "-1"), (0.05, "x0", "-1"), (0.05, "-1", "x0")])
+def test_what_lies_on_a_shelf_rests_from_one_end_of_it_to_the_other(declared: float, box: str, point: str) -> None:
+    """Wherever it lies as declared, there too where that is past the end: what touches changes with the parameter."""
+    model = ON_A_SHELF.replace("X0", str(declared)).replace("BOX", box).replace("POINT", point)
+    found = mbs.range_of_rest(mbs.loads(model), "x0")
+    assert len(found.rest) == 1
+    assert found.rest[0] == pytest.approx((-4, 0), abs=1e-9)

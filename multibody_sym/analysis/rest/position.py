@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Limit, Statics, statics
-from multibody_sym.analysis.rest.touching import TOUCHING, crossed, height, out_of_touch, size_of, with_planes
+from multibody_sym.analysis.rest.touching import TOUCHING, crossed, height, out_of_touch, size_of, ways_of, with_planes
 from multibody_sym.dynamics.constraints.closing import normalize
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.constants import measured_rows, with_constants
@@ -126,6 +126,14 @@ class Position:
         if apart is None or self.inside_out(motion) is not None:
             return None
         return [_without_force(row) if k in apart else row for k, row in enumerate(found)]
+
+    def ways(self, values: dict[str, float]) -> Floats | None:
+        """Return the gaps (m) of all that may touch, and how far inside the ends of faces it is, for values."""
+        motion = self.motion(values, moves=True)
+        try:
+            return None if motion is None else np.array(list(ways_of(self.statics, motion, row_motions(motion))))
+        except UNDEFINED:
+            return None
 
     @cached_property
     def sides(self) -> tuple[tuple[Marker, Flat], ...]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
-from math import hypot, inf, pi
+from math import copysign, hypot, inf, pi
 from typing import Final, Literal
 
 import numpy as np
@@ -145,7 +145,8 @@ class Search:
     @cached_property
     def least(self) -> float:
         """The least value that the parameter may have, or that is looked at where a positive one is declared."""
-        return 0.0 if self.is_positive() or (self.kind == "other" and self.value > 0.0) else -inf
+        signed = self.kind != "other" or self.value <= 0.0 or self.is_place
+        return -inf if signed and not self.is_positive() else 0.0
 
     @property
     def searched(self) -> tuple[float, float]:
@@ -171,6 +172,8 @@ class Search:
         statics = self.position.statics
         conditions = self.at(statics.limits(statics.choices()[0]))
         if any(look is None for look in self.looks):
+            return "angle" if self.has_period(conditions) else "other"
+        if self.touch_changes:
             return "angle" if self.has_period(conditions) else "other"
         parts = [(x.equal, x.right, x.cone) for x in self.looks if x is not None]
         same = [all(_alike(one[k], other[k]) for one, other in pairwise(parts)) for k in range(3)]
@@ -199,7 +202,26 @@ class Search:
 
     @property
     def probes(self) -> list[float]:
-        return [self.size * probe for probe in _PROBES]
+        return [copysign(self.size, self.value) * probe for probe in _PROBES]
+
+    @cached_property
+    def is_place(self) -> bool:
+        """Whether the parameter says where bodies are, and nothing else: no size, mass, force or coefficient."""
+        limits = self.position.statics.limits(self.position.statics.choices()[0])
+        here, there = (
+            self.position.conditions({**self.others, self.name: x}, limits, moves=False)
+            for x in (self.value, self.value + self.size)
+        )
+        return self.moves and here is not None and _same(here, there)
+
+    @property
+    def touch_changes(self) -> bool:
+        """Whether gaps, or ways to the ends of faces, depend on the parameter: what touches is not the same always."""
+        if not self.moves:
+            return False
+        ways = [self.position.ways({**self.others, self.name: x}) for x in (self.value, *self.probes)]
+        near = [x for x in ways if x is not None]
+        return any(not _alike(one, other) for one, other in pairwise(near))
 
     @cached_property
     def bends(self) -> bool:

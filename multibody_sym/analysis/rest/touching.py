@@ -22,6 +22,8 @@ from multibody_sym.scalars.vectors import dot, subtract
 
 TOUCHING: Final = 1e-9
 """The part of the model's size up to which a gap is none."""
+_AT_END: Final = 1e-2
+"""The part of that up to which what is beyond the end of a face is at it."""
 
 
 def size_of(motion: Motion) -> float:
@@ -57,11 +59,19 @@ def _gaps(statics: Statics, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay,
             yield element, float(rows[statics.place(element.normals[0])].phi)
 
 
+def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[float]:
+    """Yield the gaps (m) of what may open, and how far inside the ends of faces it is."""
+    for element, gap in _gaps(statics, rows):
+        row = element.normals[0]
+        yield gap
+        yield from map(float, reach(row, motion) if isinstance(row, ContactRow) else [])
+
+
 def reaches(element: OneWay, motion: Motion, near: float) -> bool:
-    """Return whether what may touch is above the part of a face that there is, or as near to it as is touching (m)."""
+    """Return whether what may touch is above the part of a face that there is; `near` (m) is touching."""
     row = element.normals[0]
     ways = reach(row, motion) if isinstance(row, ContactRow) else []
-    return all(float(way) >= -near for way in ways)
+    return all(float(way) >= -_AT_END * near for way in ways)
 
 
 def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
