@@ -154,8 +154,8 @@ def rest_position(system: System, formalism: str | None) -> Position:
 
 def _verify_still(position: Position) -> None:
     """Raise NoSolutionError where a prescribed motion carries along what would rest, so that speeds of 0 are none."""
-    motion = position.motion({}, moves=False)
-    rows = None if motion is None else position.rows(motion)
+    moved = position.moved({}, moves=False)
+    rows = None if moved is None else position.rows(*moved)
     for k, row in enumerate(rows or ()):
         if row.kinematic and max(abs(float(row.phidot)), abs(float(row.gamma))) > _STILL and any(row.forces):
             whole = position.statics.mechanism

@@ -557,3 +557,22 @@ def test_what_lies_on_a_shelf_rests_from_one_end_of_it_to_the_other(declared: fl
     found = mbs.range_of_rest(mbs.loads(model), "x0")
     assert len(found.rest) == 1
     assert found.rest[0] == pytest.approx((-4, 0), abs=1e-9)
+
+
+HUNG = """\
+multibody_sym: 1
+name: hung
+gravity: [0, -10, 0]
+parameters: {s0: DECLARED m}
+bodies: {ground: {points: {top: [0, 3, 0]}}, b: {mass: 2}}
+joints: {J: {type: prismatic, parent: ground, child: b, axis: y, q: s, initial: {q: s0}}}
+constraints: {r: {type: rope, path: [ground.top, b], length: 1.7 m, slack: true}}
+"""
+
+
+@pytest.mark.parametrize("declared", [1.3, 2, 0.7])
+def test_a_load_rests_where_its_rope_is_just_taut_wherever_it_is_declared(declared: float) -> None:
+    """No value that is looked at first is the one at which it hangs."""
+    found = mbs.range_of_rest(mbs.loads(HUNG.replace("DECLARED", str(declared))), "s0")
+    assert found.rest == [(pytest.approx(1.3, abs=1e-12), pytest.approx(1.3, abs=1e-12))]
+    assert "rest is possible only for s0 = 1.3 m" in rest_text(found)

@@ -119,19 +119,33 @@ class Position:
         normalize(self.mechanism, q)
         return tuple(q.tolist())
 
-    def rows(self, motion: Motion) -> list[RowMotion] | None:
+    @cached_property
+    def _known(self) -> dict[tuple[object, ...], tuple[Motion, list[RowMotion]] | None]:
+        return {}
+
+    def moved(self, values: dict[str, float], moves: bool) -> tuple[Motion, list[RowMotion]] | None:
+        """Return the motion at rest for values of parameters and its rows, None where there is none; it is kept."""
+        key = moves, *sorted(values.items())
+        if key not in self._known:
+            motion = self.motion(values, moves)
+            try:
+                self._known[key] = None if motion is None else (motion, row_motions(motion))
+            except UNDEFINED:
+                self._known[key] = None
+        return self._known[key]
+
+    def rows(self, motion: Motion, found: list[RowMotion]) -> list[RowMotion] | None:
         """Return all rows, those that are out of touch without force; None where bodies would cross each other."""
-        found = row_motions(motion)
         apart = out_of_touch(self.statics, motion, found)
         if apart is None or self.inside_out(motion) is not None:
             return None
         return [_without_force(row) if k in apart else row for k, row in enumerate(found)]
 
-    def ways(self, values: dict[str, float]) -> Floats | None:
+    def ways(self, values: dict[str, float]) -> tuple[Floats, Floats] | None:
         """Return the gaps (m) of all that may touch, and how far inside the ends of faces it is, for values."""
-        motion = self.motion(values, moves=True)
+        moved = self.moved(values, moves=True)
         try:
-            return None if motion is None else np.array(list(ways_of(self.statics, motion, row_motions(motion))))
+            return None if moved is None else ways_of(self.statics, *moved)
         except UNDEFINED:
             return None
 
@@ -153,11 +167,12 @@ class Position:
 
     def conditions(self, values: dict[str, float], limits: Sequence[Limit], moves: bool) -> Conditions | None:
         """Return the conditions of rest in floats for values of parameters; None where there is no such position."""
-        motion = self.motion(values, moves)
+        moved = self.moved(values, moves)
         try:
-            rows = None if motion is None else self.rows(motion)
-            if motion is None or rows is None:
+            rows = None if moved is None else self.rows(*moved)
+            if moved is None or rows is None:
                 return None
+            motion = moved[0]
             found = self.statics.balance(motion, limits, rows)
             right = found.right if self.formalism is None else self.routed(motion, found.right)
         except UNDEFINED:

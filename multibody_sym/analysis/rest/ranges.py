@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from math import copysign, hypot, inf, pi
 from typing import Final, Literal
@@ -15,7 +15,7 @@ from multibody_sym.analysis.rest.on_circles import beyond, sharpened
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, turn_with, united
 from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
 from multibody_sym.records import dataclass
@@ -36,6 +36,8 @@ _PROBES: Final = (0.731, 1.0, 1.317, 1.893)
 _FAR_PROBES: Final = (3.1, 5.3, 9.7, 31.0, 107.0, 1009.0, _FARTHEST)
 _CUTS: Final = 20
 _SETTLED: Final = 1e-13
+_TOUCHING: Final = 1e-7
+"""The part of the parameter's size by which a range may be as wide as what touches there may be apart."""
 _BEYOND: Final = 1e-6
 """The part of a range by which it is looked at from beyond its ends."""
 
@@ -136,6 +138,7 @@ class Search:
         """Return the ranges for all choices of what presses, put together, but for values without a start."""
         choices, searched = self.position.statics.choices(), self.searched
         found = united([found for choice in choices for found in self.widened(choice, self.kind, searched)])
+        found = [self.at_meeting(pair) for pair in found]
         return [x for x in found if x[0].value < x[1].value or self.has_start(x[0].value)]
 
     def has_start(self, value: float) -> bool:
@@ -214,13 +217,43 @@ class Search:
         )
         return self.moves and here is not None and _same(here, there)
 
+    @cached_property
+    def meetings(self) -> list[float]:
+        """The values at which a gap is zero that is none beside them: something may rest there alone."""
+        if not self.touch_changes:
+            return []
+
+        def gap(k: int, value: float) -> float:
+            gaps = self.gaps(value)
+            return 0.0 if gaps is None else float(gaps[k])
+
+        looks = [(x, gaps) for x in self.grid(self.kind, self.searched) if (gaps := self.gaps(x)) is not None]
+        found = set[float]()
+        for (low, here), (high, there) in pairwise(looks):
+            turned = (np.sign(here) != np.sign(there)) & (np.abs(there - here) > _ALIKE * self.size)
+            found |= {_root(partial(gap, k), low, high) for k in turned.nonzero()[0].tolist()}
+        return sorted(found)
+
+    def at_meeting(self, known: Range) -> Range:
+        """Return a range as one value where it is no wider than what counts as touching makes it."""
+        low, high = known
+        within = [x for x in self.meetings if low.value <= x <= high.value]
+        if not within or high.value - low.value > _TOUCHING * max(self.size, abs(high.value)):
+            return known
+        return replace(low, value=within[0]), replace(high, value=within[0])
+
+    def gaps(self, value: float) -> Floats | None:
+        """Return the gaps at a value of the parameter."""
+        found = self.position.ways({**self.others, self.name: value})
+        return None if found is None else found[0]
+
     @property
     def touch_changes(self) -> bool:
         """Whether gaps, or ways to the ends of faces, depend on the parameter: what touches is not the same always."""
         if not self.moves:
             return False
         ways = [self.position.ways({**self.others, self.name: x}) for x in (self.value, *self.probes)]
-        near = [x for x in ways if x is not None]
+        near = [np.concatenate(x) for x in ways if x is not None]
         return any(not _alike(one, other) for one, other in pairwise(near))
 
     @cached_property
@@ -388,7 +421,7 @@ class Search:
             return [Interval(End(-inf if low < 0.0 else low), End(inf))] if possible else []
         if kind == "load":
             return self.of_load(conditions, low)
-        found_all = feasible_set(conditions, self.grid(kind, searched))
+        found_all = feasible_set(conditions, sorted({*self.grid(kind, searched), *self.meetings}))
         if kind == "coefficient" and found_all:  # more of it holds whatever less of it does
             return [Interval(found_all[0].low, End(inf))]
         return found_all
@@ -413,6 +446,13 @@ class Search:
             lambda p: Conditions(still.equal, still.right + p * along, still.cone), [first, inner, last]
         )
         return [Interval(End(-inf) if least == -inf else x.low, End(inf) if most == inf else x.high) for x in intervals]
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function is zero between values at which its signs differ, or at one of them."""
+    from scipy.optimize import brentq  # scipy takes longer to import than most answers take
+
+    return float(brentq(function, low, high, xtol=4.0 * EPSILON * max(abs(low), abs(high))))
 
 
 def _alike(a: Floats, b: Floats) -> bool:

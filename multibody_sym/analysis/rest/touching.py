@@ -18,6 +18,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.vectors import dot, subtract
 
 TOUCHING: Final = 1e-9
@@ -59,12 +60,12 @@ def _gaps(statics: Statics, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay,
             yield element, float(rows[statics.place(element.normals[0])].phi)
 
 
-def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[float]:
-    """Yield the gaps (m) of what may open, and how far inside the ends of faces it is."""
-    for element, gap in _gaps(statics, rows):
-        row = element.normals[0]
-        yield gap
-        yield from map(float, reach(row, motion) if isinstance(row, ContactRow) else [])
+def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> tuple[Floats, Floats]:
+    """Return the gaps (m) of what may open, and how far inside the ends of faces it is."""
+    gaps = list(_gaps(statics, rows))
+    normals = (element.normals[0] for element, _ in gaps)
+    ends = [float(way) for row in normals if isinstance(row, ContactRow) for way in reach(row, motion)]
+    return np.array([gap for _, gap in gaps]), np.array(ends)
 
 
 def reaches(element: OneWay, motion: Motion, near: float) -> bool:
