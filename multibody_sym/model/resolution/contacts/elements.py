@@ -152,7 +152,8 @@ def _elements(
         meeting = list(_meetings(solids[0], solids[1], contact.between))
         _verify_one(meeting)
     _verify_fields(contact, [skins for _, skins, _ in meeting])
-    unnamed = _ALONE if all(len(solid.skins) > 1 for solid in solids) else ""
+    both_end = all(len(solid.skins) > 1 and "" in dict(solid.skins) for solid in solids)
+    unnamed = _ALONE if both_end else ""
     for words, skins, inner in meeting:
         first, second = (word or unnamed for word in words)
         words, skins = (first, second), footed(name, skins, references)
