@@ -165,6 +165,41 @@ def test_a_box_pulled_at_a_height_tips_or_slips(y, mu, limit, formula, way):
     assert (text(answer.ends[0][1].expression), answer.ends[0][1].gives_way) == (formula, (way,))
 
 
+OVERHANG = """\
+multibody_sym: 1
+name: overhang
+gravity: [0, -9.81, 0]
+parameters: {x: {value: 0.05 m}, w: 0.2 m}
+bodies:
+  ground: {surfaces: {table: {plane: [0, 0, 0], normal: y, between: [[-2, 0, 0], [0, 0, 0]]}}}
+  low: {shape: {box: [w, 0.05, 0.1], mass: 1 kg}}
+  top: {shape: {box: [0.2, 0.05, 0.1], mass: 1 kg}}
+joints:
+  L: {type: planar, parent: ground, child: low, q: [xl, yl, al], initial: {q: [-0.5, 0.025, 0]}}
+  T: {type: planar, parent: ground, child: top, q: [xt, yt, at], initial: {q: [x - 0.5, 0.075, 0]}}
+contacts: {c1: {between: [low, ground.table], static: 0.4}, c2: {between: [top, low], static: 0.4}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "limit", "way"),
+    [
+        (OVERHANG, 0.1, "top tips about the right edge of low"),
+        (OVERHANG.replace("w: 0.2", "w: 0.16"), 0.08, "top tips about the right edge of low"),
+        (OVERHANG.replace("type: planar, parent: ground, child: low, q: [xl, yl, al], initial: {q: [-0.5, 0.025, 0]}",
+                          "type: fixed, parent: ground.seat, child: low").replace(
+             "ground: {", "ground: {points: {seat: [-0.5, 0.025, 0]}, ").replace(
+             "c1: {between: [low, ground.table], static: 0.4}, ", ""), 0.1, "top tips about the right edge of low"),
+        (OVERHANG.replace("-0.5, 0.025", "x - 0.05, 0.025").replace("x - 0.5, 0.075", "x - 0.05, 0.075"), 0.05,
+         "low tips about the right edge of ground"),
+    ],
+)  # fmt: skip
+def test_what_tips_is_the_body_that_turns(text, limit, way):
+    """The corner that stays is one of the body below, which stands still."""
+    ((_, high),) = found(text, "x").ends
+    assert (high.value, high.gives_way[0]) == (pytest.approx(limit, rel=1e-8), way)
+
+
 def test_a_ladder_against_a_rough_wall():
     """tan a = (1 - mu nu) / (2 mu)."""
     answer = found(LADDER, "a")

@@ -14,8 +14,11 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply_transposed, combination
 
 _LEVEL: Final = 1e-6
 _STANDS: Final = 3
@@ -78,23 +81,68 @@ def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Mo
     if len(stay) >= _STANDS:
         return
     away = [element for element in corners if element.name in opened]
-    place = _touches(stay[0]).body
-    body = statics.mechanism.bodies[place].name if place >= 0 else limit.group
+    body = _tipping(statics, motion, (away, stay), limits)
+    own = [element for element in stay if _touches(element).body == body]
     what = "corner" if len(stay) == 1 and len(corners) > 2 else "edge"
-    word = _side(motion, _middle(motion, stay) - _middle(motion, away))
-    yield f"{body} tips about its {word}{what}"
+    word = f"{_side(motion, _middle(motion, own or stay) - _middle(motion, away))}{what}"
+    about = f"its {word}" if own else f"the {word} of {_name(statics, _touches(stay[0]).body)}"
+    yield f"{_name(statics, body)} tips about {about}"
+
+
+def _name(statics: Statics, body: int) -> str:
+    return statics.mechanism.bodies[body].name if body >= 0 else GROUND
+
+
+def _tipping(
+    statics: Statics, motion: Motion, parts: tuple[Sequence[OneWay], Sequence[OneWay]], limits: Sequence[Limit]
+) -> int:
+    """Return which of the two bodies of a contact turns most where its parts open, of `parts` the first.
+
+    What touches is held as long as no limit is passed.
+    """
+    away, stay = parts
+    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    loose = {id(row) for row in _loose(statics, motion, limits)}
+    rows = [row for row in statics.mechanism.rows if id(row) not in loose]
+    held = [found.jacobian for found in (row_motion(row, motion, bias) for row in rows) if found.kinematic]
+    opening = [row_motion(element.normals[0], motion, bias).jacobian for element in away]
+    wanted = [1.0] * len(opening) + [0.0] * len(held)
+    speeds, *_ = np.linalg.lstsq(np.array([*opening, *held], dtype=float), np.array(wanted), rcond=None)
+    turning = _turning(motion, speeds.tolist())
+    bodies = dict.fromkeys(point.body for element in (*away, *stay) for point in element.normals[0].points)
+    most = max(turning[body] for body in bodies)
+    return next(body for body in bodies if turning[body] >= (1.0 - _LEVEL) * most)
+
+
+def _loose(statics: Statics, motion: Motion, limits: Sequence[Limit]) -> Iterator[Row]:
+    """Yield the rows that do not hold where limits are passed, as what does not touch and what has no friction."""
+    passed = {(limit.way == "slips", limit.part) for limit in limits}
+    for element in statics.mechanism.one_way:
+        if (False, element.name) in passed or (element.unilateral and not _touching(element, motion)):
+            yield from element.rows
+        for part in element.frictions:
+            if (True, part.name) in passed or not part.rubs:
+                yield from part.rows
+
+
+def _turning(motion: Motion, speeds: Sequence[float]) -> dict[int, float]:
+    """Return how fast each body turns (rad/s), by its number, at given speeds (nu)."""
+    found: dict[int, Vec] = {-1: ZERO_VECTOR}
+    for k, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
+        carried = apply_transposed(moved.R_PB, found[body.parent])
+        found[k] = add(carried, combination(moved.angular, [speeds[n] for n in body.u]))
+    return {k: float(np.linalg.norm(np.array(w, dtype=float))) for k, w in found.items()}
 
 
 def touching(statics: Statics, motion: Motion, group: str) -> list[OneWay]:
     """Return the contacts of a declared element that touch."""
+    return [x for x in statics.mechanism.one_way if (x.group or x.name) == group and _touching(x, motion)]
+
+
+def _touching(element: OneWay, motion: Motion) -> bool:
+    """Return whether an element touches."""
     bias, near = accelerations(motion, [0.0] * len(motion.state.u)), TOUCHING * size_of(motion)
-    return [
-        element
-        for element in statics.mechanism.one_way
-        if (element.group or element.name) == group
-        and reaches(element, motion, near)
-        and abs(float(row_motion(element.normals[0], motion, bias).phi)) <= near
-    ]
+    return reaches(element, motion, near) and abs(float(row_motion(element.normals[0], motion, bias).phi)) <= near
 
 
 def _touches(element: OneWay) -> Marker:
