@@ -55,6 +55,10 @@ joints: {A: {type: revolute, parent: ground, child: big}, B: {type: revolute, pa
 pulleys: {P: {body: big, radius: 3*r}, Q: {body: small, radius: r}}
 constraints: {belt: {type: rope, path: [P, Q, P], wrap: "+"}}
 """
+ROLLER = BLOCK.replace("box: [h, h, h]", "disc: h/2").replace(
+    "contacts: {c: {between: [block, ground.table], static: mu}}",
+    "constraints: {c: {type: rolling, body: block, on: ground.table, kinetic: mu}}",
+)
 GUIDED = """\
 multibody_sym: 1
 name: guided
@@ -291,6 +295,10 @@ OF_STARTS = [
         "solve", BLOCK, ", static: mu}}", "}}\nask: {s: {when: «c sticks}}\n#",
         "no such state without friction", "static",
     ),
+    (
+        "solve", ROLLER, "", "ask: {s: {when: «c sticks}}",
+        "no such state: a wheel that rolls has the words rolls, slips", "c rolls",
+    ),
     ("simulate", PENDULUM, "", "simulation: {method: «rk45}", "there is no method 'rk45'", "did you mean RK45?"),
     ("check", PENDULUM, "", "simulation: {method: «rk45}", "there is no method 'rk45'", "did you mean RK45?"),
     ("solve", PENDULUM, "", "simulation: {t_end: «-1}", "simulation.t_end", "expected a positive number, got -1"),
@@ -345,7 +353,7 @@ def test_so_do_messages_about_starts_and_answers(
     assert [word for word in (place, cause, cure) if word not in printed] == [], printed
 
 
-@pytest.mark.parametrize("base", [PENDULUM, BLOCK, LOADS, GEARS, LOOP, WHEEL, BELT])
+@pytest.mark.parametrize("base", [PENDULUM, BLOCK, LOADS, GEARS, LOOP, WHEEL, BELT, ROLLER])
 def test_models_without_mistakes_have_no_message(base: str) -> None:
     assert told(base) == ""
 

@@ -90,7 +90,8 @@ class StateCondition:
             able = [name for name in parts if set(known[name]).intersection(self.words)]
             if parts and not able:
                 fitting = self._fitting(parts, known)
-                raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}; say {fitting}", number="M106")
+                told = f"{str(self)!r}: it has no such state{self._why_not(parts, known)}; say {fitting}"
+                raise ModelError(told, number="M106")
             if parts:
                 raise ModelError(
                     f"{self.element!r} has no state of its own, its parts have; say {able[0]} {self.verb}"
@@ -105,7 +106,8 @@ class StateCondition:
             )
         if not set(known[self.element]).intersection(self.words):
             fitting = self._fitting([self.element], known)
-            raise ModelError(f"{str(self)!r}: it has no such state{self._smooth}; say {fitting}", number="M106")
+            told = f"{str(self)!r}: it has no such state{self._why_not([self.element], known)}; say {fitting}"
+            raise ModelError(told, number="M106")
 
     @staticmethod
     def _fitting(names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
@@ -118,10 +120,13 @@ class StateCondition:
         )
         return " or ".join(f"{name} {verb}" for name, verb in pairs)
 
-    @property
-    def _smooth(self) -> str:
-        """The reason why an element neither sticks nor slides."""
-        return " without friction (static, kinetic)" if {*self.words} <= {*VERBS["sticks"], *VERBS["slides"]} else ""
+    def _why_not(self, names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
+        """Return the reason why elements neither stick nor slide."""
+        if not {*self.words} <= {*VERBS["sticks"], *VERBS["slides"]}:
+            return ""
+        if any({*VERBS["rolls"]} & {*known[name]} for name in names):
+            return ": a wheel that rolls has the words rolls, slips"
+        return " without friction (static, kinetic)"
 
 
 def state_condition(value: Any) -> StateCondition | None:
