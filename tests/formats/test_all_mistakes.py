@@ -404,6 +404,26 @@ def test_what_was_mended_hides_nothing_beside_it(
     assert all(place.endswith(end) for place, end in zip(found, told, strict=True)), found
 
 
+def test_a_misspelt_version_key_hides_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = "multibody-sym: 1\nname: a\nbodies: {a: {mas: 1}}\njoints: {j: {type: fixd, parent: ground, child: a}}\n"
+    (tmp_path / "m.yaml").write_text(model)
+    assert main(["check", str(tmp_path / "m.yaml")]) == 2
+    printed = capsys.readouterr().err
+    assert "m.yaml:1:1: multibody-sym: unknown key 'multibody-sym'; did you mean multibody_sym? [M101]" in printed
+    assert [word in printed for word in ("'mas'", "'fixd'")] == [True, True]
+
+
+def test_a_pulley_at_a_missing_point_is_offered_all_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The pulley stays, at its body, while the other mistakes are looked for."""
+    rope = "pulleys: {P: {at: ground.top}}\nconstraints: {r: {type: rope, path: [a, P2, b]}}\n"
+    model = TIPS + rope
+    (tmp_path / "m.yaml").write_text(model)
+    assert main(["check", str(tmp_path / "m.yaml")]) == 2
+    assert "no body or pulley is called 'P2'; did you mean P? [M106]" in capsys.readouterr().err
+
+
 def test_no_message_tells_what_mending_puts_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = f"{THREE}joints: {{A: {{type: no, parent: ground, child: a, q: p}}}}\noutputs: {{o: zz + 1}}\n"
     (tmp_path / "m.yaml").write_text(model)

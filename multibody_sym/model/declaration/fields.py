@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, ItemsView, Iterator, Mapping, Sequence
+from collections.abc import Collection, ItemsView, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import cache
 from types import MappingProxyType
@@ -329,9 +329,9 @@ def _fits_any_unit(field: Field) -> bool:
     return (numbers or getattr(field, "of_any_unit", False)) and not unit_of(field)
 
 
-def verify_keys(tree: Mapping[str, Any], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:
+def verify_keys(keys: Iterable[str], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:
     """Raise ModelError at the first key that is not known; `meant` as `Element.meant`."""
-    for key in tree:
+    for key in keys:
         if key not in known:
             with at(key):
                 advice, right = as_meant(str(key), known, meant)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError, at, nearest
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.fields import (
     Element,
@@ -33,13 +33,15 @@ def system_from_tree(tree: Any) -> System:
     """
     if not isinstance(tree, Mapping):
         raise ModelError(f"a model file is a map, got {described(tree)}", number="F103")
+    known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
+    if VERSION_KEY not in tree:
+        verify_keys([key for key in tree if nearest(str(key), known) == VERSION_KEY], known)
     version = tree.get(VERSION_KEY)
     if version != VERSION:
         with at(VERSION_KEY):
             raise ModelError(
                 f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}", number="F103"
             )
-    known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
     verify_keys(tree, known)
     content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
     for index, entry in _repeats(tree.get(REPEAT_KEY)):

@@ -280,10 +280,15 @@ class _MendedCopy:
         return error.known[:1] if error.number == _NO_CHOICE and path[-1] != "type" else ()
 
     def _guess(self, error: MultibodyError, path: Path) -> str:
-        """Return what may stand for an unknown word: one that is known there, or a number."""
-        if error.number != _UNKNOWN or not error.known or path in self._tried:
+        """Return what may stand for an unknown word: one that is known there, its body if it is a point, or a number."""
+        if error.number != _UNKNOWN or path in self._tried:
             return _NUMBER
-        guess = _GROUND if _GROUND in error.known else error.known[0]
+        body, dot, _ = (error.word or "").partition(".")
+        carries = bool(dot) and (body == _GROUND or body in (self.content.get("bodies") or ()))
+        known = error.known or ((body,) if carries else ())
+        if not known:
+            return _NUMBER
+        guess = _GROUND if _GROUND in known else known[0]
         self._guessed.add((path[:_ELEMENT], guess))
         return guess
 
