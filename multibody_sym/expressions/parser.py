@@ -116,7 +116,8 @@ def _unit(text: str, value: Token, following: list[Token]) -> tuple[Node, Dimens
     try:
         return read_unit(text, following)
     except ExpressionError as error:
-        if error.where.column == following[0].column and following[0].kind == "name":
+        spelt = "*" in (error.meant or "")  # the word is a product of units, and no name
+        if error.where.column == following[0].column and following[0].kind == "name" and not spelt:
             told = f"{error.message}; {_product(value, following[0])}"
             error = failure(text, following[0].column, told, "E103", error.word, error.meant)
         raise error from None

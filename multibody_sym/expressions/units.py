@@ -120,7 +120,7 @@ OF_ANGLES: Final = frozenset({"rpm", *(name for name, (_, dimension) in UNITS.it
 _WORDS: Final = {
     "metre": "m", "meter": "m", "second": "s", "sec": "s", "gram": "g", "kilogram": "kg", "kilo": "kg", "newton": "N",
     "joule": "J", "watt": "W", "pascal": "Pa", "radian": "rad", "degree": "deg", "grad": "deg", "minute": "min",
-    "hour": "h", "pound": "lb", "foot": "ft", "newtonmeter": "N*m", "mtr": "m", "hertz": "Hz",
+    "hour": "h", "pound": "lb", "foot": "ft", "newtonmeter": "N*m", "gm": "g", "mtr": "m", "hertz": "Hz",
 }
 
 
@@ -267,13 +267,27 @@ class _Unit:
                 "number without it, in SI units"
             )
         else:
-            if self.rest[self.place].kind != "(":  # else it is a call
-                guess = _WORDS.get(token.text.lower().removesuffix("s")) or nearest(token.text, UNITS, cutoff=0.75)
             power = _POWER_WITHOUT_SIGN.fullmatch(token.text)
-            if power and power[1] in UNITS:
-                guess = f"{power[1]}^{power[2]}"
+            word, raised = (power[1], f"^{power[2]}") if power else (token.text, "")
+            split = _product_without_sign(word)
+            if power and word in UNITS:
+                guess = f"{word}{raised}"
+            elif self.rest[self.place].kind != "(":  # else it is a call
+                guess = _WORDS.get(token.text.lower().removesuffix("s"))
+                if guess is None and split is not None:
+                    divided = self.rest[self.place - 2 : self.place - 1]
+                    guess = f"({split}{raised})" if divided and divided[0].kind == "/" else f"{split}{raised}"
+                guess = guess or nearest(token.text, UNITS, cutoff=0.75)
             told = f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
         return failure(self.text, token.column, told, "E103", token.text, guess)
+
+
+def _product_without_sign(word: str) -> str | None:
+    """Return the product that a word such as `Ns`, `kgm` or `Pas` spells; `kgs` is a plural, and none."""
+    splits = [(word[:k], word[k:]) for k in range(1, len(word))]
+    found = [pair for pair in splits if all(unit in UNITS for unit in pair) and UNITS[pair[0]][1].mass]
+    plain = [(first, second) for first, second in found if second != "s" or not first.islower()]
+    return "*".join(next((pair for pair in plain if pair[1] == "s"), plain[0])) if plain else None
 
 
 # --- dimensions of expressions ----------------------------------------------------------------------------------

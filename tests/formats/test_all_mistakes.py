@@ -404,6 +404,16 @@ def test_what_was_mended_hides_nothing_beside_it(
     assert all(place.endswith(end) for place, end in zip(found, told, strict=True)), found
 
 
+@pytest.mark.parametrize("unit", ["Nsm", "furlong", "kgs/m"])
+def test_nothing_follows_from_a_unit_that_could_not_be_read(
+    unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither from that of a parameter, nor of another that depends on it."""
+    model = TIPS.replace("name: tips", f"name: tips\nparameters: {{c: 5 {unit}, d: 2*c, m: 1 kg}}")
+    model += 'forces: {f: {type: drag, on: b, linear: d}}\noutputs: {o: "c + m", p: "c + qq"}\n'
+    assert told_of(model, tmp_path, capsys) == ["parameters.c", "outputs.p"]
+
+
 def test_a_misspelt_version_key_hides_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = "multibody-sym: 1\nname: a\nbodies: {a: {mas: 1}}\njoints: {j: {type: fixd, parent: ground, child: a}}\n"
     (tmp_path / "m.yaml").write_text(model)

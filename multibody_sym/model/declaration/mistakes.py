@@ -25,6 +25,7 @@ _UNKNOWN_KEY, _UNKNOWN_WORDS, _UNJOINED, _NUMBER = "M101", ("M106", "M107"), ("M
 _NOTHING_JOINS, _NO_CHOICE, _NO_VALUE, _UNIT, _IN_PLANE = "M111", "M104", "M103", "M105", "M114"
 _MISSING, _UNKNOWN = "M102", "M106"
 _OUT_OF_RANGE: Final = "M109"
+_OF_UNITS: Final = (_UNIT, "E106")
 _GROUND: Final = "ground"
 _INSTEAD: Final[dict[str, Any]] = {
     "axis": "x", "normal": "y", "along": "x", "so": "1 == 1", "table": [["0", "0"], ["1", "1"]]
@@ -129,6 +130,7 @@ class _MendedCopy:
         self._unjoined = False
         self._lost = 0
         self._out_of_range: set[str] = set()
+        self._unread: set[str] = set()
 
     def explains(self, error: MultibodyError) -> bool:
         """Return whether an error is about a part that was mended, or follows from one that is gone."""
@@ -151,6 +153,8 @@ class _MendedCopy:
         if judged and not self._changed.isdisjoint(_words_in(part)):
             return True
         if error.number == _OUT_OF_RANGE and not self._out_of_range.isdisjoint(self._parameters_in(path)):
+            return True
+        if error.number in _OF_UNITS and not self._unread.isdisjoint(self._behind(path)):
             return True
         if judged and self._follows_from_guess(error, path):
             return True
@@ -183,6 +187,8 @@ class _MendedCopy:
             return True
         if error.number == _OUT_OF_RANGE:
             self._out_of_range |= self._parameters_in(path)
+        if error.number.startswith("E") and path[0] == "parameters":
+            self._unread.update(path[1:_ELEMENT])
         above = _at(self.content, path[:-1])
         key: Any = int(path[-1]) if isinstance(above, list) else path[-1]
         better = self._better(error, path, above[key])
@@ -243,6 +249,14 @@ class _MendedCopy:
         """Return the parameters that expressions at a path name: whose value may be what is wrong."""
         return {*_words_in(_at(self.content, path))}.intersection(self.content.get("parameters") or ())
 
+    def _behind(self, path: Path) -> set[str]:
+        """Return the parameters on which expressions at a path depend."""
+        found, new = set[str](), self._parameters_in(path)
+        while new:
+            found |= new
+            new = {x for name in new for x in self._parameters_in(("parameters", name))} - found
+        return found
+
     def _path(self, error: MultibodyError) -> Path:
         """Return the path of what the content holds of the part that an error is about."""
         return error.where.path[: len(_place_in(self.content, error.where.path))]
@@ -280,7 +294,7 @@ class _MendedCopy:
         return error.known[:1] if error.number == _NO_CHOICE and path[-1] != "type" else ()
 
     def _guess(self, error: MultibodyError, path: Path) -> str:
-        """Return what may stand for an unknown word: one that is known there, its body if it is a point, or a number."""
+        """Return what may stand for an unknown word: one that is known there, a point's body, or a number."""
         if error.number != _UNKNOWN or path in self._tried:
             return _NUMBER
         body, dot, _ = (error.word or "").partition(".")
