@@ -41,6 +41,7 @@ def declared_hints(system: System) -> list[Hint]:
         *_slow_sides(system, known),
         *_oblique_ropes(system, known),
         *_doubled_joints(system),
+        *first_at_each_place(_doubled_contacts(system)),
         *_nearly_parallel(system, known),
         *first_at_each_place(_pulled_off(system, known)),
     ]
@@ -195,6 +196,31 @@ def _doubled_joints(system: System) -> Iterator[Hint]:
                 "if that is meant, mark those that close the loop with cut: true"
             )
             yield Hint(told, "joints", names[1])
+
+
+def _doubled_contacts(system: System) -> Iterator[Hint]:
+    """Yield contacts between the same parts of the same bodies as one before."""
+    found: dict[tuple[str, ...], str] = {}
+    for declared, name, contact in copies(system.contacts):
+        ends = tuple(sorted(_touching_part(end, system) for end in contact.between))
+        first = found.setdefault(ends, name)
+        if first != name:
+            told = (
+                f"contacts {first} and {name} are both between {' and '.join(ends)}: both press, and the forces of one "
+                "contact are shared by two; leave one out"
+            )
+            yield Hint(told, "contacts", declared)
+
+
+def _touching_part(end: str, system: System) -> str:
+    """Return an end of a contact with the surface that a body without shape touches with, if it has only one."""
+    body, part = body_part(end, system.bodies)
+    declared = system.bodies.get(body, Body())
+    if part or declared.shape is not None:
+        return end
+    plain = "point" if body == GROUND else "plane"
+    solid = [name for name, surface in declared.surfaces.items() if surface.kind != plain]
+    return f"{body}.{solid[0]}" if len(solid) == 1 else end
 
 
 def _nearly_parallel(system: System, known: Values) -> Iterator[Hint]:

@@ -53,6 +53,16 @@ contacts: {c: {between: [b, ground.ramp], static: 0.3}}
 """
 
 
+def test_two_contacts_between_the_same_parts_have_a_hint() -> None:
+    """Whether a surface is named, or is the only one of its body; not where bodies touch with different ones."""
+    second = "static: 0.3}, d: {between: [ground, b]}}"
+    (hint,) = declared_hints(loads(RAMP.replace("static: 0.3}}", second)))
+    assert hint.startswith("contacts c and d are both between b and ground.ramp: both press")
+    assert hint.path == ("contacts", "d")
+    other = RAMP.replace("static: 0.3}}", "static: 0.3}, d: {between: [b, ground.wall]}}")
+    assert declared_hints(loads(other.replace("{ramp: ", "{wall: {plane: [2, 0, 0], normal: -x}, ramp: "))) == []
+
+
 def test_a_ramp_that_is_turned_the_wrong_way_has_a_hint() -> None:
     """Gravity pulls off what a plane's normal points down from, unless a force presses it there or it is open."""
     assert declared_hints(loads(RAMP)) == []

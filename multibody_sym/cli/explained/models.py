@@ -96,7 +96,8 @@ MODELS: Final[dict[str, Explained]] = {
     ),
     "M114": Explained(
         "These surfaces cannot touch, or start inside each other",
-        "Two surfaces are named of which contacts are not known, or whose start positions overlap.",
+        "Two surfaces are named of which contacts are not known, or whose start positions overlap; or a plane does not "
+        "lead through its ends.",
         "Name points, round surfaces or planes as the message says; move the body out along the normal.",
         other(BALL, ("[0, 0.1, 0]", "[0, 0.05, 0]")) + "contacts: {c: {between: [ball.rim, ground.floor]}}\n",
     ),

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.start.contact_starts import verify_contact_values
 from multibody_sym.dynamics.start.mass_jumps import verify_mass_laws
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
+from multibody_sym.dynamics.start.surface_ends import verify_ends
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
 from multibody_sym.errors import ExpressionError, InputError, ModelError, Where, at
 from multibody_sym.model.declaration.constraints import Distance, Rope
@@ -54,6 +55,7 @@ def examined(system: System) -> Mechanism:
         with _in_shapes(system):
             verify_bodies(resolved, parameters)
         _verify_sizes(system, _parameters(base, parameters))
+        verify_ends(system, _parameters(base, parameters))
         slots = {slot("parameters", k): x for k, x in enumerate(parameters)}
         verify_contact_values(base.one_way, lambda node: value_or_none(node, slots))
         values, t_end = _start(base), end_of_run(system, base, parameters)

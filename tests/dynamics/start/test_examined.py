@@ -9,6 +9,9 @@ from typing import Any
 import pytest
 
 from multibody_sym.cli.main import main
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.errors import ModelError
+from multibody_sym.formats.reader import loads
 from multibody_sym.kinematics import motion
 
 MODEL = """multibody_sym: 1
@@ -132,3 +135,35 @@ def test_a_negative_radius_is_refused(capsys: Any, tmp_path: Path, radius: str) 
     error = json.loads(capsys.readouterr().out)["error"]
     assert error["where"]["path"] == "constraints.r"
     assert "no radius is negative" in error["message"]
+
+
+LEDGE = """\
+multibody_sym: 1
+name: ledge
+gravity: [0, -9.81, 0]
+parameters: {a: 30 deg, l: 2 m}
+bodies:
+  ground:
+    points: {top: [l*cos(a), l*sin(a), 0]}
+    surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0], between: [[0, 0, 0], top]}}
+  b: {mass: 1}
+joints: {J: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [l, 1]}}}
+contacts: {c: {between: [b, ground.ramp], open: true}}
+"""
+
+
+def test_the_ends_of_a_plane_lie_on_it() -> None:
+    """To 1e-9 of its length."""
+    examined(loads(LEDGE))
+    examined(loads(LEDGE.replace("[[0, 0, 0],", "[[0, 1e-9, 0],")))
+    off = LEDGE.replace("[[0, 0, 0],", "[[0, 0.1, 0],").replace("top: [l*cos(a),", "top: [l*cos(a) + 1e-6,")
+    with pytest.raises(ModelError) as found:
+        examined(loads(off))
+    first, *others = found.value, *found.value.others
+    assert first.where.path == ("bodies", "ground", "surfaces", "ramp", "between", "0")
+    assert first.message == (
+        "this end lies 0.0866 m above the plane: move it along the normal, to [0.0433013, 0.025, 0], or correct plane "
+        "or normal"
+    )
+    assert [each.where.path[-1] for each in others] == ["1"]
+    assert "lies 5e-07 m below the plane" in others[0].message
