@@ -122,7 +122,8 @@ Each force has a name of its own, and this name is printed: `fx(hinge)`, `normal
 ### States
 
 In `stop` and `ask`, and as moments, the beginning of a state is a condition: `c1 sticks`. A state that is there from
-the start begins when it comes back. States are not joined by `and` and `or`.
+the start begins when it comes back. States are not joined by `and` and `or`. A contact with several parts, as that of a
+box on a plane, has no state of its own: its parts have, `c1.corner1 opens`. The error about `c1 opens` lists them.
 
 {table(("condition", "states in which it holds"), states)}
 ### Units
