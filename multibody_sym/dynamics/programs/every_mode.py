@@ -319,7 +319,10 @@ class _EveryMode:
         return trace.finish({"of_q": column(of_q), "of_u": column(of_u)})
 
     def _correction(self, trace: Trace, now: _Instant, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
-        """Return the least change of the speeds that changes rows as wanted: of all by mass, or of those not held."""
+        """Return the least change of the speeds that changes rows as wanted: of all by mass, or of those not held.
+
+        Rows that define forces restrict nothing: without them so many fewer are independent.
+        """
         held, some = self.modes.held(), self.modes.any_held
         matrix = []
         for k in places:
@@ -328,7 +331,10 @@ class _EveryMode:
             moving = [_if(fixed, ZERO, felt(h, least)) for h, fixed in zip(row, held, strict=True)]
             matrix.append([_if(some, a, b) for a, b in zip(moving, now.matrix[k], strict=True)])
         acting = [self._acts[k] for k in places]
-        found = trace.solve(matrix, wanted, len(held), self.mechanism.parameters.slot(INDEPENDENT), acting)
+        every = zip(self._acts, self.mechanism.rows, strict=True)
+        defining = sum((acts for acts, row in every if not row.restricts), ZERO)
+        most = self.mechanism.parameters.slot(INDEPENDENT) - defining
+        found = trace.solve(matrix, wanted, len(held), most, acting)
         pairs = zip(self._moving(found.solution), now.unweighted(found.solution), strict=True)
         return [_if(some, a, b) for a, b in pairs]
 

@@ -186,14 +186,22 @@ def stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
 def _correction(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
 ) -> list[Node]:
-    """Return the least change of the speeds with H change = wanted; of those that are not held, if some are."""
+    """Return the least change of the speeds with H change = wanted; of those that are not held, if some are.
+
+    Rows that define forces restrict nothing: without them so many fewer are independent.
+    """
     jacobian, solve = _nodes([row.jacobian for row in rows]), _solver(trace, mechanism)
+    defining = sum(not row.restricts for row in mechanism.rows)
     if mechanism.held:
         free = [_felt(_unheld(mechanism, row), row) for row in jacobian]
         left = [k for k, row in enumerate(free) if set(row) != {ZERO}]
-        found = solve([free[k] for k in left], [wanted[k] for k in left], len(dynamics.speeds))
+        found = solve([free[k] for k in left], [wanted[k] for k in left], len(dynamics.speeds), -defining)
         return _unheld(mechanism, list(found.solution))
-    return correction(dynamics.factors, jacobian, lambda matrix: solve(matrix, wanted, len(dynamics.speeds)).solution)
+
+    def least(matrix: Matrix) -> Sequence[Node]:
+        return solve(matrix, wanted, len(dynamics.speeds), -defining).solution
+
+    return correction(dynamics.factors, jacobian, least)
 
 
 def _felt(free: Sequence[Node], row: Sequence[Node]) -> list[Node]:
