@@ -594,6 +594,17 @@ def test_what_lies_on_a_shelf_rests_from_one_end_of_it_to_the_other(declared: fl
     assert found.rest[0] == pytest.approx((-4, 0), abs=1e-9)
 
 
+@pytest.mark.parametrize("declared", [0.5, -0.05])
+def test_the_end_of_a_face_is_at_most_where_what_lies_on_it_tips(declared: float) -> None:
+    """No body moves with such a parameter, but what touches changes with it."""
+    model = ON_A_SHELF.replace("BOX", "0.1").replace("POINT", "-1").replace("X0", str(declared))
+    model = model.replace("between: [left, [0, 0, 0]]", "between: [left, [x0, 0, 0]]")
+    found = mbs.range_of_rest(mbs.loads(model.replace("[b, shelf.top]", "[b, ground.shelf]")), "x0")
+    ((low, high),) = found.rest
+    assert low == pytest.approx(0.1, abs=1e-9)
+    assert high == found.searched[1]
+
+
 HUNG = """\
 multibody_sym: 1
 name: hung

@@ -141,9 +141,9 @@ class Position:
             return None
         return [_without_force(row) if k in apart else row for k, row in enumerate(found)]
 
-    def ways(self, values: dict[str, float]) -> tuple[Floats, Floats] | None:
+    def ways(self, values: dict[str, float], moves: bool) -> tuple[Floats, Floats] | None:
         """Return the gaps (m) of all that may touch, and how far inside the ends of faces it is, for values."""
-        moved = self.moved(values, moves=True)
+        moved = self.moved(values, moves)
         try:
             return None if moved is None else ways_of(self.statics, *moved)
         except UNDEFINED:

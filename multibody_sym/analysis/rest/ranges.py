@@ -244,15 +244,13 @@ class Search:
 
     def gaps(self, value: float) -> Floats | None:
         """Return the gaps at a value of the parameter."""
-        found = self.position.ways({**self.others, self.name: value})
+        found = self.position.ways({**self.others, self.name: value}, self.moves)
         return None if found is None else found[0]
 
     @property
     def touch_changes(self) -> bool:
         """Whether gaps, or ways to the ends of faces, depend on the parameter: what touches is not the same always."""
-        if not self.moves:
-            return False
-        ways = [self.position.ways({**self.others, self.name: x}) for x in (self.value, *self.probes)]
+        ways = [self.position.ways({**self.others, self.name: x}, self.moves) for x in (self.value, *self.probes)]
         near = [np.concatenate(x) for x in ways if x is not None]
         return any(not _alike(one, other) for one, other in pairwise(near))
 
