@@ -283,9 +283,10 @@ class _Unit:
 
 
 def _product_without_sign(word: str) -> str | None:
-    """Return the product that a word such as `Ns`, `kgm` or `Pas` spells; `kgs` is a plural, and none."""
+    """Return the product that a word such as `Ns`, `kgm` or `Pas` spells; `kgs` is a plural, and none, nor is `kgg`."""
     splits = [(word[:k], word[k:]) for k in range(1, len(word))]
-    found = [pair for pair in splits if all(unit in UNITS for unit in pair) and UNITS[pair[0]][1].mass]
+    units = [pair for pair in splits if all(unit in UNITS for unit in pair)]
+    found = [(a, b) for a, b in units if UNITS[a][1].mass and UNITS[a][1] != UNITS[b][1]]
     plain = [(first, second) for first, second in found if second != "s" or not first.islower()]
     return "*".join(next((pair for pair in plain if pair[1] == "s"), plain[0])) if plain else None
 

@@ -18,6 +18,7 @@ from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply_transposed, combination
 
 _LEVEL: Final = 1e-6
@@ -107,7 +108,7 @@ def _tipping(
     held = [found.jacobian for found in (row_motion(row, motion, bias) for row in rows) if found.kinematic]
     opening = [row_motion(element.normals[0], motion, bias).jacobian for element in away]
     wanted = [1.0] * len(opening) + [0.0] * len(held)
-    speeds, *_ = np.linalg.lstsq(np.array([*opening, *held], dtype=float), np.array(wanted), rcond=None)
+    speeds = least_squares(np.array([*opening, *held], dtype=float), np.array(wanted))
     turning = _turning(motion, speeds.tolist())
     bodies = dict.fromkeys(point.body for element in (*away, *stay) for point in element.normals[0].points)
     most = max(turning[body] for body in bodies)
