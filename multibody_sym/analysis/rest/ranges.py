@@ -174,9 +174,7 @@ class Search:
         """How the conditions depend on the parameter."""
         statics = self.position.statics
         conditions = self.at(statics.limits(statics.choices()[0]))
-        if any(look is None for look in self.looks):
-            return "angle" if self.has_period(conditions) else "other"
-        if self.touch_changes:
+        if self.touch_changes or any(look is None for look in self.looks):
             return "angle" if self.has_period(conditions) else "other"
         parts = [(x.equal, x.right, x.cone) for x in self.looks if x is not None]
         same = [all(_alike(one[k], other[k]) for one, other in pairwise(parts)) for k in range(3)]

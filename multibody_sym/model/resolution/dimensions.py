@@ -167,7 +167,7 @@ class Dimensions:
 
     @cached_property
     def _expressions(self) -> dict[str, Node]:
-        """The names that are expressions of others: parameters, inputs, outputs; one of a coordinate is that itself."""
+        """The names that are expressions of others: parameters, inputs, outputs; a coordinate's name stands for it."""
         parameters = {name: x.value for name, x in self.system.parameters.items()}
         inputs = {name: x for name, x in self.system.inputs.items() if isinstance(x, Node)}
         found = {**self.system.outputs, **inputs, **parameters}

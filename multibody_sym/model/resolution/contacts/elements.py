@@ -48,7 +48,7 @@ _ROLLING: Final[tuple[ContactDirection, ...]] = ("normal", "t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
 _ALONE: Final = "face"
-"""What the face of a plane is called that ends and touches with its ends too, beside theirs."""
+"""The word for the face of a plane that ends, beside the words for its ends."""
 _HOLLOW: Final = "name points, discs or spheres of the other one"
 
 
