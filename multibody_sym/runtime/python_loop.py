@@ -25,6 +25,7 @@ _FLOOR: Final = 4.0 * EPSILON
 _NOTHING: Final = 1e-12
 _LEAST_PACE: Final = 1 << 17
 _DOUBLED: Final = 7
+_SAME_PART: Final = 0.5
 _LEVELS: Final = ("project_position", "project_velocity")
 
 
@@ -161,7 +162,8 @@ class _Run:
 
         That is so where a speed grows, or dry friction rests. Each eight times as many steps took so much longer, or
         shorter, than those before; it is taken to go on so. Where they took ever less time, the motion comes to an
-        end of its own, which the steps reach.
+        end of its own, which the steps reach, at once or, where each took the same part of the time before, when that
+        is rounding.
         """
         if number & (number - 1):
             return
@@ -171,15 +173,23 @@ class _Run:
         middle, most, steps, t = self.doubled[_DOUBLED // 2], self.problem.max_steps, float(number), time
         before, way = middle - self.doubled[0], time - middle
         ratio = way / before if before > 0.0 else 8.0
-        if ratio < 0.9:
+        if ratio < 0.9 and not self._approaches_steadily():
             return
         while steps <= most:
             way *= ratio
             t += way
-            if not t < self.problem.t_end:
+            if not t < self.problem.t_end or way <= _FLOOR * abs(t):
                 return
             steps *= 8.0
         raise StepError(Status.STEP_LIMIT, time, -1)
+
+    def _approaches_steadily(self) -> bool:
+        """Return whether each eight times as many steps took the same part of the time before."""
+        ways = np.diff(self.doubled)
+        if not (ways > 0.0).all():
+            return False
+        ratios = ways[_DOUBLED // 2 :] / ways[: _DOUBLED // 2]
+        return bool(ratios.min() >= _SAME_PART * ratios.max())
 
     def call(self, program: str, t: float, x: Floats, *further: Floats) -> tuple[Floats, ...]:
         """Return the outputs of `program` at (t, x), for `further` inputs beyond those of all."""

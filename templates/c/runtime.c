@@ -2,6 +2,7 @@
 #include "stepper.h"
 
 #define LEAST_PACE 131072 /* steps from which a run tells whether it takes too many */
+#define SAME_PART 0.5
 #define LEAST_PART 1e-3 /* of a fixed step, into which one near a singular position may be divided */
 
 enum { STARTING, STEPPING, SAMPLING };
@@ -472,7 +473,21 @@ static int step(mbs_run *r)
 
 /* As steps grow shorter the run would take more of them than it may, as where a speed grows or dry friction rests: it ends
    now. Each eight times as many took so much longer, or shorter, than those before; it is taken to go on so. Where they
-   took ever less time, the motion comes to an end of its own, which the steps reach. */
+   took ever less time, the motion comes to an end of its own, which the steps reach, at once or, where each took the same
+   part of the time before, when that is rounding. */
+static int approaches_steadily(const double *doubled)
+{
+    double least = HUGE_VAL, largest = 0.0;
+    for (int i = 0; i < MBS_DOUBLED / 2; ++i) {
+        double before = doubled[i + 1] - doubled[i], way = doubled[i + 1 + MBS_DOUBLED / 2] - doubled[i + MBS_DOUBLED / 2];
+        if (!(before > 0.0 && way > 0.0))
+            return 0;
+        least = fmin(least, way / before);
+        largest = fmax(largest, way / before);
+    }
+    return least >= SAME_PART * largest;
+}
+
 static int pace(mbs_run *r)
 {
     mbs_state *s = r->state;
@@ -485,9 +500,9 @@ static int pace(mbs_run *r)
         return MBS_RUNNING;
     double middle = s->doubled[MBS_DOUBLED / 2], before = middle - s->doubled[0], way = s->t - middle;
     double ratio = before > 0.0 ? way / before : 8.0, t = s->t, steps = (double)s->steps, most = (double)r->problem->max_steps;
-    if (ratio < 0.9)
+    if (ratio < 0.9 && !approaches_steadily(s->doubled))
         return MBS_RUNNING;
-    while (steps <= most && (t += way *= ratio) < r->problem->t_end)
+    while (steps <= most && (t += way *= ratio) < r->problem->t_end && way > 4.0 * MBS_EPSILON * fabs(t))
         steps *= 8.0;
     return steps > most ? mbs_failed(r, MBS_STEP_LIMIT, s->t, -1) : MBS_RUNNING;
 }

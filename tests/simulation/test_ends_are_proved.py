@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.runtime import python_loop
 from multibody_sym.simulation.one_way import chained
 
 OVER = """
@@ -76,3 +79,29 @@ joints:
     with pytest.raises(mbs.RunError, match=words) as caught:
         mbs.simulate(mbs.loads(model), t_end=1.0, samples=3)
     assert abs(caught.value.trajectory.integration.q_final[2]) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("backend", "steps", "cause"),
+    [("c", 1 << 17, "next to nothing resists u_phi there: masses .* its axis"), ("python", 1 << 12, "phi is stiff")],
+)
+def test_masses_that_come_onto_the_axis_about_which_they_turn_are_named(
+    monkeypatch: pytest.MonkeyPatch, backend: Any, steps: int, cause: str
+) -> None:
+    """A bead slides inwards on a light arm that a motor with a damper drives: steps shorten as r^2, without end."""
+    model = """
+multibody_sym: 1
+name: arm
+gravity: [0, 0, 0]
+bodies: {arm: {mass: 0.001}, bead: {mass: 1}}
+joints:
+  A: {type: revolute, parent: ground, child: arm, axis: z, q: phi, initial: {u: 1}}
+  S: {type: prismatic, parent: arm, child: bead, axis: x, q: r, initial: {q: 0.3, u: -1}}
+forces:
+  drag: {type: damper, joint: A, damping: 15}
+  drive: {type: torque, on: arm, value: [0, 0, 15]}
+"""
+    monkeypatch.setattr(python_loop, "_LEAST_PACE", steps)
+    with pytest.raises(mbs.RunError, match=f"takes ever more steps, {steps} by now, .*: {cause}") as caught:
+        mbs.simulate(mbs.loads(model), t_end=1.0, samples=3, backend=backend)
+    assert 0.0 < caught.value.trajectory.final["coordinates"]["r"] < 0.01

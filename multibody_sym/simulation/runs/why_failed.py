@@ -111,7 +111,13 @@ def _cause(run: Trajectory, time: float) -> str | None:
         begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
         if now <= _MEETS * begun:
             return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
-    return _lies_flat(run, last) or _locked(last) or _in_line(first, last) or _grown(run, time, last)
+    return (
+        _lies_flat(run, last)
+        or _locked(last)
+        or _in_line(first, last)
+        or _about_nothing(first, last)
+        or _grown(run, time, last)
+    )
 
 
 def _lies_flat(run: Trajectory, last: Motion) -> str | None:
@@ -149,10 +155,30 @@ def _in_line(first: Motion, last: Motion) -> str | None:
     )
 
 
+def _about_nothing(first: Motion, last: Motion) -> str | None:
+    """Return that what a joint turns has come onto its axis, so that it has next to no inertia; None for nothing."""
+    speeds = last.mechanism.speeds
+    if any(body.mass.mass is ZERO for body in last.mechanism.bodies if body.name != GROUND):
+        return None
+    begun, left = _pivots(first), _pivots(last)
+    vanished = [k for k, speed in enumerate(speeds) if speed.unit == "rad/s" and left[k] <= _VANISHED * begun[k]]
+    if not vanished:
+        return None
+    return (
+        f"next to nothing resists {speeds[vanished[0]].name} there: masses that it turns have come onto its axis, "
+        "and have no inertia about it; give a body one (inertia: ..), or end the run before"
+    )
+
+
 def _resisting(motion: Motion) -> Floats:
     """Return (nu) which part of the inertia along each speed is left while all speeds before it are free."""
+    return np.asarray(_pivots(motion) / np.array([float(x) for x in mass_diagonal(motion)]), dtype=float)
+
+
+def _pivots(motion: Motion) -> Floats:
+    """Return (nu) the inertia along each speed while all speeds before it are free."""
     pivots = [float(freedom.pivot) for of_body in tree_factors(motion).freedoms for freedom in of_body]
-    return np.asarray(np.array(pivots) / np.array([float(x) for x in mass_diagonal(motion)]), dtype=float)
+    return np.array(pivots, dtype=float)
 
 
 def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
@@ -325,8 +351,9 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
     mechanism, end = run.ready.mechanism, run.integration
     if end.q_final is not None and end.u_final is not None:
-        last = Rows(mechanism, run.parameters.tolist(), [], time).motion(end.q_final, end.u_final)
-        if told := _locked(last) or _turns_fast(run, time, last):
+        rows = Rows(mechanism, run.parameters.tolist(), [], time)
+        first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
+        if told := _locked(last) or _about_nothing(first, last) or _turns_fast(run, time, last):
             return told
     named = dict.fromkeys(leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u")
     place = next((k for k in named if _jumps_with(run, time, k)), None)
