@@ -1,4 +1,7 @@
-"""Random passes over random trees, scanned or unrolled: down with what the parent has, up with what children add."""
+"""Random passes over random trees, scanned or unrolled: down with what the parent has, up with what children add.
+
+At the end every body behind an open gate keeps a copy of its own data.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,14 @@ Make = Callable[[str, Sequence[Array], dict[str, tuple[int, ...]]], Program]
 
 @dataclass(frozen=True)
 class Passes:
-    """`parents[k] < k` (-1: root), `kinds[k]` of each body, and the Programs of a kind for both directions.
+    """`parents[k] < k` (-1: root), `kinds[k]` of each body, whose gate is open, and Programs of a kind both ways.
 
     Down: (own, shared, parent's row) -> (row, share of a sum); up: (own, row, sum of children) -> what the parent gets.
     """
 
     parents: tuple[int, ...]
     kinds: tuple[int, ...]
+    opens: tuple[bool, ...]
     down: tuple[Program, ...]
     up: tuple[Program, ...]
 
@@ -34,14 +38,15 @@ class Passes:
         """Return passes over `count` bodies of two kinds."""
         parents = tuple(k - 1 if chain else random.randrange(-1, k) for k in range(count))
         kinds = tuple(k % 2 if chain else random.randrange(2) for k in range(count))
+        opens = tuple(random.random() < 0.5 for _ in range(count))
         own, row = Array("own", (WIDTH,)), Array("row", (WIDTH,))
         rows = {"row": (WIDTH,), "share": ()}
         down = [make(f"down_{k}", [own, Array("shared"), row], rows) for k in range(2)]
         up = [make(f"up_{k}", [own, row, Array("sum", (WIDTH,))], {"sum": (WIDTH,)}) for k in range(2)]
-        return Passes(parents, kinds, tuple(down), tuple(up))
+        return Passes(parents, kinds, opens, tuple(down), tuple(up))
 
     def scanned(self, trace: Trace, own: Sequence[Node], shared: Node) -> list[Node]:
-        """Return all rows, the sum of shares and what arrives at the root, by one scan."""
+        """Return all rows, the sum of shares and what arrives at the root, and copies, by one scan."""
         count = len(self.parents)
         outward, inward, once = range(count), range(count - 1, -1, -1), progression([0])
 
@@ -54,21 +59,25 @@ class Passes:
         def above(k: int) -> int:
             return self.parents[k] + 1
 
-        read = at(0, outward, int), Window(1, once), at(2, outward, above)
-        written = at(2, outward, mine), Window(3, once, adds=True)
-        read_up = at(0, inward, int), at(2, inward, mine), at(4, inward, mine)
+        given, sums, kept, work = 3, 4, 5, 6
+        read = at(0, outward, int), Window(1, once), at(given, outward, above)
+        written = at(given, outward, mine), Window(sums, once, adds=True)
+        read_up = at(0, inward, int), at(given, inward, mine), at(work, inward, mine)
+        first, gate = at(0, outward, int), Window(2, progression(outward))
         loops = [
             Loop(count, tuple(Kernel(p, read, written) for p in self.down), progression(self.kinds)),
             Loop(
                 count,
-                tuple(Kernel(p, read_up, (at(4, inward, above, adds=True),)) for p in self.up),
+                tuple(Kernel(p, read_up, (at(work, inward, above, adds=True),)) for p in self.up),
                 progression([self.kinds[k] for k in inward]),
             ),
-            Loop(1, (Kernel(_copy(), (Window(4, once),), (Window(3, once, adds=True),)),)),
+            Loop(1, (Kernel(_copy(), (Window(work, once),), (Window(sums, once, adds=True),)),)),
+            Loop(count, (Kernel(_copy(), (first,), (Window(kept, progression(outward)),)),), gate=gate),
         ]
         size = WIDTH * (count + 1)
-        found = trace.scan([own, [shared]], [size, 1], [size], loops)
-        return [*found[0], *found[1]]
+        gates = [1 + own[WIDTH * k] ** 2 if opens else ZERO for k, opens in enumerate(self.opens)]
+        found = trace.scan([own, [shared], gates], [size, 1, count], [size], loops)
+        return [*found[0], *found[1], *found[2]]
 
     def unrolled(self, trace: Trace, own: Sequence[Node], shared: Node) -> list[Node]:
         """Return the same by a call for each body."""
@@ -84,7 +93,8 @@ class Passes:
             (given,) = trace.call(self.up[self.kinds[k]], [datas[k], rows[k + 1], sums[k + 1]])
             parent = self.parents[k] + 1
             sums[parent] = [a + b for a, b in zip(sums[parent], given, strict=True)]
-        return [*(x for row in rows for x in row), total + sums[0][0]]
+        copies = [data[0] if opens else ZERO for data, opens in zip(datas, self.opens, strict=True)]
+        return [*(x for row in rows for x in row), total + sums[0][0], *copies]
 
 
 def _copy() -> Program:

@@ -116,10 +116,13 @@ def _storage(size: int) -> str:
 
 
 def _loop(printer: Printer, loop: Loop, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
-    head = f"        for (int k = 0; k < {loop.count}; k++) {{"
+    lines = [f"        for (int k = 0; k < {loop.count}; k++) {{"]
+    if loop.gate is not None:
+        closed = f"({names[loop.gate.array]})[{_place(loop.gate.first, tables)}] == 0.0"
+        lines += [f"            if ({closed}) {{", "                continue;", "            }"]
     if len(loop.kernels) == 1:
-        return [head, *_kernel(printer, loop.kernels[0], names, tables), "        }"]
-    lines = [head, f"            switch ({_place(loop.choice, tables)}) {{"]
+        return [*lines, *_kernel(printer, loop.kernels[0], names, tables), "        }"]
+    lines += [f"            switch ({_place(loop.choice, tables)}) {{"]
     for k, kernel in enumerate(loop.kernels):
         inside = _kernel(printer, kernel, names, tables)
         lines += [f"            case {k}: {{", *inside, "                break;", "            }"]

@@ -244,10 +244,13 @@ def _scan(printer: _Printer, statement: Scan) -> None:
 
 
 def _loop(printer: _Printer, loop: Loop, memory: str) -> list[str]:
-    head = f"    for k in range({loop.count}):"
+    lines = [f"    for k in range({loop.count}):"]
+    if loop.gate is not None:
+        closed = f"{memory}[{loop.gate.array}][{_place(loop.gate.first)}] == 0.0"
+        lines += [f"        if {closed}:", "            continue"]
     if len(loop.kernels) == 1:
-        return [head, *_kernel(printer, loop.kernels[0], memory, " " * 8)]
-    lines = [head, f"        kernel = {_place(loop.choice)}"]
+        return [*lines, *_kernel(printer, loop.kernels[0], memory, " " * 8)]
+    lines += [f"        kernel = {_place(loop.choice)}"]
     for number, kernel in enumerate(loop.kernels):
         lines += [f"        if kernel == {number}:", *_kernel(printer, kernel, memory, " " * 12)]
     return lines

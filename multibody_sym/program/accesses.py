@@ -17,17 +17,18 @@ from multibody_sym.records import dataclass
 class Access:
     """How an array's elements are used: by time (iterations counted through all loops), -1 and `never` if they are not.
 
-    `read` first, `written` last, `stored` how often; `added` whether anything is added.
+    `read` first, `written` last, `stored` how often, `surely` behind no gate; `added` whether anything is added.
     """
 
     read: Integers
     written: Integers
     stored: Integers
+    surely: npt.NDArray[np.bool_]
     added: npt.NDArray[np.bool_]
 
     def needs_zeros(self, result: bool) -> bool:
-        """Whether an element is read or added to that nothing was stored in; of a result all are read afterwards."""
-        return bool((self.added | (((self.read < _NEVER) | result) & (self.stored == 0))).any())
+        """Whether an element is read or added to that may hold nothing; of a result all are read afterwards."""
+        return bool((self.added | (((self.read < _NEVER) | result) & ~self.surely)).any())
 
 
 _NEVER: Final = np.iinfo(np.int64).max
@@ -36,11 +37,14 @@ _NEVER: Final = np.iinfo(np.int64).max
 def accesses(scan: Scan) -> list[Access]:
     """Return the use of every array; raises IndexError where there is no such window or kernel."""
     found = [
-        Access(np.full(n, _NEVER), np.full(n, -1), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool))
+        Access(np.full(n, _NEVER), np.full(n, -1), np.zeros(n, dtype=np.int64), *np.zeros((2, n), dtype=bool))
         for n in scan.sizes
     ]
     begun = 0
     for loop in scan.loops:
+        if loop.gate is not None:
+            every = np.arange(loop.count)
+            np.minimum.at(found[loop.gate.array].read, _places(loop.gate, every, 1, found).ravel(), begun + every)
         for kernel, iterations in loop.turns():
             times = begun + iterations
             for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
@@ -54,6 +58,7 @@ def accesses(scan: Scan) -> list[Access]:
                     use.added[where] = True
                 else:
                     np.add.at(use.stored, where.ravel(), 1)
+                    use.surely[where] = loop.gate is None
         begun += loop.count
     return found
 

@@ -184,7 +184,8 @@ class _Forward:
             put(rates, statement.targets[number - first], values)
 
     def _moving_loop(self, loop: Loop, layout: Layout) -> Loop:
-        return replace(loop, kernels=tuple(self._moving_kernel(kernel, layout) for kernel in loop.kernels))
+        kernels = tuple(self._moving_kernel(kernel, layout) for kernel in loop.kernels)
+        return replace(layout.behind_gate(loop), kernels=kernels)
 
     def _moving_kernel(self, kernel: Kernel, layout: Layout) -> Kernel:
         active = tuple(window.array in layout.second for window in kernel.reads)

@@ -89,6 +89,8 @@ def _scan(statement: Scan, values: _Values) -> None:
 
 
 def _iterate(loop: Loop, k: int, memory: list[Floats]) -> None:
+    if loop.gate is not None and memory[loop.gate.array][loop.gate.first.at(k)] == 0.0:
+        return
     kernel = loop.kernels[loop.choice.at(k)]
     read = []
     for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):

@@ -170,6 +170,7 @@ def _hash_scan(statement: Scan, numbers: _Numbers) -> None:
     head = [_SCAN, *map(len, parts), len(statement.work), len(statement.loops), *statement.sizes]
     for loop in statement.loops:
         head += (loop.count, len(loop.kernels), *_hashed_progression(loop.choice))
+        head += (0,) if loop.gate is None else (1, *_hashed_window(loop.gate))
         for kernel in loop.kernels:
             head += struct.unpack("<4Q", kernel.program.digest)
             for window in (*kernel.reads, *kernel.writes):

@@ -84,13 +84,18 @@ def scan_tree(
     passes: Sequence[Pass],
     results: Sequence[Result],
     step: Step,
+    *,
+    values: Sequence[Sequence[Node]] | None = None,
+    gates: Sequence[Node] = (),
 ) -> dict[str, tuple[Node, ...]]:
     """Return the results of passes along a tree, one after the other, as one scan.
 
-    Arguments: `given` are the arrays among whose elements the atoms of `bodies` and the leaves of roots are.
+    Arguments: `given` are the arrays among whose elements the atoms of `bodies` and the leaves of roots are, `values`
+    those of the arrays, where they are not these elements themselves; `gates` an element for each body, which takes no
+    part where that is 0.
     """
-    scanner = _Scanner(given, bodies, passes, results, step)
-    found = trace.scan(given, [result.size for result in results], scanner.work, scanner.loops())
+    scanner = _Scanner(given, bodies, passes, results, step, gates)
+    found = trace.scan(values or given, [result.size for result in results], scanner.work, scanner.loops())
     return {result.name: values for result, values in zip(results, found, strict=True)}
 
 
@@ -104,8 +109,9 @@ class _Scanner:
         passes: Sequence[Pass],
         results: Sequence[Result],
         step: Step,
+        gates: Sequence[Node],
     ) -> None:
-        self.bodies, self.passes, self.results = bodies, passes, results
+        self.bodies, self.passes, self.results, self.gates = bodies, passes, results, gates
         self.places = {atom: (i, k) for i, atoms in enumerate(given) for k, atom in enumerate(atoms)}
         names = [p.name for p in passes] or [""]
         self.numbers = {p.name: len(given) + len(results) + i for i, p in enumerate(passes)}
@@ -156,7 +162,14 @@ class _Scanner:
         for number, kind in enumerate(there.tolist()):
             turns = np.nonzero(chosen == number)[0]
             kernels.append(self._kernel(kind, stage, turns, order[turns]))
-        return Loop(len(order), tuple(kernels), progression(chosen))
+        return Loop(len(order), tuple(kernels), progression(chosen), self._gate(order))
+
+    def _gate(self, order: Integers) -> Window | None:
+        """Return what the loop over some bodies looks at."""
+        if not self.gates:
+            return None
+        places = [self.places[self.gates[k]] for k in order.tolist()]
+        return Window(places[0][0], progression([place for _, place in places]))
 
     def _kernel(self, kind: int, stage: int, turns: Integers, members: Integers) -> Kernel:
         """Return the kernel of a kind, which runs for `members` in the iterations `turns`."""

@@ -159,7 +159,9 @@ class _Reverse:
             reads = [*map(layout.kept, kernel.reads), *map(layout.other, kernel.writes)]
             writes = [replace(layout.other(window), adds=True) for window in kernel.reads]
             kernels.append(Kernel(program, _backward(reads, loop.count), _backward(writes, loop.count)))
-        return Loop(loop.count, tuple(kernels), reversed_progression(loop.choice, loop.count))
+        gate = layout.behind_gate(loop).gate
+        (gate,) = (None,) if gate is None else _backward([gate], loop.count)
+        return Loop(loop.count, tuple(kernels), reversed_progression(loop.choice, loop.count), gate)
 
 
 def _seeds(outputs: Iterable[Output], arrays: Iterable[Array]) -> list[tuple[Node, Node]]:
@@ -187,7 +189,7 @@ def _moved_loop(loop: Loop, layout: Layout) -> Loop:
     kernels = [
         Kernel(k.program, tuple(map(layout.kept, k.reads)), tuple(map(layout.kept, k.writes))) for k in loop.kernels
     ]
-    return replace(loop, kernels=tuple(kernels))
+    return replace(layout.behind_gate(loop), kernels=tuple(kernels))
 
 
 def _backward(windows: Iterable[Window], count: int) -> tuple[Window, ...]:

@@ -5,14 +5,16 @@ It owns arrays that its loops fill. In each iteration one kernel reads *windows*
 where a progression says, and stores its outputs in others or adds them there. What a tree needs is said with windows:
 the parent's row is a window whose places are the parents', what children hand to their parent is added there, up the
 tree is a loop whose places descend, and different kinds of bodies are several kernels among which a progression
-chooses. As no element changes once it has been read, the values at the end are those that every kernel saw, and a
+chooses. Behind a *gate* an iteration runs only where an element is not zero: what it would have written stays as it is,
+zero at first. As no element changes once it has been read, the values at the end are those that every kernel saw, and a
 scan is differentiated backwards by running the kernels' adjoints over the same windows in the opposite order.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import ClassVar, Final, Protocol, assert_never
 
 import numpy as np
@@ -146,11 +148,15 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Loop:
-    """`count` iterations; in iteration k kernel number `choice.at(k)` runs."""
+    """`count` iterations; in iteration k kernel number `choice.at(k)` runs.
+
+    With a `gate` it does so only where the element that this begins at is not zero.
+    """
 
     count: int
     kernels: tuple[Kernel, ...]
     choice: Progression = Progression((0,))
+    gate: Window | None = None
 
     def turns(self) -> Iterator[tuple[Kernel, Integers]]:
         """Yield each kernel with the iterations in which it runs; raises IndexError where there is no such kernel."""
@@ -215,3 +221,13 @@ def callees(statement: Statement) -> tuple[Callee, ...]:
     if isinstance(statement, Assign | Solve):
         return ()
     assert_never(statement)
+
+
+def with_kernels(scan: Scan, programs: Sequence[Callee]) -> Scan:
+    """Return a scan that runs other Programs over the same windows, in the order of `callees`."""
+    left = iter(programs)
+    loops = [
+        replace(loop, kernels=tuple(replace(kernel, program=next(left)) for kernel in loop.kernels))
+        for loop in scan.loops
+    ]
+    return replace(scan, loops=tuple(loops))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from multibody_sym.program.progressions import Window
-from multibody_sym.program.statements import Array, Assign, Callee, Scan
+from multibody_sym.program.statements import Array, Assign, Callee, Loop, Scan
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, add, multiply
@@ -58,6 +58,10 @@ class Layout:
     def kept(self, window: Window) -> Window:
         """Return the window on the array itself."""
         return replace(window, array=self.first[window.array])
+
+    def behind_gate(self, loop: Loop) -> Loop:
+        """Return a loop behind its gate in the derivative."""
+        return loop if loop.gate is None else replace(loop, gate=self.kept(loop.gate))
 
     def other(self, window: Window) -> Window:
         """Return the window on the array of its rates or weights."""

@@ -96,7 +96,8 @@ def _scan(statement: Scan, counter: _Counter) -> str:
 def _loop(loop: Loop) -> str:
     runs = "; ".join(map(_kernel, loop.kernels))
     chosen = f", kernel {_progression(loop.choice)} of" if len(loop.kernels) > 1 else ":"
-    return f"for k < {loop.count}{chosen} {runs}"
+    gate = f" where {_window(loop.gate)}" if loop.gate is not None else ""
+    return f"for k < {loop.count}{gate}{chosen} {runs}"
 
 
 def _kernel(kernel: Kernel) -> str:

@@ -8,12 +8,14 @@ from typing import Any, Final
 from multibody_sym.program.arithmetic import integer_exponent
 from multibody_sym.program.infix import PRODUCTS
 from multibody_sym.program.program import Program
+from multibody_sym.program.progressions import Progression, Window
 from multibody_sym.program.statements import (
     TARGETS,
     Array,
     Assign,
     Call,
     Callee,
+    Kernel,
     Loop,
     Output,
     Record,
@@ -53,6 +55,17 @@ class Trace:
         record = Call(program, given, tuple(self._fresh(len(output.values)) for output in program.outputs))
         self.adopt(record)
         return record.targets
+
+    def call_where(
+        self, gate: Node, program: Callee, arguments: Sequence[Sequence[Node]]
+    ) -> tuple[tuple[Node, ...], ...]:
+        """Return the outputs of `program` where `gate` is not zero, else zeros, as fresh leaves."""
+        given = [*arguments, [gate]]
+        begin = Progression((0,))
+        reads = tuple(Window(k, begin) for k in range(len(arguments)))
+        writes = tuple(Window(len(given) + k, begin) for k in range(len(program.outputs)))
+        once = Loop(1, (Kernel(program, reads, writes),), gate=Window(len(arguments), begin))
+        return self.scan(given, [len(output.values) for output in program.outputs], [], [once])
 
     def solve(
         self,

@@ -99,6 +99,7 @@ def test_operations_are_those_of_every_iteration(seed: int, count: int) -> None:
     trace = Trace("f", [Array("own", (WIDTH * count,)), Array("shared")])
     values = passes.scanned(trace, trace["own"], trace["shared"][0])
     wanted: Counter[str] = Counter(additions=(1 + WIDTH) * count + 1)  # a share, a sum for the parent; one at the end
+    wanted += Counter(additions=sum(passes.opens), multiplications=sum(passes.opens))  # of gates
     for kind in passes.kinds:
         wanted += Counter(asdict(operation_count(passes.down[kind])))
         wanted += Counter(asdict(operation_count(passes.up[kind])))
@@ -110,7 +111,8 @@ def test_text_and_hash() -> None:
     first, second, other = both(3, 4)[0], both(3, 4)[0], both(3, 5)[0]
     assert program_hash(first) == program_hash(second) != program_hash(other)
     lines = str(first).splitlines()
-    assert sum("for k < 4" in line for line in lines) == 2
+    assert sum("for k < 4" in line for line in lines) == 3
+    assert sum("for k < 4 where" in line for line in lines) == 1
     assert any("= up_0(a0[" in line or "up_0(a0[" in line for line in lines)
 
 
@@ -165,6 +167,24 @@ def test_one_loop() -> None:
     assert interpret(scan(Window(1, steps[0]), Window(1, steps[1])), [1, 2, 3, 4])[0].tolist() == [0, 0, 0, 0]
     total = scan(Window(0, steps[0]), Window(1, Progression((2,)), adds=True))
     assert interpret(total, [1, 2, 3, 4])[0].tolist() == [0, 0, 12, 0]
+
+
+def test_an_iteration_behind_a_gate_runs_where_this_is_open() -> None:
+    trace = Trace("f", [Array("q", (4,)), Array("open", (4,))])
+    one_by_one = Progression((0,), 1)
+    kernel = Kernel(doubled(), (Window(0, one_by_one),), (Window(2, one_by_one),))
+    (result,) = trace.scan([trace["q"], trace["open"]], [4], [], [Loop(3, (kernel,), gate=Window(1, one_by_one))])
+    program = trace.finish({"x": ((4,), result)})
+    assert interpret(program, [1, np.nan, 3, 4], [-1, 0, 2, 1])[0].tolist() == [2, 0, 6, 0]
+    assert "for k < 3 where a1[0 + 1k]" in str(program)
+    assert program_hash(program) != program_hash(scan(Window(0, one_by_one), Window(1, one_by_one)))
+
+
+def test_a_call_behind_a_gate_gives_zeros_where_this_is_closed() -> None:
+    trace = Trace("f", [Array("x"), Array("open")])
+    ((found,),) = trace.call_where(trace["open"][0], doubled(), [trace["x"]])
+    program = trace.finish({"y": ((), [found])})
+    assert [interpret(program, 3, gate)[0].item() for gate in (0, 1, -0.5)] == [0, 6, 6]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ all rows, whatever the mode. Multipliers lambda that other rows are defined by s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Final
@@ -17,25 +17,22 @@ from typing import Final
 from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_rows import RowProgram, column, law_program, row_program
+from multibody_sym.dynamics.programs.like_contacts import ContactKind
+from multibody_sym.dynamics.programs.mode_values import ModeValues, chosen, is_of_normal
 from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
-from multibody_sym.dynamics.programs.switching import SwitchingValues
 from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.relative import STARTING
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.every_mode import (
     ModeNodes,
     friction_parts,
     functions,
-    has_end,
-    has_rim,
     in_every_mode,
     may_share,
-    sided,
 )
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.program import Program
 from multibody_sym.program.rolling.rolled import all_rolled
@@ -43,8 +40,7 @@ from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, sqrt, where
-from multibody_sym.scalars.limits import length, sliding
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, less_equal, real
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less_equal, real
 from multibody_sym.scalars.rotations import unit_quaternion
 from multibody_sym.scalars.vectors import S
 
@@ -83,11 +79,6 @@ def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict
     }
     made |= {} if normalize is None else {"normalize": normalize}
     return {**all_rolled(made), "laws": laws}, places
-
-
-def _if(number: Node, yes: S, no: S) -> Node:
-    """Return one of two values by a number that is 1 or 0."""
-    return as_node(where(less(_HALF, number), as_node(yes), as_node(no)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +125,7 @@ class _Friction:
     normals: list[int]
     sides: list[Node]
     tangents: list[int]
-    forces: list[Node]
+    forces: Sequence[Node]
     norm: bool
 
     def by_sides(self) -> Iterator[tuple[int, int, Node]]:
@@ -162,6 +153,11 @@ class _EveryMode:
         return ModeNodes(self.mechanism)
 
     @cached_property
+    def values(self) -> ModeValues:
+        """What its numbers make of friction."""
+        return ModeValues(self._motion)
+
+    @cached_property
     def _acts(self) -> list[Node]:
         rows = enumerate(self.mechanism.rows)
         return [self.modes.acts(row) if k in self.known.may_act else ZERO for k, row in rows]
@@ -175,50 +171,95 @@ class _EveryMode:
         return motion_of(self.mechanism, slot_state(self.mechanism))
 
     def _rows(self, trace: Trace) -> _Instant:
-        """Return all rows at the state of a trace."""
-        given = [trace[array.name] if array.size else () for array in self.known.program.inputs]
-        return _Instant(self.known, self.known.called(trace, given))
+        """Return all rows at the state of a trace, those of contacts by kinds where they act."""
+        return _Instant(self.known, self.known.called(trace, self._given(trace), self._touching))
 
-    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> list[_Friction]:
+    @cached_property
+    def _touching(self) -> list[Node]:
+        """Return 1 for each contact by kinds that acts."""
+        elements = self.mechanism.one_way
+        return [self.modes.acts(elements[place].normals[0]) for place in self.known.contacts.places]
+
+    def _given(self, trace: Trace) -> list[Sequence[Node]]:
+        """Return what Programs of the mechanism in no mode read."""
+        return [trace[array.name] if array.size else () for array in self.known.free.inputs]
+
+    def _frictions(self, trace: Trace, speeds: Sequence[Node], limits: Sequence[Node]) -> list[_Friction]:
         """Return what rubs, by `speeds`, phidot of all rows, and `limits`, both coefficients of all parts."""
-        found = []
+        found, by_kinds = [], self._forces(trace, speeds, limits)
         for k, (element, part) in enumerate(friction_parts(self.mechanism)):
             tangents = [self._places[row.name] for row in part.rows]
-            forces = self._of_friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
+            forces = by_kinds.get(part.name)
+            if forces is None:
+                forces = self.values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
             normals = [element.normals[n] for n in part.normals]
             sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
             found.append(_Friction([self._places[row.name] for row in normals], sides, tangents, forces, part.norm))
         return found
 
-    def _of_friction(self, part: FrictionPart, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Node]:
-        """Return the force along each row of a part for a unit normal force, zero where it does not slide."""
-        if part.regularised is not None:
-            kinetic, least = self._motion.state.values([part.kinetic, part.regularised])
-            return list(map(as_node, sliding(kinetic, speeds, length([*speeds, least]))))
-        slip, mu = self.modes.slip(part), _if(self.modes.at_limit(part), *limits)
-        if len(part.rows) == 1:
-            return [as_node(-slip * mu)]
-        ways = self._slip_velocity(part, speeds)
-        whole = _if(slip, length(ways), ONE)
-        return [_if(slip, -mu * v / whole, ZERO) for v in ways]
+    def _by_kinds(
+        self,
+        trace: Trace,
+        make: Callable[[ContactKind], Mapping[str, Sequence[Node]]],
+        given: Mapping[str, Sequence[Node]],
+        gates: Sequence[Node],
+    ) -> Iterator[tuple[OneWay, Mapping[str, Sequence[Node]]]]:
+        """Yield contacts that are derived by kinds, with what is made of each kind, by name; zeros behind its gate."""
+        contacts = self.known.contacts
+        found = contacts.scanned(trace, list(map(make, contacts.kinds)), given, gates)
+        for k, place in enumerate(contacts.places):
+            yield self.mechanism.one_way[place], {name: values[k] for name, values in found.items()}
 
-    def _slip_velocity(self, part: FrictionPart, speeds: Sequence[Node]) -> list[Node]:
-        """Return what has the direction of slip in space (see `kinematics.relative`)."""
-        return [v + real(STARTING) * way for v, way in zip(speeds, self.modes.direction(part), strict=True)]
+    def _forces(self, trace: Trace, speeds: Sequence[Node], limits: Sequence[Node]) -> dict[str, Sequence[Node]]:
+        """Return for contacts by kinds the forces of friction parts by name, for a unit normal force."""
+
+        def forces(kind: ContactKind) -> dict[str, list[Node]]:
+            values, found = ModeValues(kind.motion), list[Node]()
+            places = {row.name: k for k, row in enumerate(kind.mechanism.rows)}
+            for k, (_, part) in enumerate(friction_parts(kind.mechanism)):
+                own = [kind.leaves["rows"][places[row.name]] for row in part.rows]
+                found += values.friction(part, own, kind.leaves["limits"][2 * k : 2 * k + 2])
+            return {"forces": found}
+
+        known: dict[str, Sequence[Node]] = {}
+        for element, values in self._by_kinds(
+            trace, forces, {"rows": speeds, "limits": limits}, self._touching
+        ):
+            left = iter(values["forces"])
+            known |= {part.name: [next(left) for _ in part.rows] for part in element.frictions if part.rubs}
+        return known
 
     # --- accelerations ------------------------------------------------------------------------------------------------
 
     def state_derivative(self) -> Program:
-        """Return (t, q, u, ..) -> qdot, udot, multipliers of all rows, report.
+        """Return (t, q, u, ..) -> qdot, udot, multipliers of all rows, report: free motion where none acts."""
+        trace, held = Trace("state_derivative", arrays(self.mechanism)), self._held()
+        some = self.modes.any_acts
+        (free,) = trace.call(self.known.free, self._given(trace))
+        found = trace.call_where(some, held, [trace[array.name] for array in trace.inputs])
+        accelerations, multipliers, report = found
+        udot = self._moving([chosen(some, a, b) for a, b in zip(accelerations, free, strict=True)])
+        rates = coordinate_rates(self.mechanism, trace["q"], self._moving(trace["u"]))
+        rank, independence, residual = report
+        outputs = {
+            "qdot": rates,
+            "udot": udot,
+            "multipliers": multipliers,
+            "report": [rank, chosen(some, independence, ONE), residual],
+        }
+        return trace.finish({name: column(values) for name, values in outputs.items()})
+
+    def _held(self) -> Program:
+        """Return (t, q, u, ..) -> udot before speeds are held, multipliers, report, where some row acts.
 
         A second solve brings back what large accelerations without rows round away (see `formalisms.constrained`).
         """
-        trace, sharing = Trace("state_derivative", arrays(self.mechanism)), self._sharing
+        trace, sharing = Trace("held", arrays(self.mechanism)), self._sharing
         now, n = self._rows(trace), self.known.size
         gamma, right, free, phidot = (now.values[name] for name in ("gamma", "right", "free", "phidot"))
         more = self._stabilising(now)
         right = _sums(right, more)
-        frictions = self._frictions(phidot, now.values["coefficients"])
+        frictions = self._frictions(trace, phidot, now.values["coefficients"])
         frictions = self._along_reactions(trace, now, right, frictions)
         exerted, begun = _with_sliding(self._exerting(now), frictions), [ZERO] * n
         if sharing is not None:
@@ -231,13 +272,10 @@ class _EveryMode:
         defined = [_dot(d, first.solution[n:]) for d in now.coupling]
         missing = [a - _dot(h, near) - d for a, h, d in zip(_sums(gamma, more), now.jacobian, defined, strict=True)]
         second = self._solve(trace, now, missing, exerted)
-        udot = self._moving(_sums(near, now.unweighted(second.solution[:n])))
-        rates = coordinate_rates(self.mechanism, trace["q"], self._moving(trace["u"]))
+        udot = _sums(near, now.unweighted(second.solution[:n]))
         taken = _sums(first.multipliers, second.multipliers)
         multipliers = _with_friction(taken if sharing is None else sharing.carried(taken), frictions)
-        rank, independence, residual = first.report
-        told = [rank, _if(self.modes.any_acts, independence, ONE), residual]
-        outputs = {"qdot": rates, "udot": udot, "multipliers": multipliers, "report": told}
+        outputs = {"udot": udot, "multipliers": multipliers, "report": first.report}
         return trace.finish({name: column(values) for name, values in outputs.items()})
 
     @cached_property
@@ -277,7 +315,7 @@ class _EveryMode:
             exerted = _with_sliding(self._exerting(now), [friction.along(multipliers) for friction in frictions])
             found = self._solve(trace, now, right, exerted, turns).multipliers
             change = _largest(x - y for x, y in zip(found, multipliers, strict=True))
-            multipliers = [_if(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
+            multipliers = [chosen(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
             turns = as_node(where(less_equal(change, _SETTLED * _largest(found)), ZERO, turns))
         return [friction.along(multipliers) for friction in frictions]
 
@@ -291,19 +329,25 @@ class _EveryMode:
 
     def _moving(self, values: Sequence[Node]) -> list[Node]:
         """Return values of the speeds, zero where they are held."""
-        return [_if(held, ZERO, value) for held, value in zip(self.modes.held(), values, strict=True)]
+        return [chosen(held, ZERO, value) for held, value in zip(self.modes.held(), values, strict=True)]
 
     # --- positions and speeds -----------------------------------------------------------------------------------------
 
     def missed(self) -> Program:
         """Return -> phi, residual of the rows that act."""
-        trace, rows = Trace("missed", arrays(self.mechanism)), row_motions(self._motion)
-        phi = [row.phi if row.holonomic else ZERO for row in rows]
-        levels = {"phi": phi, "residual": [row.phidot for row in rows]}
-        return trace.finish({name: column(self._acting(values)) for name, values in levels.items()})
-
-    def _acting(self, values: Sequence[S]) -> list[Node]:
-        return [_if(acts, value, ZERO) for acts, value in zip(self._acts, values, strict=True)]
+        trace = Trace("missed", arrays(self.mechanism))
+        known: dict[str, dict[str, Node]] = {"phi": {}, "residual": {}}
+        for element, values in self._by_kinds(trace, _missed_of_kind, {}, self._touching):
+            for level, nodes in values.items():
+                known[level] |= zip((row.name for row in element.rows), nodes, strict=True)
+        left = [k for k, row in enumerate(self.mechanism.rows) if row.name not in known["phi"]]
+        rows = tuple(self.mechanism.rows[k] for k in left)
+        others = row_motions(replace(self._motion, mechanism=replace(self.mechanism, rows=rows)))
+        for level, nodes in _missed(others, [self._acts[k] for k in left]).items():
+            known[level] |= zip((row.name for row in rows), nodes, strict=True)
+        return trace.finish(
+            {name: column(values[row.name] for row in self.mechanism.rows) for name, values in known.items()}
+        )
 
     def put_back(self, missed: Program) -> Program:
         """Return both corrections: that of u for phidot where that of q leads, with H where it starts."""
@@ -328,15 +372,15 @@ class _EveryMode:
         for k in places:
             row = now.jacobian[k]
             least = sum((absolute(h) * fixed for h, fixed in zip(row, held, strict=True)), ZERO)
-            moving = [_if(fixed, ZERO, felt(h, least)) for h, fixed in zip(row, held, strict=True)]
-            matrix.append([_if(some, a, b) for a, b in zip(moving, now.matrix[k], strict=True)])
+            moving = [chosen(fixed, ZERO, felt(h, least)) for h, fixed in zip(row, held, strict=True)]
+            matrix.append([chosen(some, a, b) for a, b in zip(moving, now.matrix[k], strict=True)])
         acting = [self._acts[k] for k in places]
         every = zip(self._acts, self.mechanism.rows, strict=True)
         defining = sum((acts for acts, row in every if not row.restricts), ZERO)
         most = self.mechanism.parameters.slot(INDEPENDENT) - defining
         found = trace.solve(matrix, wanted, len(held), most, acting)
         pairs = zip(self._moving(found.solution), now.unweighted(found.solution), strict=True)
-        return [_if(some, a, b) for a, b in pairs]
+        return [chosen(some, a, b) for a, b in pairs]
 
     def normalize(self) -> Program | None:
         """Return -> q with unit quaternions, deviation; those of what stands still stay as they are."""
@@ -348,8 +392,8 @@ class _EveryMode:
                     continue
                 stands = reduce(lambda a, b: a * b, [held[k] for k in free.u])
                 unit, off = unit_quaternion([q[k] for k in free.q])
-                deviation = as_node(maximum(deviation, _if(stands, ZERO, off)))
-                q[free.q[0] : free.q[-1] + 1] = [_if(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
+                deviation = as_node(maximum(deviation, chosen(stands, ZERO, off)))
+                q[free.q[0] : free.q[-1] + 1] = [chosen(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
         if deviation is ZERO:
             return None
         return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
@@ -362,36 +406,52 @@ class _EveryMode:
         trace = Trace("events", (*arrays(mechanism), forces_of(mechanism)))
         asked = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades]
         values = answered(trace, sources, asked)
-        known = self._functions(SwitchingValues(self._motion, trace["multipliers"]))
-        values += [_if(self.modes.watched(name), known[name], _NO_END) for name in functions(mechanism)]
+        known = self._functions(trace)
+        values += [as_node(known[name]) for name in functions(mechanism)]
         return trace.finish({"values": ((len(values),), values)})
 
-    def _functions(self, values: SwitchingValues) -> dict[str, S]:
-        found: dict[str, S] = {}
-        for element in self.mechanism.one_way:
-            normal = element.normals[0]
-            if not element.unilateral:
-                for k in sided(element):
-                    row = element.normals[k]
-                    side, force = self.modes.side(element, row), values.multiplier(row.name)
-                    found[f"turns {row.name}"] = (1 - side * side) * absolute(force) - side * force
-                continue
-            found[f"normal {element.name}"] = _if(self.modes.acts(normal), values.opens(normal), values.closes(normal))
-            if has_end(element):
-                found[f"edge {element.name}"] = values.leaves(normal)
-            if has_rim(element):
-                found[f"flat {element.name}"] = values.lies_flat(normal)
-        for element, part in friction_parts(self.mechanism):
-            speeds = [as_node(values.row(row).phidot) for row in part.rows]
-            slip, way = self.modes.slip(part), f"slip {part.name}"
-            held = values.slips(element, part)
-            if len(part.rows) == 1:
-                found[way] = _if(slip * slip, -slip * speeds[0], held)
-                continue
-            found[way] = _if(slip, -length(self._slip_velocity(part, speeds)), held)
-            onward = sum((v * x for v, x in zip(speeds, self.modes.direction(part), strict=True)), ZERO)
-            found |= {f"onward {part.name}": onward, f"back {part.name}": -onward}
-        return found
+    def _functions(self, trace: Trace) -> dict[str, Node]:
+        """Return the switching functions by name, those of friction and ends of contacts by kinds where they touch."""
+        found: dict[str, Node] = {}
+        given = {"rows": trace["multipliers"]}
+        for make, gates in ((_ends_of_normal, ()), (_ends_of_touching, self._touching)):
+            for element, values in self._by_kinds(trace, make, given, gates):
+                of_normal = make is _ends_of_normal
+                names = [
+                    name
+                    for name in functions(replace(self.mechanism, one_way=(element,)))
+                    if is_of_normal(name) == of_normal
+                ]
+                found |= zip(names, values["values"], strict=True)
+        left = [element for k, element in enumerate(self.mechanism.one_way) if k not in self.known.contacts.places]
+        others = replace(self._motion, mechanism=replace(self.mechanism, one_way=tuple(left)))
+        found |= ModeValues(others).functions(trace["multipliers"])
+        return {name: chosen(self.modes.watched(name), value, _NO_END) for name, value in found.items()}
+
+
+def _missed(rows: Sequence[RowMotion], acts: Sequence[Node]) -> dict[str, list[Node]]:
+    """Return phi and phidot of the rows that act, zeros for the others."""
+    pairs = list(zip(rows, acts, strict=True))
+    return {
+        "phi": [chosen(acting, row.phi if row.holonomic else ZERO, ZERO) for row, acting in pairs],
+        "residual": [chosen(acting, row.phidot, ZERO) for row, acting in pairs],
+    }
+
+
+def _missed_of_kind(kind: ContactKind) -> dict[str, list[Node]]:
+    return _missed(row_motions(kind.motion), list(map(ModeNodes(kind.mechanism).acts, kind.mechanism.rows)))
+
+
+def _ends_of_normal(kind: ContactKind) -> dict[str, list[Node]]:
+    """Return when a contact closes or opens."""
+    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
+    return {"values": [as_node(x) for name, x in values.items() if is_of_normal(name)]}
+
+
+def _ends_of_touching(kind: ContactKind) -> dict[str, list[Node]]:
+    """Return when else the mode of a contact that touches ends."""
+    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
+    return {"values": [as_node(x) for name, x in values.items() if not is_of_normal(name)]}
 
 
 def _with_sliding(exerted: Sequence[Sequence[Node]], frictions: Sequence[_Friction]) -> list[list[Node]]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
+from functools import cached_property, partial, reduce
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.programs.like_contacts import LikeContacts, Weighted, like_contacts
 from multibody_sym.kinematics.contacts import allowed_past_end, reach
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
@@ -26,6 +27,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.program.program import Program
 from multibody_sym.program.rolling.rolled import rolled
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
@@ -46,7 +48,7 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
     """
     trace, elements = Trace("laws", arrays(mechanism)), mechanism.one_way
     motion = motion_of(mechanism, slot_state(mechanism))
-    outputs = known.called(trace, [trace[array.name] for array in trace.inputs])
+    outputs = known.called(trace, [trace[array.name] for array in trace.inputs], [ONE] * known.gates)
     driven = _driven(mechanism, known, outputs)
     del outputs["gamma"], outputs["forcing"]
     program = trace.finish(
@@ -68,18 +70,28 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
 class RowProgram:
     """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix.
 
-    `may_act` are the rows that do not vanish identically.
+    `may_act` are the rows that do not vanish identically. `free` tells M^-1 f alone. Where `contacts` are derived by
+    kinds a call tells which of them it asks for: rows of others are zero.
     """
 
     program: Program
+    free: Program
+    contacts: LikeContacts
     places: Mapping[str, Sequence[int]]
     count: int
     size: int
     may_act: frozenset[int]
 
-    def called(self, trace: Trace, given: Sequence[Sequence[Node]]) -> dict[str, tuple[Node, ...]]:
+    @property
+    def gates(self) -> int:
+        """How many contacts a call tells whether it asks for them."""
+        return len(self.contacts.chosen)
+
+    def called(
+        self, trace: Trace, given: Sequence[Sequence[Node]], gates: Sequence[Node]
+    ) -> dict[str, tuple[Node, ...]]:
         """Return the outputs by name of a call in a trace, for the inputs that every Program of a system has."""
-        outputs = trace.call(self.program, given)
+        outputs = trace.call(self.program, [*given, gates])
         return {output.name: values for output, values in zip(self.program.outputs, outputs, strict=True)}
 
     def moves(self, row: int) -> set[int]:
@@ -117,39 +129,132 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     `free` M^-1 f and `forcing` f (n). Of the matrices H, A, C, D and G^-1 the outputs are the entries that may differ
     from zero, of C those that may differ from A's; their places count row by row.
     """
-    trace = Trace("rows", arrays(mechanism))
-    state = slot_state(mechanism)
-    every = replace(mechanism, rows=every_row(mechanism))
-    whole = replace(motion_of(mechanism, state), mechanism=every)
-    rows, size = row_motions(whole), len(mechanism.speeds)
+    state, size, every = slot_state(mechanism), len(mechanism.speeds), every_row(mechanism)
+    motion = motion_of(mechanism, state)
     dynamics = (formalism or (composite_body if massless_speeds(mechanism) else block_ldl))(mechanism, state)
-    weighted, free, count = dynamics.factors.weighted, dynamics.bias_acceleration, len(rows)
+    weighted, free = dynamics.factors.weighted, [as_node(x) for x in dynamics.bias_acceleration]
+    contacts = like_contacts(mechanism, motion, weighted)
+    trace = Trace("rows", (*arrays(mechanism), Array("gates", (len(contacts.chosen),))))
+    found = _Whole(len(every), size)
+    like = {row.name for place in contacts.places for row in mechanism.one_way[place].rows}
+    _add_contacts(found, contacts, trace, free)
+    others = [k for k, row in enumerate(every) if row.name not in like]
+    limits = {2 * k + j: part for k, (_, part) in enumerate(friction_parts(mechanism)) for j in range(2)}
+    limits = {k: part for k, part in limits.items() if part.rows[0].name not in like}
+    alone = replace(motion, mechanism=replace(mechanism, rows=tuple(every[k] for k in others)))
+    rows = _Rows.of(alone, list(dict.fromkeys(limits.values())), list, weighted, free)
+    found.add(rows, rows.values, others, range(size), list(limits))
     units = [[ONE if k == j else ZERO for k in range(size)] for j in range(size)]
     columns = [dynamics.factors.unweighted(unit) for unit in units]
-    parts = [part for _, part in friction_parts(mechanism)]
-    matrix = [weighted(row.jacobian) for row in rows]
-    sparse = {
-        "jacobian": _entries([row.jacobian for row in rows]),
-        "matrix": _entries(matrix),
-        "exerted": _entries([weighted(row.forces) for row in rows], beside=matrix),
-        "coupling": {k * count + j: as_node(x) for k, row in enumerate(rows) for j, x in sorted(row.coupling.items())},
-        "inverse": _entries([[column[k] for column in columns] for k in range(size)]),
-    }
-    right = [row.gamma - sum(h * x for h, x in zip(row.jacobian, free, strict=True)) for row in rows]
+    sparse = {**found.matrices, "inverse": _entries([[column[k] for column in columns] for k in range(size)])}
     program = trace.finish(
         {
             **{name: column(entries.values()) for name, entries in sparse.items()},
-            "phi": column([row.phi if row.holonomic else ZERO for row in rows]),
-            "phidot": column([row.phidot if row.kinematic else ZERO for row in rows]),
-            "gamma": column([row.gamma for row in rows]),
-            "right": column(right),
-            "coefficients": column([x for part in parts for x in _coefficients(part, whole, rows)]),
+            **{name: column(values[k] for k in sorted(values)) for name, values in found.vectors.items()},
             "free": column(free),
             "forcing": column(dynamics.forcing),
         }
     )
     places = {name: list(entries) for name, entries in sparse.items()}
-    return RowProgram(rolled(program), places, count, size, frozenset(acting_rows(rows)))
+    of_tree = Trace("free", arrays(mechanism)).finish({"free": column(free)})
+    return RowProgram(rolled(program), of_tree, contacts, places, len(every), size, frozenset(found.may_act))
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Rows (k) at a state, matrices H, A, C (k, speeds), couplings, vectors (k), two coefficients of each part.
+
+    `acting` are those that do not vanish identically.
+    """
+
+    matrices: Mapping[str, list[list[Node]]]
+    coupling: Sequence[Mapping[int, S]]
+    vectors: Mapping[str, list[Node]]
+    acting: Sequence[int]
+
+    @staticmethod
+    def of(
+        motion: Motion, parts: Iterable[FrictionPart], by_speeds: Weighted, by_mass: Weighted, free: Sequence[Node]
+    ) -> _Rows:
+        """Return all rows of a mechanism in motion, with `free` M^-1 f.
+
+        `by_speeds` and `by_mass` make of what a row has for speeds of the motion what it has for those of the rows.
+        """
+        rows = row_motions(motion)
+        jacobian = [[as_node(x) for x in by_speeds(row.jacobian)] for row in rows]
+        matrix = [[as_node(x) for x in by_mass(row.jacobian)] for row in rows]
+        exerted = [[as_node(x) for x in by_mass(row.forces)] for row in rows]
+        pairs = zip(jacobian, rows, strict=True)
+        right = [row.gamma - sum(h * x for h, x in zip(own, free, strict=True)) for own, row in pairs]
+        vectors = {
+            "phi": [row.phi if row.holonomic else ZERO for row in rows],
+            "phidot": [row.phidot if row.kinematic else ZERO for row in rows],
+            "gamma": [row.gamma for row in rows],
+            "right": right,
+            "coefficients": [x for part in parts for x in _coefficients(part, motion, rows)],
+        }
+        return _Rows(
+            {"jacobian": jacobian, "matrix": matrix, "exerted": exerted},
+            [row.coupling for row in rows],
+            {name: list(map(as_node, values)) for name, values in vectors.items()},
+            acting_rows(rows),
+        )
+
+    @cached_property
+    def entries(self) -> dict[str, dict[int, Node]]:
+        """The entries of the matrices that may differ from zero, of C those that may from A's, by their places."""
+        matrix = self.matrices["matrix"]
+        return {name: _entries(x, matrix if name == "exerted" else None) for name, x in self.matrices.items()}
+
+    @property
+    def values(self) -> dict[str, list[Node]]:
+        """These entries and the vectors."""
+        return {**{name: list(entries.values()) for name, entries in self.entries.items()}, **self.vectors}
+
+
+class _Whole:
+    """What is known of all rows (m) of a mechanism: entries of matrices (m, n) by their places, vectors by theirs."""
+
+    def __init__(self, count: int, size: int) -> None:
+        self.count, self.size = count, size
+        self.matrices: dict[str, dict[int, Node]] = {name: {} for name in ("jacobian", "matrix", "exerted", "coupling")}
+        self.vectors: dict[str, dict[int, Node]] = {
+            name: {} for name in ("phi", "phidot", "gamma", "right", "coefficients")
+        }
+        self.may_act: set[int] = set()
+
+    def add(
+        self,
+        rows: _Rows,
+        values: Mapping[str, Sequence[Node]],
+        places: Sequence[int],
+        speeds: Sequence[int],
+        limits: Sequence[int],
+    ) -> None:
+        """Add rows, which stand at `places`, with the values of matrices over some `speeds` and of vectors."""
+        for name, entries in rows.entries.items():
+            width = len(speeds)
+            own = (places[k // width] * self.size + speeds[k % width] for k in entries)
+            self.matrices[name] |= zip(own, values[name], strict=True)
+        for k, coupling in zip(places, rows.coupling, strict=True):
+            self.matrices["coupling"] |= {k * self.count + places[j]: as_node(x) for j, x in sorted(coupling.items())}
+        for name in rows.vectors:
+            self.vectors[name] |= zip(limits if name == "coefficients" else places, values[name], strict=True)
+        self.may_act |= {places[k] for k in rows.acting}
+
+
+def _add_contacts(found: _Whole, contacts: LikeContacts, trace: Trace, free: Sequence[Node]) -> None:
+    """Add the rows of contacts, each kind's at once, for those that are asked for."""
+    kinds = []
+    for kind in contacts.kinds:
+        by_speeds = partial(kind.by_speeds, columns=kind.columns)
+        by_mass = partial(kind.by_speeds, columns=kind.weighted)
+        parts = [part for _, part in friction_parts(kind.mechanism)]
+        kinds.append(_Rows.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"]))
+    scanned = contacts.scanned(trace, [rows.values for rows in kinds], {"speeds": free}, trace["gates"])
+    for k, (chosen, speeds) in enumerate(zip(contacts.chosen, contacts.speeds, strict=True)):
+        values = {name: each[k] for name, each in scanned.items()}
+        found.add(kinds[chosen], values, contacts.of("rows", k), speeds, contacts.of("limits", k))
 
 
 def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:

@@ -17,7 +17,21 @@ import numpy as np
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Window, progression
-from multibody_sym.program.statements import Array, Assign, Call, Kernel, Loop, Scan, Solve, operands
+from multibody_sym.program.statements import (
+    Array,
+    Assign,
+    Call,
+    Callee,
+    Kernel,
+    Loop,
+    Record,
+    Scan,
+    Solve,
+    Statement,
+    callees,
+    operands,
+    with_kernels,
+)
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
@@ -44,7 +58,7 @@ def rolled(program: Program, long: int | None = None) -> Program:
     Itself too where it has fewer operations than `long`.
     """
     size = sum(len(s.nodes) for s in program.statements if isinstance(s, Assign))
-    if size < (_LONG if long is None else long) or any(isinstance(s, Scan) for s in program.statements):
+    if size < (_LONG if long is None else long):
         return program
     try:
         return rolled_up(program, size // _SHORTER)[0]
@@ -53,17 +67,26 @@ def rolled(program: Program, long: int | None = None) -> Program:
 
 
 def all_rolled(programs: Mapping[str, Program]) -> dict[str, Program]:
-    """Return Programs rolled up where that makes them much shorter, and so those that they call, each once."""
+    """Return Programs rolled up where that makes them much shorter, and so those that they run, each once."""
     done: dict[int, Program] = {}
 
-    def once(program: Program) -> Program:
+    def once(program: Callee) -> Program:
+        assert isinstance(program, Program)
         if id(program) not in done:
-            calls = {id(s): s for s in program.statements if isinstance(s, Call)}
-            called = {key: once(s.program) for key, s in calls.items() if isinstance(s.program, Program)}
-            new = {key: replace(calls[key], program=x) for key, x in called.items() if x is not calls[key].program}
-            statements = tuple(new.get(id(s), s) for s in program.statements)
-            done[id(program)] = rolled(replace(program, statements=statements) if new else program)
+            statements = tuple(map(inside, program.statements))
+            same = all(new is old for new, old in zip(statements, program.statements, strict=True))
+            done[id(program)] = rolled(program if same else replace(program, statements=statements))
         return done[id(program)]
+
+    def inside(statement: Statement) -> Statement:
+        before = callees(statement)
+        after = tuple(map(once, before))
+        if all(new is old for new, old in zip(after, before, strict=True)):
+            return statement
+        if isinstance(statement, Call):
+            return replace(statement, program=after[0])
+        assert isinstance(statement, Scan)
+        return with_kernels(statement, after)
 
     return {name: once(program) for name, program in programs.items()}
 
@@ -73,7 +96,7 @@ class _TooLongError(Exception):
 
 
 def rolled_up(program: Program, most: float = math.inf) -> tuple[Program, int]:
-    """Return a Program of assignments, solves and calls by loops, and the operations in its text.
+    """Return a Program with its assignments by loops, and the operations in its text.
 
     Raises _TooLongError as soon as these are more than `most`.
     """
@@ -116,6 +139,8 @@ class _Rolling:
                 self._solve(statement)
             elif isinstance(statement, Call):
                 self._call(statement)
+            elif isinstance(statement, Scan):
+                self._scan(statement)
         self._compute([value for output in self.given.outputs for value in output.values])
         return self.trace.finish(
             {output.name: (output.shape, [self._atom(x) for x in output.values]) for output in self.given.outputs}
@@ -125,6 +150,15 @@ class _Rolling:
         self._compute(_asked(statement))
         arguments = [[self._atom(x) for x in values] for values in statement.arguments]
         for old, new in zip(statement.targets, self.trace.call(statement.program, arguments), strict=True):
+            self._given(old, new)
+
+    def _scan(self, statement: Scan) -> None:
+        self._compute(_asked(statement))
+        given = [[self._atom(x) for x in values] for values in statement.given]
+        sizes = [len(leaves) for leaves in statement.targets]
+        for old, new in zip(
+            statement.targets, self.trace.scan(given, sizes, statement.work, statement.loops), strict=True
+        ):
             self._given(old, new)
 
     def _solve(self, statement: Solve) -> None:
@@ -276,7 +310,7 @@ class _Stage:
         return Loop(len(self.classes[group[0]].members), (Kernel(program, reads, tuple(writes)),))
 
 
-def _asked(statement: Call | Solve) -> list[Node]:
+def _asked(statement: Record) -> list[Node]:
     """Return the values that a statement needs."""
     return [x for atoms in operands(statement) for x in atoms]
 
@@ -285,7 +319,7 @@ def _uses(program: Program) -> dict[Node, int]:
     """Return how often each value is read; one that is asked for counts twice, a sign is no value."""
     asked = [x for output in program.outputs for x in output.values]
     for statement in program.statements:
-        if isinstance(statement, (Call, Solve)):
+        if not isinstance(statement, Assign):
             asked += _asked(statement)
     uses = dict.fromkeys(asked, 2)
     for node in postorder(dict.fromkeys(asked)):

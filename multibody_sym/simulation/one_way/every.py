@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.programs.like_contacts import are_alike
 from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.every_mode import every_row, functions, in_every_mode
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -18,10 +19,12 @@ from multibody_sym.simulation.one_way.tips import with_tips
 from multibody_sym.simulation.settings import form_of
 
 _MOST_ROWS: Final = 24
-"""Rows up to which all are computed at each evaluation; of more, few act at a time."""
+"""Rows up to which all are computed wherever one acts; of more, few act at a time."""
+_MOST_BY_KINDS: Final = 256
+"""The same where contacts are derived by kinds and computed where they act; the solve has room for all rows."""
 _MOST_ENTRIES: Final = 12
-"""Elements of G^-1 for each row up to which flights compute them too: a robot on four feet has 117 and 12 rows, a row
-of eleven rods with one contact 94, which took twice the time."""
+"""Elements of G^-1 for each row up to which they are computed: a robot on four feet has 117 and 12 rows, a row of
+eleven rods with one contact 94, which took twice the time."""
 _FORMS: Final = ("explicit", "multistep")
 """What methods ask for that take the derivative alone."""
 
@@ -66,8 +69,9 @@ def _is_served(declared: Mechanism) -> bool:
     Not where rows hold what has no mass, there are so many that few of them act at a time, or chains so long, with so
     few rows, that G^-1 takes longer than the motion itself.
     """
-    rows = every_row(declared)
-    few = len(rows) <= _MOST_ROWS and _entries(declared) <= _MOST_ENTRIES * len(rows)
+    rows = len(every_row(declared))
+    few = rows <= (_MOST_BY_KINDS if are_alike(declared) else _MOST_ROWS)
+    few = few and _entries(declared) <= _MOST_ENTRIES * rows
     return few and not declared.minimum_norm and not massless_speeds(declared)
 
 
