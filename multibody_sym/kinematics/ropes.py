@@ -193,6 +193,14 @@ def wrap_angle(motion: Motion, row: RopeRow, k: int) -> S:
     return _wrapped(motion, wheel, pieces[k - 1], pieces[k]) + turns
 
 
+def wrap_between(motion: Motion, before: RopeRow, after: RopeRow) -> S:
+    """Return around how much of the wheel a rope lies that two runs of it grip, one behind the other."""
+    wheel = wheel_at(motion, before.path, len(before.path) - 1)
+    assert wheel is not None
+    pieces = [segments(motion, row.path, row.straight)[0] for row in (before, after)]
+    return _wrapped(motion, wheel, pieces[0][-1], pieces[1][0])
+
+
 # --- tensions --------------------------------------------------------------------------------------------------------
 
 

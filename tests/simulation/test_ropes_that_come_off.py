@@ -43,19 +43,22 @@ def reach(x: float, y: float) -> tuple[float, np.ndarray]:
     return tangent + RADIUS * touches, (np.array([x, y]) - place) / tangent
 
 
-def by_hand(t: float, state: np.ndarray) -> np.ndarray:
-    """Return the rates of x, y and their rates: s = const - reach(x, y), gradient by differences for its own rate."""
+def by_hand(t: float, state: np.ndarray, wheel: float = 0.0) -> np.ndarray:
+    """Return the rates of x, y and their rates: s = const - reach(x, y), gradient by differences for its own rate.
+
+    A wheel that turns with the rope is as hard to move as a mass `wheel` (kg) beside the heavy one, without weight.
+    """
     (x, y, *v), step = state, 1e-6
     _, n = reach(x, y)
     (_, ahead), (_, back) = (reach(x + k * step * v[0], y + k * step * v[1]) for k in (1, -1))
     turning = float((ahead - back) / (2 * step) @ v)
-    # light a = weight - T n, heavy (-n a - turning) = heavy g - T
-    mass = LIGHT * np.eye(2) + HEAVY * np.outer(n, n)
-    force = np.array([0.0, -9.81 * LIGHT]) - HEAVY * (9.81 + turning) * n
+    # light a = weight - T n, (heavy + wheel) (-n a - turning) = heavy g - T
+    mass = LIGHT * np.eye(2) + (HEAVY + wheel) * np.outer(n, n)
+    force = np.array([0.0, -9.81 * LIGHT]) - (HEAVY * 9.81 + (HEAVY + wheel) * turning) * n
     return np.concatenate([v, np.linalg.solve(mass, force)])
 
 
-def off(t: float, state: np.ndarray) -> float:
+def off(t: float, state: np.ndarray, wheel: float = 0.0) -> float:
     return state[0] - RADIUS  # then the rope is one vertical line
 
 
@@ -106,3 +109,27 @@ simulation: {t_end: 2, samples: 5}
 """
     with pytest.raises(mbs.MultibodyError, match=r"ground\.up and lifted meet there, and rope between them"):
         mbs.simulate(mbs.loads(model))
+
+
+TURNING = 0.4
+"""The mass (kg) of a disc that turns with the rope: half of it moves as fast as the rope."""
+
+
+def test_a_rope_comes_off_a_wheel_that_turns_with_it() -> None:
+    model = MODEL.replace("  ground:", f"  disc: {{shape: {{disc: {RADIUS}, mass: {TURNING}}}}}\n  ground:")
+    model = model.replace("  flies:", "  turns: {type: revolute, parent: ground.post, child: disc, axis: z}\n  flies:")
+    model = model.replace("at: ground.post", "body: disc")
+    system = mbs.loads(model)
+    begin = mbs.simulate(system, t_end=1e-3)
+    off.terminal = True
+    names = [coordinate.name for coordinate in begin.ready.mechanism.coordinates]
+    x, y = names.index("x"), names.index("y")
+    start = [-0.8, 0.4, begin.u[0][x], begin.u[0][y]]
+    route = solve_ivp(
+        by_hand, (0, 2), start, rtol=1e-11, atol=1e-11, events=off, dense_output=True, args=(TURNING / 2,)
+    )
+    with pytest.raises(FailedRunError, match="rope comes off wheel at t = ") as failed:
+        mbs.simulate(system, t_end=2, samples=401, rtol=1e-10, atol=1e-10)
+    run = failed.value.trajectory
+    assert run.t[-1] == pytest.approx(route.t_events[0][0], abs=1e-7)
+    assert run.q[:, [x, y]] == pytest.approx(route.sol(run.t)[:2].T, abs=1e-7)

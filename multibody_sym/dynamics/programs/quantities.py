@@ -39,7 +39,7 @@ from multibody_sym.kinematics.energy import (
 )
 from multibody_sym.kinematics.loads import place, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.kinematics.ropes import wrap_angle
+from multibody_sym.kinematics.ropes import wrap_angle, wrap_between
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.kinematics.wrenches import NO_WRENCH
@@ -258,8 +258,12 @@ def _multiplier(instant: Instant, name: str) -> S:
 
 
 def _wrap(instant: Instant, name: str, pulley: str) -> S:
-    """Return around how much of a wheel a run of rope lies."""
-    row = next(row for row in ropes(instant.motion.mechanism) if row.name == name)
+    """Return around how much of a wheel a run of rope lies, at its end with the run behind it."""
+    every = list(ropes(instant.motion.mechanism))
+    row = next(row for row in every if row.name == name)
+    if row.path[-1].pulley == pulley:
+        after = next(x for x in every if x.rope == row.rope and x.path[0].pulley == pulley)
+        return wrap_between(instant.motion, row, after)
     return wrap_angle(instant.motion, row, next(k for k, bend in enumerate(row.path) if bend.pulley == pulley))
 
 

@@ -182,8 +182,10 @@ def _stops(system: System, bodies: Sequence[TreeBody]) -> dict[str, Node]:
 def _wheels_left(rows: Sequence[Row]) -> dict[str, Node]:
     """Return the functions that become positive where a rope lies around none of a wheel any more."""
     ropes = [row for row in rows if isinstance(row, RopeRow)]
-    bends = ((row.name, bend) for row in ropes for bend in row.path[1:-1] if bend.pulley and not bend.turns)
-    names = ((row, bend.pulley) for row, bend in bends if bend.radius.shadow != 0)
+    passed = [(row.name, bend) for row in ropes for bend in row.path[1:-1]]
+    behind = {(row.rope, row.path[0].pulley) for row in ropes if row.path[0].pulley}
+    passed += [(row.name, row.path[-1]) for row in ropes if (row.rope, row.path[-1].pulley) in behind]
+    names = ((row, x.pulley) for row, x in passed if x.pulley and not x.turns and x.radius.shadow != 0)
     return {leaves_wheel(*name): negate(quantity("wrap", name)) for name in names}
 
 

@@ -88,6 +88,8 @@ def _way_from(now: Stretch, facts: Facts) -> _Way | None:
     if not sliding or not np.isfinite(pushes).all():
         return None
     row = max(sliding, key=lambda k: abs(float(pushes[k])))
+    if not pushes[row]:
+        return None
     sizes = _slip(facts, slides[rows[row].name]) * facts.sizes[-len(facts.u) :]
     return _Way(now, row, float(pushes[row]), sizes)
 
@@ -269,8 +271,9 @@ class _Way:
     def _pushed(self, y: Floats) -> tuple[Floats, Floats, float]:
         """Return dy/ds, the rates in s of the impulses of all rows, and m."""
         rates, pushes, _ = self.now.problem.pushed(float(y[0]), y[1:])
-        m = self.push / float(pushes[self.row])
-        return m * np.concatenate([[1.0], rates]), m * pushes, m
+        with np.errstate(all="ignore"):  # nothing may push on the way
+            m = float(self.push / pushes[self.row])
+            return m * np.concatenate([[1.0], rates]), m * pushes, m
 
     def step(self, y: Floats, s: float) -> Floats:
         """Return y a step on, of order 4."""

@@ -14,6 +14,7 @@ from multibody_sym.dynamics.constraints.contradiction import Contradiction, cont
 from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
+from multibody_sym.dynamics.programs.tensions import ropes
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.flat_rims import ON_POINTS, flat_rims
@@ -105,8 +106,8 @@ def _cause(run: Trajectory, time: float) -> str | None:
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
     lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
-    ropes = [row for row in mechanism.rows if isinstance(row, RopeRow)]
-    lines += [(rope.name, ends) for rope in ropes for ends in pairwise(rope.points)]
+    active = (row for row in mechanism.rows if isinstance(row, RopeRow))
+    lines += [(rope.name, ends) for rope in active for ends in pairwise(rope.points)]
     for name, (a, b) in lines:
         begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
         if now <= _MEETS * begun:
@@ -327,11 +328,12 @@ def wheel_left(run: Trajectory) -> str | None:
     name = (run.stop or {}).get("element", "")
     if " " not in name:  # declared: a run that is recalled needs no mechanism to tell it
         return None
-    stop = run.ready.mechanism.stops.get(name, ZERO)
+    mechanism = run.ready.mechanism
+    stop, names = mechanism.stops.get(name, ZERO), {row.name: row.rope for row in ropes(mechanism)}
     for row, pulley in (leaf.data[1] for leaf in leaves([stop], "quantity") if leaf.data[0] == "wrap"):
         return (
-            f"{row} comes off {pulley} at t = {run.integration.t_final:.6g} s: it lies around none of the wheel any "
-            "more, and no motion without it is computed; end the run before, or take the pulley out of its path"
+            f"{names[row]} comes off {pulley} at t = {run.integration.t_final:.6g} s: it lies around none of the wheel "
+            "any more, and no motion without it is computed; end the run before, or take the pulley out of its path"
         )
     return None
 
