@@ -112,8 +112,11 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
         who, line = _who(acting, part) if element.kind == "friction" else ("it", "its tangent")
         where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} {line}"
         return f": {who} {'moves' if moving else 'starts to move'}{where}"
+    rubs = all(_unique(solved, row.name) for row in part.rows)
     if part.enough:
         least = needed.get(part.name)
+        if not rubs:
+            return ": friction that is not unique"
         if least is None or not least.value:
             return ": no friction is needed"
         return f": that needs a coefficient of {least.told()} or more"
@@ -124,7 +127,7 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     row = part.rows[0]
     if isinstance(row, RopeSlipRow) and all(_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
         return _two_tensions(acting, part, row)
-    if all(_unique(solved, row.name) for row in part.rows):
+    if rubs:
         if not limit:
             return ": nothing presses, and there is no friction"
         return f": friction {size:.6g}{unit} of {most}"

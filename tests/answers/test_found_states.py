@@ -106,6 +106,27 @@ def test_friction_under_a_normal_force_that_is_not_unique_has_no_limit_that_is_t
     assert "\n  lid sticks: friction that is not unique\n" in told
 
 
+def test_friction_that_is_always_enough_is_not_said_to_be_needless_where_it_is_not_unique() -> None:
+    """A ladder at 20 deg would slide without friction at either end."""
+    model = """
+multibody_sym: 1
+name: ladder
+gravity: [0, -9.81, 0]
+parameters: {th: 20 deg}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: -x}}}
+  l: {shape: {rod: 2, mass: 4}, points: {a: [0, 0, 0], b: [2, 0, 0]}}
+joints: {j: {type: planar, parent: ground, child: l, initial: {q: [-2*cos(th), 0, th]}}}
+contacts:
+  foot: {between: [l.a, ground.floor], static: enough}
+  head: {between: [l.b, ground.wall], static: enough}
+"""
+    told = solution_text(mbs.solve(mbs.loads(model)))
+    assert "\n  foot sticks: friction that is not unique\n" in told
+    assert "\n  head sticks: friction that is not unique\n" in told
+    assert "no friction is needed" not in told
+
+
 def test_what_slides_in_a_joint_is_told_by_its_body_and_the_joint() -> None:
     model = """
 multibody_sym: 1
