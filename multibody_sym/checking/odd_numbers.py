@@ -12,8 +12,11 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.tokens import plain_number
 from multibody_sym.expressions.units import Turning
 from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.forces import Friction
 from multibody_sym.model.declaration.joint import MovingJoint
+from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.system import System, expressions
+from multibody_sym.model.resolution.plane import moves_in_plane
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import postorder
 
@@ -43,6 +46,7 @@ Values = Mapping[Node, float]
 def number_hints(system: System, known: Values) -> Iterator[Hint]:
     """Yield what the values of a declaration suggest was confused."""
     yield from _gravity_upwards(system, known)
+    yield from _gravity_across(system, known)
     yield from _angles(system, known)
     yield from _degrees(system)
     yield from _degrees_of_parameters(system, known)
@@ -76,6 +80,17 @@ def _gravity_upwards(system: System, known: Values) -> Iterator[Hint]:
         yield Hint(f"{up}; downwards it is [0, -g, 0], with a positive g", "gravity")
     else:
         yield Hint(f"{name} is negative, so that {up}; write it positive", "parameters", name)
+
+
+def _gravity_across(system: System, known: Values) -> Iterator[Hint]:
+    x, y, z = (value_or_none(part, known) for part in system.gravity)
+    planes = (x for body in system.bodies.values() for x in body.surfaces.values() if x.plane is not None)
+    rubs = any(isinstance(force, Friction) for force in system.forces.values())
+    if rubs or any(is_upright(plane.normal) for plane in planes):
+        return  # weight presses there
+    if x == 0.0 and y == 0.0 and z and system.joints and moves_in_plane(system):
+        told = "gravity points along z, and all that moves does so in the plane z = 0, where it acts on nothing"
+        yield Hint(f"{told}; downwards in a figure it is [0, -g, 0]", "gravity")
 
 
 def _angles(system: System, known: Values) -> Iterator[Hint]:
@@ -261,8 +276,8 @@ def _inertia(name: str, body: Body, known: Values) -> Iterator[Hint]:
         for about_end, written in _ABOUT_AN_END.items():
             if abs(ratio - about_end) < EXACT and _factor(body.inertia[axis]) in (None, written):
                 told = (
-                    f"{key} of body {name} is that about an end or a rim; the inertia of a body is about its centre of "
-                    f"mass, such as m*l^2/12 of a rod; the joint adds the rest"
+                    f"{key} of body {name} would be that about an end or a rim; the inertia of a body is about its "
+                    "centre of mass, such as m*l^2/12 of a rod, and the joint adds the rest"
                 )
                 yield Hint(told, "bodies", name, "inertia", key)
 

@@ -195,6 +195,7 @@ ROWS = [
         PENDULUM, "g: 9.81 m/s^2", "g: «-9.81 m/s^2",
         "g is negative, so that gravity points along +y", "write it positive",
     ),
+    (PENDULUM, "gravity: [0, -g, 0]", "«gravity: [0, 0, -g]", "gravity points along z", "[0, -g, 0]"),
     (PENDULUM, "gravity: [0, -g, 0]", "gravity: «-g", "expected a list of three", "along y [0, -g, 0]"),
     (PENDULUM, "parent: ground, ", "", "parent is missing", "the body, point or frame that carries the joint"),
     (PENDULUM, "parent: ground, child: bob", "parent: bob, child: bob", "itself", ""),

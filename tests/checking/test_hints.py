@@ -31,7 +31,7 @@ joints: {hinge: {type: revolute, parent: ground, child: bob, q: phi, initial: {q
         ("gravity: [0, -g, 0]\n", "", "parameter g is not used"),
         (PENDULUM, "multibody_sym: 1\nname: n\n", "no body is declared, and nothing moves; write bodies: {"),
         ("m: 1 kg", "m: 500", "counts as 500 kg; if grams are meant: 500 g"),
-        ("com: [0, -l, 0]", "com: [0, -l/2, 0], inertia: {Izz: m*l^2/3}", "Izz of body bob is that about an end"),
+        ("com: [0, -l, 0]", "com: [0, -l/2, 0], inertia: {Izz: m*l^2/3}", "Izz of body bob would be that about an end"),
         ("{mass: m, com: [0, -l, 0]}", "{shape: {rod: l, mass: m}, points: {a: [-l/2, 0, 0]}}", "a rod begins at the"),
         ("{bob:", "{ground: {frames: {s: {rotate: [{axis: z, angle: 30}]}}}, bob:", "frame ground.s turns by 30"),
         ("0.5}}}", "0.5}}, j: {type: revolute, parent: ground, child: bob}}", "joints hinge and j both join bob to"),

@@ -105,3 +105,37 @@ forces:
     with pytest.raises(mbs.RunError, match=f"takes ever more steps, {steps} by now, .*: {cause}") as caught:
         mbs.simulate(mbs.loads(model), t_end=1.0, samples=3, backend=backend)
     assert 0.0 < caught.value.trajectory.final["coordinates"]["r"] < 0.01
+
+
+@pytest.mark.parametrize("value", ["1/(t - 1)", "tan(pi/2*t)"])
+def test_a_force_with_a_pole_in_time_is_named(value: str) -> None:
+    model = f"""
+multibody_sym: 1
+name: pole
+bodies: {{b: {{mass: 1}}}}
+joints: {{j: {{type: prismatic, axis: x, parent: ground, child: b, q: x}}}}
+forces: {{push: {{type: force, on: b, value: ["{value}", 0, 0]}}}}
+"""
+    said = r"the step became too small at t = 1 s, .*: push grows without bound there, as its expression does"
+    with pytest.raises(mbs.RunError, match=said) as caught:
+        mbs.simulate(mbs.loads(model), t_end=3.0, samples=31)
+    assert caught.value.number == "R101"
+
+
+def test_a_load_that_comes_to_its_pulley_is_named() -> None:
+    """With masses of 1 and 2 kg it rises by g/3: 3 m in sqrt(18/g) s."""
+    model = """
+multibody_sym: 1
+name: atwood
+gravity: [0, -9.81, 0]
+bodies: {ground: {points: {P: [0, 3, 0]}}, a: {mass: 1}, b: {mass: 2}}
+joints:
+  j: {type: prismatic, parent: ground, child: a, axis: y, q: y1}
+  k: {type: prismatic, parent: ground, child: b, axis: y, q: y2}
+pulleys: {p: {at: ground.P}}
+constraints: {r: {type: rope, path: [a, p, b]}}
+"""
+    with pytest.raises(mbs.RunError, match=r"constraint r .*: a and ground\.P meet there, and r between") as caught:
+        mbs.simulate(mbs.loads(model), t_end=3.0, samples=31)
+    assert caught.value.number == "R101"
+    assert caught.value.trajectory.t_final == pytest.approx((18.0 / 9.81) ** 0.5, abs=1e-6)

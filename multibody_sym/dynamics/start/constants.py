@@ -136,4 +136,7 @@ def valued() -> Iterator[None]:
     except NoDirectionError:
         raise
     except UNDEFINED as error:
-        raise ModelError(f"an expression has no finite value at the start ({error})", number="M115") from None
+        divides = isinstance(error, ZeroDivisionError)
+        why = "it divides by zero" if divides else "a root, power, logarithm or the like has none there"
+        cure = "correct it, or start elsewhere (initial: {q: ..})"
+        raise ModelError(f"an expression has no finite value at the start: {why}; {cure}", number="M115") from None

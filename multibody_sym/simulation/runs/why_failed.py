@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -15,6 +16,7 @@ from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.dynamics.programs.tensions import ropes
+from multibody_sym.errors import InputError
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.flat_rims import ON_POINTS, flat_rims
@@ -24,11 +26,12 @@ from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.partial_velocities import locked
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow, VelocityRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, Reason, RunFailure
 from multibody_sym.scalars.node import ZERO
@@ -108,17 +111,52 @@ def _cause(run: Trajectory, time: float) -> str | None:
     lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
     active = (row for row in mechanism.rows if isinstance(row, RopeRow))
     lines += [(rope.name, ends) for rope in active for ends in pairwise(rope.points)]
-    for name, (a, b) in lines:
-        begun, now = (math.hypot(*apart(motion, (a, b))) for motion in (first, last))
-        if now <= _MEETS * begun:
-            return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
     return (
-        _lies_flat(run, last)
+        _met(lines, first, last)
+        or _lies_flat(run, last)
         or _locked(last)
         or _in_line(first, last)
         or _about_nothing(first, last)
         or _grown(run, time, last)
+        or _load_grown(run, time, last)
     )
+
+
+def _met(lines: Iterable[tuple[str, tuple[Marker, Marker]]], first: Motion, last: Motion) -> str | None:
+    """Return that two points meet at the end of a run between which something is stretched; None for nothing."""
+    for name, ends in lines:
+        begun, now = (math.hypot(*apart(motion, ends)) for motion in (first, last))
+        if now <= _MEETS * begun:
+            a, b = ends
+            return f"{a.name} and {b.name} meet there, and {name} between them has neither direction nor bound"
+    return None
+
+
+def _load_grown(run: Trajectory, time: float, last: Motion) -> str | None:
+    """Return which load grows without bound at the end of a run and not as the motion does, as by a pole in time.
+
+    None for none, or where it has no value there.
+    """
+    mechanism, t0 = run.ready.mechanism, run.problem.t0
+    half = int(np.searchsorted(run.t, (t0 + time) / 2.0))
+    if not 0 < half < len(run.t):
+        return None
+    rows = Rows(mechanism, run.parameters.tolist(), [], float(run.t[half]))
+    middle = rows.motion(run.q[half], run.u[half])
+    sizes = [max(map(abs, (*motion.state.q, *motion.state.u)), default=0.0) for motion in (middle, last)]
+    if sizes[1] > _GROWN * sizes[0]:
+        return None
+    for load in mechanism.loads:
+        try:
+            before, now = (
+                max(map(abs, applied_generalized_forces(motion, applied(motion, [load], weight=False))), default=0.0)
+                for motion in (middle, last)
+            )
+        except (*UNDEFINED, InputError):
+            return None
+        if 0.0 < before <= _SUDDEN * now:
+            return f"{load.name} grows without bound there, as its expression does; bound it, or end the run before"
+    return None
 
 
 def _lies_flat(run: Trajectory, last: Motion) -> str | None:
@@ -266,8 +304,16 @@ def _happened(run: Trajectory, failure: RunFailure) -> Reason:
             f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
-    told = f"constraint {what} cannot be satisfied {when}"
+    return _not_satisfied(run, failure, f"constraint {what} cannot be satisfied {when}")
+
+
+def _not_satisfied(run: Trajectory, failure: RunFailure, told: str) -> Reason:
+    """Return why a constraint cannot be satisfied, beside what is `told`."""
+    mechanism = _ended_in(run)[0]
     row = mechanism.rows[failure.component] if failure.component is not None else None
+    met = _rope_ends(run, row, failure.time) if isinstance(row, RopeRow) else None
+    if met is not None:
+        return Reason(f"{told}: {met}; end the run before", ends=True)
     if isinstance(row, VelocityRow):
         named = {leaf.data[1] for leaf in leaves([row.zero], "slot") if leaf.data[0] == "u"}
         names = [speed.name for k, speed in enumerate(mechanism.speeds) if k in named]
@@ -279,6 +325,16 @@ def _happened(run: Trajectory, failure: RunFailure) -> Reason:
         f"{told}: no position beyond was found that satisfies it, down to the shortest step; this is where lengths end "
         "the motion, or where the method has lost it: shorter steps or tolerances tell"
     )
+
+
+def _rope_ends(run: Trajectory, rope: RopeRow, time: float) -> str | None:
+    """Return that a piece of a rope has no length left at the end of a run; None where all have some."""
+    end = run.integration
+    if end.q_final is None or end.u_final is None:
+        return None
+    rows = Rows(run.ready.mechanism, run.parameters.tolist(), [], time)
+    first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
+    return _met([(rope.name, ends) for ends in pairwise(rope.points)], first, last)
 
 
 def _not_finite(run: Trajectory, time: float) -> Reason:
