@@ -139,3 +139,23 @@ constraints: {r: {type: rope, path: [a, p, b]}}
         mbs.simulate(mbs.loads(model), t_end=3.0, samples=31)
     assert caught.value.number == "R101"
     assert caught.value.trajectory.t_final == pytest.approx((18.0 / 9.81) ** 0.5, abs=1e-6)
+
+
+def test_a_motion_that_drives_a_body_into_a_wall_is_told() -> None:
+    """Nothing that strikes there can move otherwise; beside it a pendulum moves as it may."""
+    model = """
+multibody_sym: 1
+name: ram
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {wall: {plane: [1, 0, 0], normal: -x}}}
+  ram: {mass: 1, points: {tip: [0.5, 0, 0]}}
+  bob: {mass: 1, com: [0, -1, 0]}
+joints:
+  s: {type: prismatic, parent: ground, child: ram, axis: x, motion: t}
+  h: {type: revolute, parent: ground, child: bob, axis: z, initial: {q: 1}}
+contacts: {c: {between: [ram.tip, ground.wall], restitution: 0.5}}
+"""
+    said = r"c\.normal closes, but constraints and prescribed motions alone determine its speed.* at t = 0\.5 s"
+    with pytest.raises(mbs.RunError, match=said):
+        mbs.simulate(mbs.loads(model), t_end=1.0, samples=3)

@@ -474,9 +474,10 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
     if laws.mechanism.rows or not e > 0.0 or rubs or facts.lying([element]):
         return None
     row, speed = facts.known["matrix"][place], facts.rate(element)
-    if not speed < 0.0:
+    moved = float(row @ row)
+    if not speed < 0.0 or not moved:
         return None
-    impulse = -(1.0 + e) * speed / float(row @ row)
+    impulse = -(1.0 + e) * speed / moved
     jump = facts.speeds(impulse * row)
     others = [x for x in facts.near if x is not element and x.name not in hidden]
     if others:
