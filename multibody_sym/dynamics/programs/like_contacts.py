@@ -431,7 +431,7 @@ class _Numbering:
         self.limits = list(accumulate((2 * sum(x.rubs for x in element.frictions) for element in elements), initial=0))
 
     def atoms(self, place: int) -> dict[str, tuple[Node, ...]]:
-        """Return the slots of the arrays `rows`, `limits`, `modes` and `gates` that belong to an element."""
+        """Return the slots of the arrays `rows`, `limits` and `modes` that belong to an element."""
         alone = replace(self.mechanism, rows=(), one_way=(self.mechanism.one_way[place],))
         return {
             "rows": slots("rows", range(*self.rows[place : place + 2])),
