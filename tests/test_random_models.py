@@ -199,3 +199,10 @@ def test_a_loop_with_a_dependent_row_and_a_rough_joint_is_put_back_by_the_others
     runs = [mbs.simulate(system, t_end=1, rtol=rtol) for rtol in (1e-9, 5e-10)]
     assert runs[0].q[-1] == pytest.approx(runs[1].q[-1], abs=1e-6)
     assert abs(runs[0].energy_residual) < 1e-7
+
+
+def test_an_impact_past_friction_in_several_places_is_told_as_not_found() -> None:
+    """Not all directions of slip in space are tried there."""
+    model = random_model(seed_of("f817f8b9c15021c4dd7e4749d91ecaba0d1a8011", 1525))
+    with pytest.raises(FailedRunError, match=r"no way was found .* impact at j5\.lower goes on .* tried were"):
+        mbs.simulate(mbs.loads(model), t_end=0.1, samples=3)

@@ -95,9 +95,9 @@ def among(account: Account, some: Chosen, row: int, v: Floats, small: Floats) ->
     found = find(posed, every=False)
     if not found.states:
         name = account.problem.name(some.rows[row])
-        raise NoSolutionError(
-            f"the impact at {name} cannot go on: friction in several places jams there", number="N108"
-        )
+        jams = f"the impact at {name} cannot go on: friction in several places jams there"
+        unknown = f"no way was found in which the impact at {name} goes on past friction in several places"
+        raise NoSolutionError(jams if found.proved else f"{unknown}; tried were {found.searched}", number="N108")
     state = found.states[0]
     return Pace(state.z, state.x, problem.matrix @ state.x + problem.coupling @ state.z, state.mode.slips)
 
