@@ -113,6 +113,29 @@ def test_what_friction_allows_stands_once():
     assert products == LIMITS_STAND_IN
 
 
+def is_of(node: ast.AST, *names: str) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr in names
+
+
+def test_which_forces_press_a_friction_part_and_their_factors_in_N_stand_once():
+    """Rows of an element by their places among its normals; over arrays, `base` times the forces of these rows."""
+    chosen = {
+        str(path)
+        for path, found in nodes().items()
+        for node in found
+        if isinstance(node, ast.ListComp | ast.GeneratorExp) and any(is_of(x.iter, "normals") for x in node.generators)
+        if any(isinstance(x, ast.Subscript) and is_of(x.value, "normals") for x in ast.walk(node.elt))
+    }
+    weighted = {
+        str(path)
+        for path, found in nodes().items()
+        for node in found
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.MatMult)
+        if is_of(node.left, "base") or is_of(node.right, "base")
+    }
+    assert (chosen, weighted) == ({"model/mechanism/one_way.py"}, {"dynamics/laws/scaled.py"})
+
+
 def test_how_elements_stand_and_which_problem_they_pose_is_defined_once():
     names = [function.name for found in nodes().values() for function in functions(found)]
     assert [names.count(name) for name in ("posed", "standing")] == [1, 1]

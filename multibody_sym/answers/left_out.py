@@ -100,7 +100,7 @@ def _of_pins(held: _Held, element: OneWay) -> Iterator[str]:
     """Yield the couple that pins and guides one on the other transmit, and the forces along the pins."""
     pins: dict[str, Floats] = {}
     for part in element.frictions:
-        rows = [element.normals[k] for k in part.normals]
+        rows = element.normals_of(part)
         first, second = (held.unit(row.force) for row in rows if isinstance(row, ReactionRow)) if part.norm else (0, 0)
         if isinstance(part.rows[0], BrakingRow):
             pins[part.name] = np.cross(first, second)

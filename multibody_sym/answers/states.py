@@ -131,7 +131,7 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
         if not limit:
             return ": nothing presses, and there is no friction"
         return f": friction {size:.6g}{unit} of {most}"
-    limited = all(_unique(solved, element.normals[k].name) for k in part.normals)
+    limited = all(_unique(solved, row.name) for row in element.normals_of(part))
     return ": friction that is not unique" + (f", {most}" if limited else "")
 
 

@@ -142,7 +142,7 @@ class Statics:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
         normals = [(k, most(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
-        pressing = tuple(self.place(element.normals[k]) for k in part.normals)
+        pressing = tuple(map(self.place, element.normals_of(part)))
         curved = len(rows) == 2 or (part.norm and len(pressing) > 1)
         curve = Curve(tuple(rows), part.static, pressing) if curved else None
         ways: Sequence[Direction] = ((1, 0), (-1, 0)) if len(rows) == 1 else cuts[part.name]
@@ -153,7 +153,7 @@ class Statics:
 
     def _pressing(self, element: OneWay, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
         """Yield the multipliers that make the normal force of friction, each with its factor."""
-        places = [self.place(element.normals[k]) for k in part.normals]
+        places = list(map(self.place, element.normals_of(part)))
         direction = choice.directions.get(places[0])
         for number, place in enumerate(places):
             factor = direction[number] if direction is not None else choice.sides.get(place, 1)
@@ -167,7 +167,7 @@ class Statics:
         circles: list[int] = []
         for element in self.mechanism.one_way:
             for part in () if element.unilateral else element.frictions:
-                places = [self.place(element.normals[k]) for k in part.normals]
+                places = list(map(self.place, element.normals_of(part)))
                 if part.norm and len(places) > 1:
                     circles.append(places[0])
                 else:

@@ -184,7 +184,7 @@ def length(components: Sequence[S]) -> S:
 
 def pressing(told: ImpactInstant, element: OneWay, part: FrictionPart, sides: Mapping[str, int]) -> S:
     """Return the impulse that presses where a part rubs; `sides` are those of reactions in joints."""
-    names = [element.normals[k].name for k in part.normals]
+    names = [row.name for row in element.normals_of(part)]
     return limits.pressing(row_impulses(told, names), [sides.get(name, 1) for name in names], norm=part.norm)
 
 

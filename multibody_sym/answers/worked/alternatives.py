@@ -19,6 +19,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.records import dataclass
+from multibody_sym.scalars import limits
 
 _MOST: Final = 4
 _AT_REST: Final = 1e-12
@@ -142,12 +143,11 @@ def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted
         return Refuted(slips, part, other, greater, size, limit) if size.sample > limit.sample else None
     names = [row.name for row in other.mechanism.rows]
     friction = other.symbols.multipliers[names.index(part.friction.rows[0].name)]
-    normals = [other.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
+    normals = [other.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
     static = coefficients(other.actions.motion, part.friction.rows, [part.friction.static])
     (coefficient,) = other.exactly.quotients(static)
     left = Linear({friction: other.exactly.constant(1)}, coefficient * 0)
-    value, limit = other.result(left), coefficient * 0
-    for normal in map(other.result, normals):
-        limit = limit + normal * coefficient * (1 if normal.sample >= 0 else -1)
+    value, forces = other.result(left), [other.result(normal) for normal in normals]
+    limit = limits.most(coefficient, limits.pressing(forces, [1 if force.sample >= 0 else -1 for force in forces]))
     size = value if value.sample >= 0 else -value
     return Refuted(slips, part, other, left, size, limit) if size.sample > limit.sample else None

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.derivation.notation import Notation
 from multibody_sym.kinematics.rows import coefficients, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, as_node
 from multibody_sym.scalars.vectors import apply, negate
 
@@ -84,10 +85,10 @@ class _Rejected:
         friction = equations.symbols.multipliers[names.index(row)] if row in names else further[0]
         static = coefficients(equations.actions.motion, part.friction.rows, [part.friction.static])
         (coefficient,) = equations.exactly.quotients(static)
-        normals = [equations.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
-        sizes = [shown(equations.exactly, normal) for normal in normals]
-        sizes = sizes if part.element.unilateral else [sympy.Abs(size) for size in sizes]
-        return friction, equations.exactly.written(coefficient) * sympy.Add(*sizes)
+        normals = [equations.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
+        forces = [shown(equations.exactly, normal) for normal in normals]
+        N = limits.pressing(forces, [int(part.element.unilateral)] * len(forces))
+        return friction, limits.most(equations.exactly.written(coefficient), N)
 
     def _way(self, part: Part, slip: int) -> str:
         """Return where the first of two bodies slides to, or how a joint's coordinate changes."""

@@ -34,6 +34,7 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.once import once
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
 
@@ -131,7 +132,7 @@ def pressing(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
     found = list(symbols.multipliers)
     for k, row in enumerate(rows):
         if row.beside and min(row.beside) > k:
-            found[k] = sympy.sqrt(sum((found[other] ** 2 for other in row.beside), found[k] ** 2))
+            found[k] = length([found[k], *(found[other] for other in row.beside)])
         elif row.beside:
             found[k] = sympy.S.Zero
     return found

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
 from multibody_sym.dynamics.impacts.elimination import moved_by
 from multibody_sym.dynamics.laws.problem import Friction
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.limits import most, pressing
 
 
 def give_back(account: Account, closed: Collection[int], before: Account) -> None:
@@ -27,9 +27,9 @@ def give_back(account: Account, closed: Collection[int], before: Account) -> Non
     z, stored = account.z - before.z, np.zeros(len(account.z))
     parts = [k for k in range(len(some.parts)) if _sticks(account, some, k)]
     for k in parts:
-        own, pressed = _rows(some, k)
+        own, normals = _rows(some, k)
         part, size = some.problem.parts[k], float(np.linalg.norm(z[own]))
-        room = math.inf if part.enough else most(part.static, float(z[pressed].sum())) - size
+        room = math.inf if part.enough else most(part.static, pressing(z[normals].tolist(), [1] * len(normals))) - size
         if size > 0.0:
             back = account.problem.given_back(some.parts[k]) * size
             stored[own] = z[own] * max(min(back, room), 0.0) / size

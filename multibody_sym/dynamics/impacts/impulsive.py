@@ -265,7 +265,7 @@ def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[O
             sides[row.name] = -1 if pressed < 0.0 else 1
         sides[element.name] = sides[element.normals[0].name]
         for part in rubbing(element):
-            rows = [places[element.normals[k].name] for k in part.normals], [places[r.name] for r in part.rows]
+            rows = [places[r.name] for r in element.normals_of(part)], [places[r.name] for r in part.rows]
             slips[part.name] = _one_way(struck, numbers[part.name], *rows)
     return Mode(sides, slips), tuple(rough)
 

@@ -264,7 +264,7 @@ def friction_law(
     """Return the law of a part at rest, of rows at some places."""
     return FrictionLaw(
         tuple(places[row.name] for row in part.rows),
-        tuple(places[element.normals[k].name] for k in part.normals),
+        tuple(places[row.name] for row in element.normals_of(part)),
         *coefficients,
         (0.0,) * len(part.rows),
         part.norm,

@@ -254,8 +254,7 @@ def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _T
         solved = _solved(*systems)
         z, a = small.z0 + solved.f @ small.Z.T, small.a0 + solved.f @ small.K.T
         for part in norms:
-            loads = part.base * z[:, part.normals]
-            pressing[part.number] = loads / np.maximum(np.linalg.norm(loads, axis=1), 1e-300)[:, None]
+            pressing[part.number] = part.along(z)
         for part in turning:
             to = a[:, part.rows]
             turned = to / np.maximum(np.linalg.norm(to, axis=1), 1e-300)[:, None]
@@ -294,9 +293,7 @@ def _systems(
         both = np.isin(part.normals, problem.both)
         touching = (both | (modes.sides[:, part.normals] > 0)).any(axis=1)
         sticks = touching & (modes.slips[:, part.number] == STICKS) & part.rests
-        weights = part.base * (
-            pressing[part.number] if part.norm else np.where(modes.sides[:, part.normals] < 0, -1, 1)
-        )
+        weights = part.weights(modes.sides, pressing)
         way = _ways(part, modes)
         for component, row in enumerate(part.rows):
             left[sticks, place[row]] = small.K[row]
@@ -388,11 +385,9 @@ def _forces_fit(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, loose
     for part in problem.parts:
         if not mu[part.number]:
             continue
-        loads = part.base * z[:, part.normals]
-        pressed = np.linalg.norm(loads, axis=1) if part.norm else np.abs(loads).sum(axis=1)
         slips = modes.slips[:, part.number] != STICKS
         if part.rests and not part.held:
-            over = beyond(np.linalg.norm(z[:, part.rows], axis=1), pressed, mu[part.number])
+            over = beyond(np.linalg.norm(z[:, part.rows], axis=1), part.pressed(z), mu[part.number])
             fits &= slips | (over <= force)
         if not part.norm:
             for k in np.intersect1d(part.normals, problem.both):

@@ -10,14 +10,13 @@ found by Newton's method around that solve.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.laws.problem import STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled, signed
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.pivoted_qr import PivotedQr, pivoted_qr
 from multibody_sym.numerics.rank import exact, least_squares
@@ -74,7 +73,7 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
         if settled:
             return trial
     for k in range(TURNS if turning else 0):
-        change = _press(norms, trial.z, pressing)
+        change = press(norms, trial.z, pressing)
         solution = equations.solved(mode, pressing) if norms else solution
         mode, turned = _turned(turning, solution)
         if k >= LOST and turned > TURN_LOST:
@@ -100,22 +99,19 @@ def _pressed(
 ) -> bool:
     """Take the directions of pressing forces from passes that begin with z (m), and return whether they settle."""
     for _ in range(PASSES):
-        change = _press(norms, z, pressing)
+        change = press(norms, z, pressing)
         z = equations.forces(mode, pressing)
         if change < SETTLED:
             return True
     return False
 
 
-def _press(norms: list[Part], z: Floats, pressing: dict[int, Floats]) -> float:
+def press(norms: list[Part], z: Floats, pressing: dict[int, Floats]) -> float:
     """Take the directions of pressing forces from the last pass, and return by how much they moved."""
-    change, largest = 0.0, float(np.abs(z).max(initial=0.0))
+    change, least = 0.0, VANISHING * float(np.abs(z).max(initial=0.0))
     for part in norms:
-        loads = part.base * z[part.normals]
-        size = float(np.linalg.norm(loads))
-        new = loads / size if size > VANISHING * largest else np.zeros(len(loads))
-        before = pressing.get(part.number)
-        change = max(change, 1.0 if before is None else float(np.abs(new - before).max()))
+        new = part.along(z, least)
+        change = max(change, float(np.abs(new - pressing.get(part.number, 0.0)).max(initial=0.0)))
         pressing[part.number] = new
     return change
 
@@ -124,7 +120,7 @@ def _settled(
     problem: Scaled, norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]
 ) -> bool:
     """Accept what rounding keeps from settling altogether."""
-    if norms and _press(norms, trial.z, dict(pressing)) > 1e-10:
+    if norms and press(norms, trial.z, dict(pressing)) > 1e-10:
         return False
     terms = problem.terms(trial.x, trial.z)
     sizes = [1e-10 * float(np.linalg.norm(trial.a[p.rows])) + 1e-13 * float(terms[p.rows].max()) for p in turning]
@@ -164,7 +160,8 @@ def _turned(turning: list[Part], solution: _Solution) -> tuple[Modes, float]:
     own = [slice(first, last) for first, last in pairwise(ends)]
     forces = np.zeros((len(trial.z), ends[-1]))  # (m, angles): friction for each angle
     for part, way, k in zip(turning, ways, own, strict=True):
-        forces[part.rows, k] = -trial.mu[part.number] * solution.weights(part) @ trial.z[part.normals] * way
+        weights = part.weights(mode.sides, solution.pressing)
+        forces[part.rows, k] = -trial.mu[part.number] * weights @ trial.z[part.normals] * way
     changes = solution.change(forces)
     missing, slopes = np.empty(ends[-1]), np.empty((ends[-1], ends[-1]))
     for part, way, k in zip(turning, ways, own, strict=True):
@@ -260,18 +257,11 @@ class _Following:
         S = self.fixed.copy()
         for number in self.parts:
             part = self.problem.parts[number]
-            weights, way = weights_of(part, mode, pressing), _way(part, mode, int(mode.slips[number]))
+            weights, way = part.weights(mode.sides, pressing), _way(part, mode, int(mode.slips[number]))
             columns = self.place[part.normals]
             there = columns >= 0
             S[part.rows[:, None], columns[there]] = -self.mu[number] * (way[:, None] * weights[there])
         return S
-
-
-def weights_of(part: Part, mode: Modes, pressing: Mapping[int, Floats]) -> Floats:
-    """Return the factors of its normals' forces in N."""
-    if part.norm:
-        return np.asarray(part.base * pressing.get(part.number, np.zeros(len(part.normals))), dtype=float)
-    return np.asarray(part.base * np.where(mode.sides[part.normals] < 0, -1.0, 1.0), dtype=float)
 
 
 def _on_lines(problem: Scaled, mode: Modes, mu: Floats, slides: Flags, S: Floats, place: Places) -> None:
@@ -279,7 +269,7 @@ def _on_lines(problem: Scaled, mode: Modes, mu: Floats, slides: Flags, S: Floats
     table = problem.table
     normals = np.flatnonzero(slides[table.owners] & (place[table.normals] >= 0))
     owners, pressing = table.owners[normals], table.normals[normals]
-    weights = table.base[normals] * np.where(mode.sides[pressing] < 0, -1.0, 1.0)
+    weights = signed(table.base[normals], mode.sides[pressing])
     ways = np.where(table.rests, mode.slips, table.senses)
     S[table.rows[table.first[owners]], place[pressing]] = -(mu * ways)[owners] * weights
 
@@ -361,10 +351,6 @@ class _Solution:
     beside: Floats
     basic: _Basic
     pressing: dict[int, Floats]
-
-    def weights(self, part: Part) -> Floats:
-        """Return the factors of its normals' forces in N."""
-        return weights_of(part, self.trial.mode, self.pressing)
 
     def change(self, forces: Floats) -> Floats:
         """Return by how much a (m, j) changes with forces (m, j), which others answer as the equations ask."""

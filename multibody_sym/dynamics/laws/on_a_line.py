@@ -72,7 +72,7 @@ def _limits(
         sticks = (slip == STICKS) & (sides[:, part.normals] > 0).any(axis=1)
         if not (part.held or both.any()):
             for sense in (1.0, -1.0):
-                over = beyond(sense * z[:, row], z[:, part.normals] @ part.base, mu[part.number])
+                over = beyond(sense * z[:, row], part.loads(z).sum(axis=1), mu[part.number])
                 ask(-over, sticks, force=True)
     shape = (len(z), len(found))
     return np.array(found).T.reshape(shape), np.array(forces, dtype=bool)

@@ -102,7 +102,7 @@ def _pressed(
 ) -> tuple[float, Floats, Floats]:
     """Return N = n0 + n_f . f + n_y . y."""
     n0, of_forces, of_unknowns = 0.0, np.zeros(len(small.own)), np.zeros(unknowns.count)
-    weights = part.base * pressing.get(part.number, np.zeros(len(part.normals))) if part.norm else part.base
+    weights = part.weights(np.ones(len(small.z0)), pressing)
     for k, weight in zip(part.normals.tolist(), weights, strict=True):
         n0 += weight * small.z0[k]
         of_forces += weight * small.Z[k]

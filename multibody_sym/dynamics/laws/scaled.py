@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -45,10 +45,26 @@ class Part:
     def in_space(self) -> bool:
         return len(self.rows) > 1
 
-    def pressed(self, z: Floats) -> float:
-        """Return N."""
-        loads = self.base * z[self.normals]
-        return float(np.linalg.norm(loads)) if self.norm else float(np.abs(loads).sum())
+    def loads(self, z: Floats) -> Floats:
+        """Return (.., k) the forces of its normals among z (.., m)."""
+        return np.asarray(self.base * z[..., self.normals], dtype=float)
+
+    def pressed(self, z: Floats) -> Floats:
+        """Return N (..) of forces z (.., m)."""
+        loads = self.loads(z)
+        return np.asarray(np.linalg.norm(loads, axis=-1) if self.norm else np.abs(loads).sum(axis=-1), dtype=float)
+
+    def along(self, z: Floats, least: float = 0.0) -> Floats:
+        """Return (.., k) the direction of these forces as a vector, zeros where it is no longer than `least`."""
+        loads = self.loads(z)
+        sizes = np.linalg.norm(loads, axis=-1, keepdims=True)
+        return np.asarray(loads / np.where(sizes > least, sizes, np.inf), dtype=float)
+
+    def weights(self, sides: Floats | Places, pressing: Mapping[int, Floats]) -> Floats:
+        """Return (.., k) the factors of z[normals] in N, by the signs of sides (.., m) or the directions `pressing`."""
+        if self.norm:
+            return np.asarray(self.base * pressing.get(self.number, np.zeros(len(self.normals))), dtype=float)
+        return signed(self.base, sides[..., self.normals])
 
 
 @dataclass(frozen=True)
@@ -194,6 +210,11 @@ def scaled(problem: LawProblem) -> Scaled:
         np.flatnonzero(equal & normal),
         tuple(_part(number, part, sizes) for number, part in enumerate(problem.parts)),
     )
+
+
+def signed(base: Floats, sides: Floats | Places) -> Floats:
+    """Return the factors of forces in N by the sides on which they press."""
+    return np.asarray(base * np.where(sides < 0, -1.0, 1.0), dtype=float)
 
 
 def beyond(friction: Floats, pressing: Floats, mu: Floats) -> Floats:

@@ -13,11 +13,11 @@ import numpy as np
 from multibody_sym.dynamics.laws.along_motion import along_motion
 from multibody_sym.dynamics.laws.enumeration import candidates, count_modes
 from multibody_sym.dynamics.laws.judgement import flipped, fulfils, holds_equations, labelled, violations
-from multibody_sym.dynamics.laws.mode_solve import Trial, roughly, solve_mode
+from multibody_sym.dynamics.laws.mode_solve import Trial, press, roughly, solve_mode
 from multibody_sym.dynamics.laws.problem import STICKS
 from multibody_sym.dynamics.laws.proposals import Proposal, fans, propose
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled
 from multibody_sym.dynamics.laws.uniqueness import SEEN, admissible
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -193,7 +193,7 @@ class States:
         for k in range(PASSES if norms else 1):
             proposal = propose(self.problem, self.small, coefficients, pressing)
             ray, used = proposal.ray and not proposal.spent, dict(pressing)
-            near, turned = turned < _NEAR or k == PASSES - 1, self._press(norms, proposal, pressing)
+            near, turned = turned < _NEAR or k == PASSES - 1, press(norms, proposal.z, pressing)
             trial = self._refined(mu, used, proposal) if (near or turned < _TURNED) and not proposal.ray else None
             if trial is not None:
                 return trial, False
@@ -226,16 +226,6 @@ class States:
         if trial.idle.shape[1] and holds_equations(self.problem, trial):
             trial = admissible(self.problem, trial) or trial
         return trial if fulfils(self.problem, trial) else None
-
-    def _press(self, norms: list[Part], proposal: Proposal, pressing: dict[int, Floats]) -> float:
-        """Take the directions of pressing forces from a proposal; return by how much they moved."""
-        moved = 0.0
-        for part in norms:
-            loads = part.base * proposal.z[part.normals]
-            way = loads / (float(np.linalg.norm(loads)) or 1.0)
-            moved = max(moved, float(np.abs(way - pressing.get(part.number, 0.0)).max(initial=0.0)))
-            pressing[part.number] = way
-        return moved
 
 
 def _both_sides(problem: Scaled, mode: Modes) -> Iterator[Modes]:

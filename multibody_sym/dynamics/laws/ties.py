@@ -143,11 +143,8 @@ class _Rates:
 
     def _follow(self, part: Part, exerts: Floats) -> None:
         """Let the normals exert the part's friction too."""
-        loads = part.base * self.trial.z[part.normals]
-        if part.norm:
-            weights = part.base * loads / (float(np.linalg.norm(loads)) or 1.0)
-        else:
-            weights = part.base * np.where(loads < 0.0, -1.0, 1.0)
+        z = self.trial.z
+        weights = part.weights(z, {part.number: part.along(z)})
         for normal, weight in zip(part.normals, weights, strict=True):
             self.C[normal] += weight * exerts @ self.C[part.rows]
             self.D[:, normal] += weight * self.D[:, part.rows] @ exerts

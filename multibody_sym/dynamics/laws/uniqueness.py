@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.judgement import force_tolerance
-from multibody_sym.dynamics.laws.mode_solve import Trial, sticking, weights_of
+from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
 from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.inner_point import Cone, inner_point
@@ -81,8 +81,7 @@ def _along_reactions(problem: Scaled, trial: Trial, scale: float) -> Ways | None
         if not beyond < CLOSER * least:
             return None
         z = trial.z + trial.forces @ trial.idle @ (t * scale)
-        loads = {part.number: part.base * z[part.normals] for part in parts}
-        along = {k: load / (float(np.linalg.norm(load)) or 1.0) for k, load in loads.items()}
+        along = {part.number: part.along(z) for part in parts}
         if beyond <= ROUNDED:
             return along
         least = beyond
@@ -287,7 +286,7 @@ def _bounded(problem: Scaled, trial: Trial, along: Ways) -> list[Part]:
 def _pressing(problem: Scaled, part: Part, trial: Trial, along: Ways) -> Floats:
     """Return (m) by the forces what those of a part that sticks may be at most."""
     row = np.zeros(problem.count)
-    row[part.normals] = trial.mu[part.number] * weights_of(part, trial.mode, along)
+    row[part.normals] = trial.mu[part.number] * part.weights(trial.mode.sides, along)
     return row
 
 

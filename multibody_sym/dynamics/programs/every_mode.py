@@ -192,7 +192,7 @@ class _EveryMode:
             forces = by_kinds.get(part.name)
             if forces is None:
                 forces = self.values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
-            normals = [element.normals[n] for n in part.normals]
+            normals = element.normals_of(part)
             sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
             found.append(_Friction([self._places[row.name] for row in normals], sides, tangents, forces, part.norm))
         return found

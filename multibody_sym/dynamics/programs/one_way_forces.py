@@ -86,7 +86,7 @@ class OneWayForces:
 
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
-        normals = [element.normals[k] for k in part.normals]
+        normals = element.normals_of(part)
         forces = [self.multiplier(row.name) for row in normals]
         in_programs = self.mechanism.mode_numbers and any(isinstance(x, Node) for x in forces)  # numbers have a mode
         if in_programs and not (element.unilateral or part.norm):

@@ -115,7 +115,7 @@ def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> It
     for place, normal in enumerate(element.normals):
         pressed = side if len(element.normals) == 1 else mode.sides.get(normal.name, side)
         frictions = tuple(
-            _by_length(element, part, place, _sliding(part, mode, parameters, ACTIVE))
+            _by_length(element, part, normal, _sliding(part, mode, parameters, ACTIVE))
             if part.norm
             else _sliding(part, mode, parameters, pressed)
             for part in sliding
@@ -148,9 +148,9 @@ def slip_of(part: FrictionPart, mode: Mode) -> int:
     return mode.slips.get(part.name, STICKS) or mode.carried.get(part.name, STICKS)
 
 
-def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding) -> Sliding:
+def _by_length(element: OneWay, part: FrictionPart, normal: Row, sliding: Sliding) -> Sliding:
     """Return friction that the length of a vector presses, of which one of its normals is a component."""
-    return replace(sliding, beside=tuple(element.normals[k].name for k in part.normals if k != place))
+    return replace(sliding, beside=tuple(row.name for row in element.normals_of(part) if row is not normal))
 
 
 def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:

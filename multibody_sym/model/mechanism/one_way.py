@@ -92,6 +92,10 @@ class OneWay:
         for part in self.frictions:
             yield from part.rows
 
+    def normals_of(self, part: FrictionPart) -> list[Row]:
+        """Return the rows whose forces press a part."""
+        return [self.normals[k] for k in part.normals]
+
 
 PRESSING: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
 """The component with which elements of a kind press, pull or stop."""
@@ -145,7 +149,7 @@ def row_forces(element: OneWay) -> Iterator[tuple[str, str, str]]:
         yield element.normals[0].name, element.name, PRESSING[element.kind]
     for part in element.frictions:
         if not element.unilateral:
-            yield from ((element.normals[k].name, part.name, PRESSING[element.kind]) for k in part.normals)
+            yield from ((row.name, part.name, PRESSING[element.kind]) for row in element.normals_of(part))
         for row, component in zip(part.rows, component_names(element, part), strict=True):
             yield row.name, element.name, component
 

@@ -167,7 +167,8 @@ class _Forces:
         """Yield the static limits of a part, slip either way."""
         for slip in (1, -1):
             row = slip * self._unit(part.rows[0])
-            row[part.normals] += self.mu[part.number] * self._weights(part)
+            weights = part.weights(self.modes.sides, {part.number: part.along(self.z)})
+            row[part.normals] += self.mu[part.number] * weights
             yield _Bound(row, element, carried={self.posed.parts[part.number].name: slip})
 
     def _is_bare(self, element: OneWay, z: Floats) -> bool:
@@ -179,14 +180,6 @@ class _Forces:
         row = np.zeros(len(self.z))
         row[place] = 1.0
         return row
-
-    def _weights(self, part: Part) -> Floats:
-        """Return the factors of its normals' forces in what presses it; where that is a length, in this direction."""
-        if part.norm:
-            loads = part.base * self.z[part.normals]
-            size = float(np.linalg.norm(loads))
-            return np.asarray(part.base * loads / size if size else np.zeros(len(loads)), dtype=float)
-        return part.base * np.where(self.modes.sides[part.normals] < 0, -1.0, 1.0)
 
     def _at(self, z: Floats, reached: Sequence[_Bound]) -> Mode | None:
         """Return the mode in which forces z are at bounds, None where they are not the only ones, or beyond others."""

@@ -406,7 +406,7 @@ def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
     Components of a vector whose length presses have no sides.
     """
     two_sided = [x for x in facts.laws.mechanism.one_way if not x.unilateral]
-    sided = [(x, x.normals[k]) for x in two_sided for part in x.frictions if not part.norm for k in part.normals]
+    sided = [(x, row) for x in two_sided for part in x.frictions if not part.norm for row in x.normals_of(part)]
     names = [row.name if len(x.normals) > 1 else x.name for x, row in sided]
     return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
 

@@ -24,7 +24,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
-from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.limits import most, pressing
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.impact import Blow
 from multibody_sym.simulation.one_way.stretches import Stretch
@@ -170,8 +170,8 @@ def feeds_itself(now: Stretch, facts: Facts) -> str | None:
             continue
         moved = problem.exerted[law.rows[0]]
         forces = least_squares(problem.matrix[held] @ problem.exerted[held].T, problem.matrix[held] @ moved)
-        pressing = problem.matrix[list(law.normals)] @ (moved - problem.exerted[held].T @ forces)
-        made = most(law.kinetic, float(np.linalg.norm(pressing) if law.norm else np.abs(pressing).sum()))
+        normal = problem.matrix[list(law.normals)] @ (moved - problem.exerted[held].T @ forces)
+        made = most(law.kinetic, pressing(normal.tolist(), [0] * len(normal), norm=law.norm))
         if abs(made - 1.0) < _ITSELF:
             return part.name
     return None
