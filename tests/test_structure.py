@@ -136,6 +136,6 @@ def test_which_forces_press_a_friction_part_and_their_factors_in_N_stand_once():
     assert (chosen, weighted) == ({"model/mechanism/one_way.py"}, {"dynamics/laws/scaled.py"})
 
 
-def test_how_elements_stand_and_which_problem_they_pose_is_defined_once():
+def test_how_elements_stand_what_touches_and_which_problem_they_pose_is_defined_once():
     names = [function.name for found in nodes().values() for function in functions(found)]
-    assert [names.count(name) for name in ("posed", "standing")] == [1, 1]
+    assert [names.count(name) for name in ("posed", "standing", "touching")] == [1, 1, 1]

@@ -121,17 +121,16 @@ def without(mechanism: Mechanism, impact: StruckImpacts) -> Mechanism:
 def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> list[OneWay]:
     """Return the elements that touch and may strike, with the coefficients that the section gives them."""
     found = list(impact.meetings)
-    named = impact.contacts
+    named, touching = impact.contacts, rows.touching()
     for element in mechanism.one_way:
         if not element.unilateral:
             continue
         called = {element.name, element.group}
-        standing = rows.standing(element)
         if named is not None and called.isdisjoint(named):
             continue
-        if standing in ("touching", "closing"):
+        if element.name in touching:
             found.append(_with_coefficients(element, impact))
-        elif standing == "open" and element.name in (named or ()):
+        elif element.name in (named or ()) and rows.standing(element) == "open":
             gap = rows.gap(element)
             raise ModelError(
                 f"{element.name} is open by {gap:.4g} and strikes nothing; start it where it touches",

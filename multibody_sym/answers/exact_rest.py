@@ -133,7 +133,7 @@ class ExactEnd:
         state = state_of(whole.mechanism, Node, ZERO, list(given.state.q), rest, parameters)
         motion = motion_of(whole.mechanism, state)
         balance = whole.balance(motion, self.end.limits, row_motions(motion))
-        touching = self._touching
+        touching = self._carrying
         return given, replace(
             balance,
             **{
@@ -147,7 +147,7 @@ class ExactEnd:
         return statics(self.at_end)
 
     @cached_property
-    def _touching(self) -> frozenset[int]:
+    def _carrying(self) -> frozenset[int]:
         """The rows that have forces at the end."""
         at_end = self.at_end
         position = Position(at_end, start(at_end))

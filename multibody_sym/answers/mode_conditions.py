@@ -84,7 +84,7 @@ def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
             if part.rubs:
                 yield from _friction(acting, element, part, part.name in moving)
     yield from _groups(acting)
-    yield from _standing(acting, Acting.at(solved.numbers))
+    yield from _between_corners(acting, Acting.at(solved.numbers))
     yield from _taut_ropes(acting)
 
 
@@ -260,7 +260,7 @@ def _sticking_together(
     return _cone(forces, most, told, name, tuple(row.name for part in parts for row in part.rows))
 
 
-def _standing(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
+def _between_corners(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
     """Yield that a body on so many corners that their single forces are not unique stands between all of them.
 
     Their sum acts inside the outline of the corners; where it gets past a side of that the body tips about it.

@@ -84,13 +84,13 @@ def _lines(
         return  # a corner in the air
     rubbing = [part for part in element.frictions if acts and part.rubs]
     if element.name in words and all(part.name != element.name for part in rubbing):
-        yield _standing(element, words[element.name])
+        yield _state_line(element, words[element.name])
     for part in rubbing:
         if part.name in words:
             yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
 
 
-def _standing(element: OneWay, word: str) -> str:
+def _state_line(element: OneWay, word: str) -> str:
     """Return in which state an element is that does not rub: `c is open`, `j rests at its upper stop`."""
     if element.kind == "stop" and word == element.words[0]:
         return f"{element.group} rests at its {word} stop"

@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Limit, Statics
-from multibody_sym.analysis.rest.touching import TOUCHING, reaches, size_of
+from multibody_sym.analysis.rest.touching import stands
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
-from multibody_sym.kinematics.rows import row_motion
+from multibody_sym.kinematics.rows import row_motion, row_motions
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND
@@ -73,7 +73,7 @@ def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Mo
 
     Nothing where that are three corners: on these it stands, and something else gives way.
     """
-    corners = [] if motion is None else touching(statics, motion, limit.group)
+    corners = [] if motion is None else [x for x in _closed(statics, motion) if (x.group or x.name) == limit.group]
     opened = {other.part for other in limits if other.group == limit.group and other.way == "opens"}
     stay = [element for element in corners if element.name not in opened]
     if motion is None or not stay:
@@ -118,8 +118,9 @@ def _tipping(
 def _loose(statics: Statics, motion: Motion, limits: Sequence[Limit]) -> Iterator[Row]:
     """Yield the rows that do not hold where limits are passed, as what does not touch and what has no friction."""
     passed = {(limit.way == "slips", limit.part) for limit in limits}
+    closed = {element.name for element in _closed(statics, motion)}
     for element in statics.mechanism.one_way:
-        if (False, element.name) in passed or (element.unilateral and not _touching(element, motion)):
+        if (False, element.name) in passed or (element.unilateral and element.name not in closed):
             yield from element.rows
         for part in element.frictions:
             if (True, part.name) in passed or not part.rubs:
@@ -135,15 +136,9 @@ def _turning(motion: Motion, speeds: Sequence[float]) -> dict[int, float]:
     return {k: float(np.linalg.norm(np.array(w, dtype=float))) for k, w in found.items()}
 
 
-def touching(statics: Statics, motion: Motion, group: str) -> list[OneWay]:
-    """Return the contacts of a declared element that touch."""
-    return [x for x in statics.mechanism.one_way if (x.group or x.name) == group and _touching(x, motion)]
-
-
-def _touching(element: OneWay, motion: Motion) -> bool:
-    """Return whether an element touches."""
-    bias, near = accelerations(motion, [0.0] * len(motion.state.u)), TOUCHING * size_of(motion)
-    return reaches(element, motion, near) and abs(float(row_motion(element.normals[0], motion, bias).phi)) <= near
+def _closed(statics: Statics, motion: Motion) -> list[OneWay]:
+    """Return what touches of what may open."""
+    return [x for x, how in stands(statics, motion, row_motions(motion)) if how == "touching"]
 
 
 def _touches(element: OneWay) -> Marker:

@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Limit, Statics, statics
-from multibody_sym.analysis.rest.touching import TOUCHING, crossed, height, out_of_touch, size_of, ways_of, with_planes
+from multibody_sym.analysis.rest.touching import crossed, height, out_of_touch, size_of, ways_of, with_planes
 from multibody_sym.dynamics.constraints.closing import normalize
+from multibody_sym.dynamics.laws.assemble import TOUCHING
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.constants import measured_rows, with_constants
 from multibody_sym.dynamics.start.parameters import parameter_values

@@ -15,11 +15,13 @@ from math import cos, pi, sin
 from typing import Final, Literal
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.laws.assemble import Numbered
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.ropes import wrap_angle
 from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.model.mechanism.every_mode import every_row
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
@@ -101,6 +103,7 @@ class Statics:
     """
 
     mechanism: Mechanism
+    numbered: Numbered
     places: Mapping[int, int]
     cuts: Cuts = field(default_factory=dict)
 
@@ -218,18 +221,17 @@ def statics(mechanism: Mechanism) -> Statics:
 
     Raises NoSolutionError where forces with three components rub or press.
     """
-    rows = [*mechanism.rows]
     for element in mechanism.one_way:
         _verify_plane(element)
-        rows += element.rows
+    rows = every_row(mechanism)
     cuts = {
         part.name: around(DIRECTIONS)
         for element in mechanism.one_way
         for part in element.frictions
         if len(part.rows) == 2 and not part.enough
     }
-    whole = replace(mechanism, rows=tuple(rows))
-    return Statics(whole, {id(row): k for k, row in enumerate(rows)}, cuts)
+    whole = replace(mechanism, rows=rows)
+    return Statics(whole, Numbered(mechanism), {id(row): k for k, row in enumerate(rows)}, cuts)
 
 
 def _verify_plane(element: OneWay) -> None:

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.statics import Statics
+from multibody_sym.dynamics.laws.assemble import OneWayRows, Scale
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
@@ -19,12 +20,11 @@ from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import dot, subtract
 
-TOUCHING: Final = 1e-9
-"""The part of the model's size up to which a gap is none."""
 _AT_END: Final = 1e-2
-"""The part of that up to which what is beyond the end of a face is at it."""
+"""The part of a gap that is none up to which what is beyond the end of a face is at it."""
 
 
 def size_of(motion: Motion) -> float:
@@ -34,45 +34,36 @@ def size_of(motion: Motion) -> float:
 
 def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> frozenset[int] | None:
     """Return the rows of what does not touch; None where something is inside of what it may only touch."""
-    near, found = TOUCHING * size_of(motion), set[int]()
-    for element, gap in _gaps(statics, rows):
-        apart = element.open or gap > near or not reaches(element, motion, near)
-        if gap < -near and not apart:
-            return None
-        if apart:
-            found |= {statics.place(row) for row in element.rows}
-    return frozenset(found)
+    standing = list(stands(statics, motion, rows))
+    if any(how == "inside" for _, how in standing):
+        return None
+    return frozenset(statics.place(row) for element, how in standing if how == "open" for row in element.rows)
 
 
 def crossed(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> str | None:
     """Return the declared contact, rope or stop at which something is inside of what it may only touch, if any."""
-    near = TOUCHING * size_of(motion)
-    for element, gap in _gaps(statics, rows):
-        if gap < -near and not element.open and reaches(element, motion, near):
-            return element.group or element.name
-    return None
+    return next((x.group or x.name for x, how in stands(statics, motion, rows) if how == "inside"), None)
 
 
-def _gaps(statics: Statics, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay, float]]:
-    """Yield what may open with its gap."""
-    for element in statics.mechanism.one_way:
-        if element.unilateral:
-            yield element, float(rows[statics.place(element.normals[0])].phi)
+@dataclass(frozen=True, eq=False)
+class _AtRest(OneWayRows):
+    """The rows in a position at rest, where the ends of faces are told more sharply."""
+
+    def past_end(self, element: OneWay) -> float:
+        return _AT_END * self.allowed_gap(element)
+
+
+def stands(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay, str]]:
+    """Yield what may open, and how it stands in a position at rest."""
+    there = _AtRest(statics.numbered, Scale(size_of(motion), 0.0), motion, tuple(rows))
+    yield from ((x, "open" if x.open else there.standing(x)) for x in statics.mechanism.one_way if x.unilateral)
 
 
 def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> tuple[Floats, Floats]:
     """Return the gaps (m) of what may open, and how far inside the ends of faces it is."""
-    gaps = list(_gaps(statics, rows))
-    normals = (element.normals[0] for element, _ in gaps)
+    normals = [element.normals[0] for element in statics.mechanism.one_way if element.unilateral]
     ends = [float(way) for row in normals if isinstance(row, ContactRow) for way in reach(row, motion)]
-    return np.array([gap for _, gap in gaps]), np.array(ends)
-
-
-def reaches(element: OneWay, motion: Motion, near: float) -> bool:
-    """Return whether what may touch is above the part of a face that there is; `near` (m) is touching."""
-    row = element.normals[0]
-    ways = reach(row, motion) if isinstance(row, ContactRow) else []
-    return all(float(way) >= -_AT_END * near for way in ways)
+    return np.array([float(rows[statics.place(row)].phi) for row in normals]), np.array(ends)
 
 
 def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:

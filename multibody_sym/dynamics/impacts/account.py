@@ -113,7 +113,7 @@ class Account:
         v = self.speeds()
         return any(isinstance(law, Equality) and abs(v[k]) > self.allowed[k] for k, law in enumerate(self.rows.laws))
 
-    def touching(self) -> list[int]:
+    def not_separating(self) -> list[int]:
         """Return the unilateral rows that close now, or touch without separating."""
         v = self.speeds()
         return [k for k in self.unilateral if v[k] <= self.allowed[k]]

@@ -70,7 +70,7 @@ def at_once(account: Account) -> None:
         cluster = counts.of(closing[0])
         if counts.has_collapsed(closing[0]):
             continue
-        rows = [k for k in account.touching() if k in cluster]
+        rows = [k for k in account.not_separating() if k in cluster]
         if account.problem.law == "stronge":
             rows = _single(account, [k for k in closing if k in cluster])
         _strike(account, rows, known)
@@ -108,7 +108,7 @@ def _to_their_limit(account: Account, counts: _Counts) -> None:
     Such impacts have no last one: speeds of closing and of slip shrink together, and none is left in the limit.
     """
     v = account.speeds()
-    left = [k for k in account.touching() if counts.number(k) > 1]
+    left = [k for k in account.not_separating() if counts.number(k) > 1]
     for first in {counts.cluster[k] for k in left if v[k] < -account.rounding[k]}:
         rows = [k for k in left if counts.cluster[k] == first]
         bounces = account.restitution

@@ -59,7 +59,7 @@ def along_motion(
 
 def _slipping(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags) -> list[Part]:
     """Return the parts that slip from rest in space, and rub."""
-    touching = problem.touching(mode.sides)
+    touching = problem.pressed_parts(mode.sides)
     begun = (p for p in problem.parts if p.in_space and p.rests and touching[p.number] and mu[p.number])
     return [p for p in begun if mode.slips[p.number] != STICKS and carrying[p.normals].any() and not p.norm]
 

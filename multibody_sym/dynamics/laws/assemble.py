@@ -196,13 +196,23 @@ class RowNumbers(ABC):
 
     def standing(self, element: OneWay) -> str:
         """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
-        gap, rate, allowed = self.gap(element), self.rate(element), self.allowed_gap(element)
+        gap, allowed = self.gap(element), self.allowed_gap(element)
         if gap > allowed or not self.reaches(element):
             return "open"
         if gap < -allowed:
             return "inside"
-        slow = abs(rate) <= self.allowed_speed(element.normals[0])
-        return "touching" if slow else "leaving" if rate > 0.0 else "closing"
+        return ("closing", "touching", "leaving")[1 + self.sense(element)]
+
+    def sense(self, element: OneWay) -> int:
+        """Return 1 where the gap of an element opens, -1 where it closes, 0 at rest."""
+        rate = self.rate(element)
+        return 0 if abs(rate) <= self.allowed_speed(element.normals[0]) else 1 if rate > 0.0 else -1
+
+    def touching(self, closed: Collection[str] = ()) -> list[str]:
+        """Return the unilateral elements that touch: those `closed` unless they leave, and those that stand so."""
+        standing = {x.name: self.standing(x) for x in self.laws.mechanism.one_way if x.unilateral}
+        stays = {"touching", "closing"}
+        return [x for x, how in standing.items() if how in stays or (x in closed and how != "leaving")]
 
     def wedged(self, touching: Iterable[OneWay], found: Found) -> bool:
         """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.

@@ -213,11 +213,11 @@ def _by_what_moves(problem: Scaled, mu: Floats, modes: Enumerated, a: Floats) ->
     directions = modes.directions.copy()
     still = np.abs(a) <= STILL * (np.abs(a).max(axis=1, initial=0.0)[:, None] + np.abs(problem.r).max(initial=0.0))
     sides[:, problem.unilateral] |= still[:, problem.unilateral]
+    touching = problem.pressed_parts(sides)
     for part in problem.parts:
         if not part.rests or not mu[part.number]:
             continue
-        touching = problem.two_sided[part.normals].any() | (sides[:, part.normals] > 0).any(axis=1)
-        stuck = part.held | still[:, part.rows].all(axis=1) | ~touching
+        stuck = part.held | still[:, part.rows].all(axis=1) | ~touching[:, part.number]
         if part.in_space:
             lengths = np.maximum(np.linalg.norm(a[:, part.rows], axis=1), 1e-300)
             ways = np.where(stuck[:, None], 0.0, a[:, part.rows] / lengths[:, None])
@@ -287,11 +287,11 @@ def _systems(
         closed = modes.sides[:, row] > 0
         left[closed, place[row]] = small.K[row]
         right[closed, place[row]] = -small.a0[row]
+    pressed = problem.pressed_parts(modes.sides)
     for part in problem.parts:
         if not mu[part.number]:
             continue
-        both = np.isin(part.normals, problem.both)
-        touching = (both | (modes.sides[:, part.normals] > 0)).any(axis=1)
+        touching = pressed[:, part.number]
         sticks = touching & (modes.slips[:, part.number] == STICKS) & part.rests
         weights = part.weights(modes.sides, pressing)
         way = _ways(part, modes)

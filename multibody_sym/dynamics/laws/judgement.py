@@ -69,7 +69,7 @@ def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
         yield Violation("force", int(k), float(-z[k]) / (force / ACCEPTED))
     for k in unilateral[~closed & (a[unilateral] < -gap[unilateral])]:
         yield Violation("gap", int(k), float(-a[k] / (gap[k] / ACCEPTED)))
-    touching = problem.touching(mode.sides) & (trial.mu != 0.0)
+    touching = problem.pressed_parts(mode.sides) & (trial.mu != 0.0)
     sticks = touching & problem.table.rests & (mode.slips == STICKS)
     over = beyond(problem.rubbing(z), problem.pressed(z), trial.mu)
     for number in np.flatnonzero(sticks & ~problem.table.held & (over > force)):
@@ -139,8 +139,8 @@ def labelled(problem: Scaled, trial: Trial) -> Modes:
     mode.sides[unilateral] = (trial.mode.sides[unilateral] > 0) | still[unilateral]
     force = force_tolerance(problem, trial.z, TIED)
     mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
-    touching = problem.touching(mode.sides)
-    turned = problem.touching(trial.mode.sides)
+    touching = problem.pressed_parts(mode.sides)
+    turned = problem.pressed_parts(trial.mode.sides)
     stands = touching & problem.table.rests & (trial.mode.slips == STICKS) & turned
     stands |= touching & problem.table.rests & problem.of_all_rows(still)
     mode.slips[:], mode.directions[:] = STICKS, 0.0

@@ -58,7 +58,7 @@ class Trial:
 def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None = None) -> Trial:
     """Return what a mode leads to with coefficients mu (p); forces that `carrying` (m) leaves out are zero."""
     pressing: dict[int, Floats] = {}
-    touching = problem.touching(mode.sides)
+    touching = problem.pressed_parts(mode.sides)
     slides = [p for p in problem.parts if touching[p.number] and (mode.slips[p.number] != STICKS or not p.rests)]
     norms = [p for p in slides if p.norm and mu[p.number]]
     turning = [p for p in slides if p.in_space and p.rests]
@@ -210,7 +210,7 @@ def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
     """Return (m) which friction rows restrict motion: those of parts that touch and stick."""
     table = problem.table
     stuck = np.zeros(problem.count, dtype=bool)
-    parts = table.rests & (mode.slips == STICKS) & (mu != 0.0) & problem.touching(mode.sides)
+    parts = table.rests & (mode.slips == STICKS) & (mu != 0.0) & problem.pressed_parts(mode.sides)
     stuck[table.rows] = np.repeat(parts, table.sizes)
     return stuck
 
@@ -247,7 +247,7 @@ class _Following:
         S, place = np.zeros((problem.count, len(free))), np.full(problem.count, -1)
         S[free, np.arange(len(free))] = 1.0
         place[free] = np.arange(len(free))
-        slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.touching(mode.sides)
+        slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.pressed_parts(mode.sides)
         lines = slides & (problem.table.sizes == 1) & ~problem.table.norm
         _on_lines(problem, mode, mu, lines, S, place)
         return _Following(problem, mu, place, tuple(np.flatnonzero(slides & ~lines).tolist()), S)

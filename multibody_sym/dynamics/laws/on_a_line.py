@@ -51,6 +51,7 @@ def _limits(
 ) -> tuple[Floats, Flags]:
     """Return what must not be negative (b, i), zero where nothing is asked, and which (i) are forces."""
     sides, slips = mode
+    pressed = problem.pressed_parts(sides)
     found, forces = list[Floats](), list[bool]()
 
     def ask(values: Floats, where: Flags, *, force: bool) -> None:
@@ -69,7 +70,7 @@ def _limits(
         if not part.rests:
             continue
         ask(slip * a[:, row], slip != STICKS, force=False)
-        sticks = (slip == STICKS) & (sides[:, part.normals] > 0).any(axis=1)
+        sticks = (slip == STICKS) & pressed[:, part.number]
         if not (part.held or both.any()):
             for sense in (1.0, -1.0):
                 over = beyond(sense * z[:, row], part.loads(z).sum(axis=1), mu[part.number])

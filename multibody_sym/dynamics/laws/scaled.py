@@ -138,13 +138,13 @@ class Scaled:
             np.array([p.norm for p in self.parts], dtype=bool),
         )
 
-    def touching(self, sides: Places) -> Flags:
-        """Return (p) which parts anything presses: a closed contact, or a joint's reaction."""
+    def pressed_parts(self, sides: Places) -> Flags:
+        """Return (.., p) which parts anything presses, by sides (.., m): a closed contact, or a joint's reaction."""
         normals, table = self.table.normals, self.table
         if not len(table.first):
-            return np.zeros(0, dtype=bool)
-        pressing = self.two_sided[normals] | (sides[normals] > 0)
-        return np.asarray(np.logical_or.reduceat(pressing, table.starts), dtype=bool)
+            return np.zeros((*sides.shape[:-1], 0), dtype=bool)
+        pressing = self.two_sided[normals] | (sides[..., normals] > 0)
+        return np.asarray(np.logical_or.reduceat(pressing, table.starts, axis=-1), dtype=bool)
 
     def pressed(self, z: Floats) -> Floats:
         """Return N (p) of all parts."""

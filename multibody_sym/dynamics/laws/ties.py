@@ -107,7 +107,7 @@ class _Rates:
         """Let a part slide with its normals, hold it, or leave its friction to be found."""
         z, slip = self.trial.z, int(self.mode.slips[part.number])
         mu = self.trial.mu[part.number]
-        if not mu or not self.problem.touching(self.mode.sides)[part.number]:
+        if not mu or not self.problem.pressed_parts(self.mode.sides)[part.number]:
             return
         if slip != STICKS:
             moving = part.moving if not part.rests else self._begun(part, slip)

@@ -187,7 +187,7 @@ def state_at(
     base = declared.relative or declared
     if not base.one_way:
         return StartState(declared, start(base, overrides, project=project, compiled=compiled), (Mode({}),))
-    begin, rows = _touching(base, start(base, overrides, project=project), overrides, project)
+    begin, rows = _nearly_touching(base, start(base, overrides, project=project), overrides, project)
     verify_contact_values(base.one_way, partial(value_at, rows.motion))
     wrong = gathered()
     with wrong:
@@ -195,13 +195,11 @@ def state_at(
     with wrong:
         _verify_outside(rows)
     wrong.told()
-    standing = {element.name: rows.standing(element) for element in base.one_way if element.unilateral}
-    closed = [name for name, how in standing.items() if how in ("touching", "closing")]
-    problem = Posed.at(rows, closed)
-    _verify_rough(problem, [name for name in closed if standing[name] == "closing"])
+    problem = Posed.at(rows, rows.touching())
+    closing = {x.name: -rows.rate(x) for x in problem.elements if x.unilateral and rows.sense(x) < 0}
+    _verify_rough(problem, list(closing))
     found = search(problem) if search is not None else _found(problem)
     modes = tuple(problem.mode(state) for state in found.states)
-    closing = {x.name: -rows.rate(x) for x in base.one_way if standing.get(x.name) == "closing"}
     return StartState(declared, begin, modes, problem, found, closing)
 
 
@@ -273,7 +271,7 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
 # --- closing what is nearly closed ---------------------------------------------------------------------------------
 
 
-def _touching(
+def _nearly_touching(
     base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool
 ) -> tuple[Start, OneWayRows]:
     """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them; its rows.

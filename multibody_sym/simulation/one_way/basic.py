@@ -105,7 +105,7 @@ class _Forces:
             return None
         trial = solve_mode(problem, modes, mu)
         idle = trial.forces @ trial.idle
-        touches = problem.touching(modes.sides)
+        touches = problem.pressed_parts(modes.sides)
         return cls(posed, problem, state, modes, mu, z, idle, touches) if idle.shape[1] else None
 
     def corners(self) -> Iterator[_Corner]:

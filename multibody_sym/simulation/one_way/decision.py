@@ -162,7 +162,7 @@ def decided(
     """
     apart = {*beyond, *hidden}
     flying = before.bounces.flying(facts, closed) if before is not None else set[str]()
-    touching = [name for name in settling.touching(facts, closed) if name not in apart | flying]
+    touching = [name for name in facts.touching(closed) if name not in apart | flying]
     facts = moved(facts, q=onto_rows(facts, touching))
     if lying := facts.lying(named(facts, touching)):
         flat = Reason(f"{lying} ({ON_POINTS}, or end the run before),", ends=True)
@@ -302,7 +302,7 @@ def _unseen(
             return None
         seen = _seen(facts, rest, low, steps) if low.issubset(rest.touching) else low
         if not seen:
-            return rest, {x.name for x in named(facts, low) if abs(facts.rate(x)) > facts.allowed_speed(x.normals[0])}
+            return rest, {x.name for x in named(facts, low) if facts.sense(x)}
         if not seen.isdisjoint(strikes):
             return None
         low = low - seen

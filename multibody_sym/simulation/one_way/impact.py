@@ -18,7 +18,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.extrapolation import at_zero
 from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts
-from multibody_sym.simulation.one_way.settling import named, onto_rows
+from multibody_sym.simulation.one_way.settling import closing, named, onto_rows
 
 if TYPE_CHECKING:  # brings scipy, as `laws.search` does
     from multibody_sym.dynamics.impacts.problem import ImpactProblem, Struck
@@ -321,7 +321,7 @@ class Bounces:
         if element.name in self.since and on:
             self._left[element.name] = facts.t
             return facts.q
-        if facts.rate(element) <= facts.allowed_speed(element.normals[0]) or facts.standing(element) == "open":
+        if facts.sense(element) <= 0 or facts.standing(element) == "open":
             return None
         onto = onto_rows(facts, [element.name])
         if onto is None and on:
@@ -336,9 +336,8 @@ class Bounces:
         """
         found, ahead = set[str](), _TICKS * abs(facts.t) + _ahead(facts, closed)
         for x in (x for x in facts.near if x.name not in closed):
-            rate = abs(facts.rate(x))
-            moves = x.name in self.since or rate > facts.allowed_speed(x.normals[0])
-            at_once = max(facts.allowed_gap(x, ROUNDED_GAP), ahead * rate)
+            moves = x.name in self.since or facts.sense(x) != 0
+            at_once = max(facts.allowed_gap(x, ROUNDED_GAP), ahead * abs(facts.rate(x)))
             high = facts.gap(x) > (at_once if moves else max(at_once, lost_height(facts, x)))
             found |= {x.name} if high else set()
         return found
@@ -428,8 +427,7 @@ class Bounces:
 
 def _ahead(facts: Facts, closed: Collection[str]) -> float:
     """Return how long (s) it takes at most until what is `closed` gets there: its event is found a little before."""
-    moving = (x for x in named(facts, closed) if facts.rate(x) < -facts.allowed_speed(x.normals[0]))
-    return max((-facts.gap(x) / facts.rate(x) for x in moving if facts.gap(x) > 0.0), default=0.0)
+    return max((-facts.gap(x) / facts.rate(x) for x in closing(facts, closed) if facts.gap(x) > 0.0), default=0.0)
 
 
 def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float, steps: float = 0.0) -> bool:

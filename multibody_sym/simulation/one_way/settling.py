@@ -33,17 +33,6 @@ def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> 
     return facts.laws.at(facts.t, *there, facts.scale)
 
 
-def touching(facts: Facts, closed: Collection[str]) -> list[str]:
-    """Return the unilateral elements that touch: those named, unless they leave, and those that stand so."""
-    found = []
-    for element in facts.laws.mechanism.one_way:
-        if element.unilateral:
-            standing = facts.standing(element)
-            if standing in ("touching", "closing") or (element.name in closed and standing != "leaving"):
-                found.append(element.name)
-    return found
-
-
 def named(facts: Facts, names: Collection[str]) -> list[OneWay]:
     """Return the elements of these names."""
     return [element for element in facts.laws.mechanism.one_way if element.name in names]
@@ -51,7 +40,7 @@ def named(facts: Facts, names: Collection[str]) -> list[OneWay]:
 
 def closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
     """Return what closes with a speed."""
-    return [x for x in named(facts, touching) if facts.rate(x) < -facts.allowed_speed(x.normals[0])]
+    return [x for x in named(facts, touching) if facts.sense(x) < 0]
 
 
 def _kept(facts: Facts, touching: Collection[str]) -> list[int]:

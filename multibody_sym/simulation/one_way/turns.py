@@ -172,7 +172,7 @@ def followed(
     turn: Turn, facts: Facts, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
 ) -> Decided | None:
     """Return how a run goes on, None where it is not clear. `rates`: of coordinates and speeds in the mode before."""
-    if tuple(settling.touching(facts, closed)) != turn.touching:
+    if tuple(facts.touching(closed)) != turn.touching:
         return None
     facts = settling.moved(facts, q=settling.onto_rows(facts, turn.touching))
     if settling.closing(facts, turn.touching):

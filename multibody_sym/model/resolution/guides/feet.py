@@ -29,7 +29,7 @@ from multibody_sym.records import dataclass
 def with_feet(system: System) -> System:
     """Return a system with the feet of all curves that are touched or guide points, each a body and a joint."""
     made = _Made(system, dict(system.bodies), dict(system.joints))
-    for owner, between in _touching(system):
+    for owner, between in _contacts(system):
         found = [(end, *guide) for end, reference in enumerate(between) if (guide := _guide(reference, system))]
         for end, body, surface in found:
             word = f"foot{end + 1}" if len(found) > 1 else "foot"
@@ -44,7 +44,7 @@ def with_feet(system: System) -> System:
     return replace(system, bodies=Names(made.bodies), joints=Names(made.joints))
 
 
-def _touching(system: System) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _contacts(system: System) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the names of what touches or rolls, with both ends."""
     for _, name, contact in copies(system.contacts):
         yield name, contact.between
