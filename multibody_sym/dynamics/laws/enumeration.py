@@ -8,7 +8,7 @@ made of K = A X, so what is nearly singular there is `doubtful`: it is tried by 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from itertools import product
 from typing import Final
 
@@ -17,7 +17,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.on_a_line import may_hold
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.reduction import Reduced
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled, beyond
+from multibody_sym.dynamics.laws.scaled import Flags, Kind, Limits, Modes, Part, Places, Scaled, limits_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
@@ -43,12 +43,8 @@ Labels = dict[str, dict[int, int]]
 
 
 @dataclass(frozen=True)
-class Enumerated:
+class Enumerated(Modes):
     """Modes as columns of numbers: sides (b, m), slips (b, p), directions (b, p, 3)."""
-
-    sides: Places
-    slips: Places
-    directions: Floats
 
     def one(self, k: int) -> Modes:
         return Modes(self.sides[k].copy(), self.slips[k].copy(), self.directions[k].copy())
@@ -265,12 +261,14 @@ def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _T
     open_ = solved.consistent & solved.open & bool(mu.any())
     change = np.abs(solved.ways).max(axis=1, initial=0.0)
     moved = np.abs(solved.ways @ small.X.T).max(axis=1, initial=0.0) > STILL * np.maximum(change, 1e-300)
-    motion = _motion_fits(problem, mu, modes, z, a, loose)
-    fits = solved.consistent & motion & _forces_fit(problem, mu, modes, z, loose)
+    limits, force = list(limits_of(problem, modes, mu, z, a)), loose * np.abs(z).max(axis=1, initial=0.0)
+    gap = loose * (np.abs(a).max(axis=1, initial=0.0) + np.abs(problem.r).max(initial=0.0)) + loose * force
+    motion = _fit(limits, ("gap", "slip"), gap)
+    fits = solved.consistent & motion & _fit(limits, ("force", "cone", "side"), force)
     hopeless = np.zeros(len(modes), dtype=bool)
     if not norms and not turning and solved.single.any():
         way = solved.ways @ small.Z.T, solved.ways @ small.K.T
-        hopeless = solved.single & ~may_hold(problem, mu, (modes.sides, modes.slips), (z, a), way, LOOSE)
+        hopeless = solved.single & ~may_hold(problem, mu, modes, (z, a), way, LOOSE)
     return _Tried(fits, solved.doubtful, open_, open_ & moved, motion, hopeless, a)
 
 
@@ -362,34 +360,7 @@ def _solved(left: Floats, right: Floats) -> _Solved:
     return _Solved(np.asarray(solution), doubtful, np.asarray(consistent), open_, single, np.asarray(ways))
 
 
-def _motion_fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: Floats, loose: float) -> Flags:
-    """Return (b) whether the inequalities on a hold loosely."""
-    force = loose * np.abs(z).max(axis=1, initial=0.0)
-    gap = loose * (np.abs(a).max(axis=1, initial=0.0) + np.abs(problem.r).max(initial=0.0)) + loose * force
-    fits = np.ones(len(modes), dtype=bool)
-    for row in problem.unilateral:
-        fits &= (modes.sides[:, row] > 0) | (a[:, row] >= -gap)
-    for part in problem.parts:
-        if part.rests and not part.held and mu[part.number]:
-            along = (a[:, part.rows] * _ways(part, modes)).sum(axis=1)
-            fits &= (modes.slips[:, part.number] == STICKS) | (along >= -gap)
-    return fits
-
-
-def _forces_fit(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, loose: float) -> Flags:
-    """Return (b) whether the inequalities on forces hold loosely."""
-    force = loose * np.abs(z).max(axis=1, initial=0.0)
-    fits = np.ones(len(modes), dtype=bool)
-    for row in problem.unilateral:
-        fits &= (modes.sides[:, row] <= 0) | (z[:, row] >= -force)
-    for part in problem.parts:
-        if not mu[part.number]:
-            continue
-        slips = modes.slips[:, part.number] != STICKS
-        if part.rests and not part.held:
-            over = beyond(np.linalg.norm(z[:, part.rows], axis=1), part.pressed(z), mu[part.number])
-            fits &= slips | (over <= force)
-        if not part.norm:
-            for k in np.intersect1d(part.normals, problem.both):
-                fits &= ~slips | (modes.sides[:, k] * z[:, k] >= -force)
-    return fits
+def _fit(limits: Sequence[Limits], kinds: Collection[Kind], allowed: Floats) -> Flags:
+    """Return (b) whether the limits of some kinds are passed by no more than what is allowed (b)."""
+    kept = [(~x.asked | (x.values >= -allowed[:, None])).all(axis=1) for x in limits if x.kind in kinds]
+    return np.asarray(np.logical_and.reduce(kept), dtype=bool)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.laws.mode_solve import Trial, across_slip, active_rows
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled, beyond
+from multibody_sym.dynamics.laws.scaled import Kind, Modes, Part, Scaled, limits_of, over_parts
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 
@@ -23,7 +23,7 @@ TIED: Final = 1e-12
 class Violation:
     """An inequality that does not hold: which (`place` is the number of a row, or of a part), and by how much."""
 
-    kind: Literal["force", "gap", "cone", "slip", "side"]
+    kind: Kind
     place: int
     by: float
 
@@ -60,43 +60,19 @@ def holds_equations(problem: Scaled, trial: Trial) -> bool:
 
 def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
     """Yield the inequalities that do not hold, sizes relative to what is largest of their kind."""
-    z, a, mode = trial.z, trial.a, trial.mode
-    force = force_tolerance(problem, z, ACCEPTED)
-    gap = gap_tolerance(problem, trial.x, z, ACCEPTED)
-    unilateral = problem.unilateral
-    closed = mode.sides[unilateral] > 0
-    for k in unilateral[closed & (z[unilateral] < -force)]:
-        yield Violation("force", int(k), float(-z[k]) / (force / ACCEPTED))
-    for k in unilateral[~closed & (a[unilateral] < -gap[unilateral])]:
-        yield Violation("gap", int(k), float(-a[k] / (gap[k] / ACCEPTED)))
-    touching = problem.pressed_parts(mode.sides) & (trial.mu != 0.0)
-    sticks = touching & problem.table.rests & (mode.slips == STICKS)
-    over = beyond(problem.rubbing(z), problem.pressed(z), trial.mu)
-    for number in np.flatnonzero(sticks & ~problem.table.held & (over > force)):
-        yield Violation("cone", int(number), float(over[number]) / (force / ACCEPTED))
-    yield from _of_slips(problem, trial, touching & ~sticks, gap)
-    pressing = problem.table.normals
-    turned = (touching & ~sticks & ~problem.table.norm)[problem.table.owners] & problem.two_sided[pressing]
-    for k in pressing[turned & (mode.sides[pressing] * z[pressing] < -force)]:
-        yield Violation("side", int(k), float(abs(z[k])) / (force / ACCEPTED))
-
-
-def _of_slips(problem: Scaled, trial: Trial, slides: Flags, gap: Floats) -> Iterator[Violation]:
-    """Yield which of the parts (p) that slide from rest do so where they are not going."""
-    a, table = trial.a, problem.table
-    begun, lines = slides & table.rests, table.sizes == 1
-    rows = table.rows[table.first]
-    along = trial.mode.slips * a[rows]
-    for number in np.flatnonzero(begun & lines & (along < -gap[rows])):
-        yield Violation("slip", int(number), float(-along[number] / (gap[rows[number]] / ACCEPTED)))
-    for number in np.flatnonzero(begun & ~lines):
-        part = problem.parts[number]
-        to, allowed = a[part.rows], float(gap[part.rows].max())
-        if (forward := float(trial.mode.direction(part) @ to)) < -allowed:
-            yield Violation("slip", part.number, -forward / (allowed / ACCEPTED))
-        across, size = across_slip(part, trial), float(np.linalg.norm(to))
-        if across > ACCEPTED * size + allowed:
-            yield Violation("slip", part.number, across / size)
+    force = force_tolerance(problem, trial.z, ACCEPTED)
+    gap, table = gap_tolerance(problem, trial.x, trial.z, ACCEPTED), problem.table
+    of_parts = over_parts(np.maximum, gap[table.rows], table.first)
+    of_kinds = {"gap": gap[problem.unilateral], "slip": of_parts}
+    for limits in limits_of(problem, trial.mode, trial.mu, trial.z, trial.a):
+        allowed = of_kinds[limits.kind] if limits.kind in of_kinds else np.full(len(limits.places), force)
+        for k in (limits.asked & (limits.values < -allowed)).nonzero()[0]:
+            yield Violation(limits.kind, int(limits.places[k]), float(-limits.values[k] / (allowed[k] / ACCEPTED)))
+        for number in np.flatnonzero(limits.asked & (table.sizes > 1)) if limits.kind == "slip" else ():
+            part = problem.parts[number]
+            across, size = across_slip(part, trial), float(np.linalg.norm(trial.a[part.rows]))
+            if across > ACCEPTED * size + of_parts[number]:
+                yield Violation("slip", part.number, across / size)
 
 
 def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from multibody_sym.dynamics.laws.problem import STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Places, Scaled, beyond
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, beyond, limits_of, over_parts
 from multibody_sym.numerics.arrays import Floats
 
 
 def may_hold(
     problem: Scaled,
     mu: Floats,
-    mode: tuple[Places, Places],
+    modes: Modes,
     here: tuple[Floats, Floats],
     way: tuple[Floats, Floats],
     loose: float,
 ) -> Flags:
     """Return (b) whether all inequalities on lines hold for some t, to a part `loose` of what is largest.
 
-    `mode`: sides (b, m) and slips (b, p) of modes; `here`: z (b, m) and a (b, m), which change by t times the `way`.
-    Only with friction on lines; of what sticks between two sides nothing is asked.
+    `here`: z (b, m) and a (b, m) of modes, which change by t times the `way`. Only with friction on lines; of what
+    sticks between two sides nothing is asked.
     """
-    present, slope = (_limits(problem, mu, mode, *values) for values in (here, way))
+    present, slope = (_limits(problem, mu, modes, *values) for values in (here, way))
     gap = float(np.abs(problem.r).max(initial=0.0))
     z, dz = (_largest(values[0]) for values in (here, way))
     a, da = _largest(here[1]) + gap, _largest(way[1])
@@ -46,34 +47,12 @@ def _from_zero(present: Floats, slope: Floats) -> Flags:
     return np.asarray((low <= high) & ~never)
 
 
-def _limits(
-    problem: Scaled, mu: Floats, mode: tuple[Places, Places], z: Floats, a: Floats
-) -> tuple[Floats, Flags]:
+def _limits(problem: Scaled, mu: Floats, modes: Modes, z: Floats, a: Floats) -> tuple[Floats, Flags]:
     """Return what must not be negative (b, i), zero where nothing is asked, and which (i) are forces."""
-    sides, slips = mode
-    pressed = problem.pressed_parts(sides)
-    found, forces = list[Floats](), list[bool]()
-
-    def ask(values: Floats, where: Flags, *, force: bool) -> None:
-        found.append(np.where(where, values, 0.0))
-        forces.append(force)
-
-    for row in problem.unilateral:
-        ask(z[:, row], sides[:, row] > 0, force=True)
-        ask(a[:, row], sides[:, row] <= 0, force=False)
-    for part in problem.parts:
-        if not mu[part.number]:
-            continue
-        slip, row, both = slips[:, part.number], int(part.rows[0]), problem.two_sided[part.normals]
-        for k in part.normals[both]:
-            ask(sides[:, k] * z[:, k], slip != STICKS, force=True)
-        if not part.rests:
-            continue
-        ask(slip * a[:, row], slip != STICKS, force=False)
-        sticks = (slip == STICKS) & pressed[:, part.number]
-        if not (part.held or both.any()):
-            for sense in (1.0, -1.0):
-                over = beyond(sense * z[:, row], part.loads(z).sum(axis=1), mu[part.number])
-                ask(-over, sticks, force=True)
-    shape = (len(z), len(found))
-    return np.array(found).T.reshape(shape), np.array(forces, dtype=bool)
+    table, (force, gap, cone, slip, side) = problem.table, limits_of(problem, modes, mu, z, a)
+    N, rubs = over_parts(np.add, problem.loads(z), table.starts), z[:, table.rows[table.first]]
+    one_sided = ~over_parts(np.logical_or, problem.two_sided[table.normals], table.starts)
+    cones = [replace(cone, values=-beyond(x, N, mu), asked=cone.asked & one_sided) for x in (rubs, -rubs)]
+    limits = [force, side, *cones, gap, slip]
+    forces = np.repeat([x.kind not in ("gap", "slip") for x in limits], [len(x.places) for x in limits])
+    return np.hstack([np.where(x.asked, x.values, 0.0) for x in limits]), forces

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.dynamics.laws.problem import Equality, FrictionLaw, LawProblem, Unilateral
+from multibody_sym.dynamics.laws.problem import STICKS, Equality, FrictionLaw, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDING
 from multibody_sym.records import dataclass
 
 Places = NDArray[np.intp]
 Flags = NDArray[np.bool_]
+Array = TypeVar("Array", Floats, Flags)
+Kind = Literal["force", "gap", "cone", "slip", "side"]
 
 
 @dataclass(frozen=True)
@@ -140,34 +143,35 @@ class Scaled:
 
     def pressed_parts(self, sides: Places) -> Flags:
         """Return (.., p) which parts anything presses, by sides (.., m): a closed contact, or a joint's reaction."""
-        normals, table = self.table.normals, self.table
-        if not len(table.first):
-            return np.zeros((*sides.shape[:-1], 0), dtype=bool)
-        pressing = self.two_sided[normals] | (sides[..., normals] > 0)
-        return np.asarray(np.logical_or.reduceat(pressing, table.starts, axis=-1), dtype=bool)
+        normals = self.table.normals
+        return over_parts(np.logical_or, self.two_sided[normals] | (sides[..., normals] > 0), self.table.starts)
+
+    def loads(self, z: Floats) -> Floats:
+        """Return (.., k) the forces of the normals of all parts."""
+        return np.asarray(self.table.base * z[..., self.table.normals], dtype=float)
 
     def pressed(self, z: Floats) -> Floats:
-        """Return N (p) of all parts."""
-        table = self.table
-        if not len(table.first):
-            return np.zeros(0)
-        loads = np.abs(table.base * z[table.normals])
-        lengths = np.sqrt(np.add.reduceat(loads * loads, table.starts))
-        return np.where(table.norm, lengths, np.add.reduceat(loads, table.starts))
+        """Return N (.., p) of all parts."""
+        loads, starts = self.loads(z), self.table.starts
+        lengths = np.sqrt(over_parts(np.add, loads * loads, starts))
+        return np.where(self.table.norm, lengths, over_parts(np.add, np.abs(loads), starts))
 
     def rubbing(self, z: Floats) -> Floats:
-        """Return (p) how large the friction of all parts is."""
-        table = self.table
-        if not len(table.first):
-            return np.zeros(0)
-        return np.asarray(np.sqrt(np.add.reduceat(z[table.rows] ** 2, table.first)), dtype=float)
+        """Return (.., p) how large the friction of all parts is."""
+        return np.asarray(np.sqrt(over_parts(np.add, z[..., self.table.rows] ** 2, self.table.first)), dtype=float)
+
+    def forward(self, mode: Modes, a: Floats) -> Floats:
+        """Return (.., p) how fast parts slip the way that they do in modes, of accelerations (.., m)."""
+        rows, first, slips = self.table.rows, self.table.first, mode.slips
+        if len(rows) > len(first):
+            owners = np.repeat(np.arange(len(first)), self.table.sizes)
+            ways = mode.directions[..., owners, np.arange(len(rows)) - first[owners]]
+            slips = np.where(self.table.sizes[owners] > 1, ways, slips[..., owners])
+        return over_parts(np.add, slips * a[..., rows], first)
 
     def of_all_rows(self, flags: Flags) -> Flags:
         """Return (p) for which parts flags (m) of all their rows are set."""
-        table = self.table
-        if not len(table.first):
-            return np.zeros(0, dtype=bool)
-        return np.asarray(np.logical_and.reduceat(flags[table.rows], table.first), dtype=bool)
+        return over_parts(np.logical_and, flags[self.table.rows], self.table.first)
 
     @cached_property
     def couplings(self) -> Floats:
@@ -246,9 +250,14 @@ def _part(number: int, part: FrictionLaw, sizes: Floats) -> Part:
     return Part(number, rows, normals, base, velocity, *numbers, part.norm, part.enough, part.held)
 
 
+def over_parts(combine: np.ufunc, values: Array, starts: Places) -> Array:
+    """Return (.., p) values (.., k) of parts combined, which begin at some places."""
+    return combine.reduceat(values, starts, axis=-1) if len(starts) else values[..., :0]
+
+
 @dataclass(frozen=True)
 class Modes:
-    """A mode in arrays: `sides` (m), `slips` (p), `directions` (p, 3), zeros where there is none.
+    """A mode, or several, in arrays: `sides` (.., m), `slips` (.., p), `directions` (.., p, 3), zeros without one.
 
     A part has as many components as it has rows; the others are zero.
     """
@@ -263,3 +272,32 @@ class Modes:
     def direction(self, part: Part) -> Floats:
         """Return the direction of a part, with one component for each of its rows."""
         return self.directions[part.number, : len(part.rows)]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The limits of one kind in modes: what must not be negative, `values` (.., k), where it is `asked` (.., k).
+
+    A force that presses, a gap that opens, friction in its cone, slip that begins along its direction, and the side on
+    which a reaction presses. `places` (k) are rows, of cones and slips the numbers of parts.
+    """
+
+    kind: Kind
+    places: Places
+    values: Floats
+    asked: Flags
+
+
+def limits_of(problem: Scaled, mode: Modes, mu: Floats, z: Floats, a: Floats) -> Iterator[Limits]:
+    """Yield the limits of modes by kinds, with coefficients mu (p), forces z and accelerations a (.., m)."""
+    table, rows, sides = problem.table, problem.unilateral, mode.sides
+    parts, normals, closed = np.arange(len(problem.parts)), table.normals, sides[..., rows] > 0
+    yield Limits("force", rows, z[..., rows], closed)
+    yield Limits("gap", rows, a[..., rows], ~closed)
+    rubs = problem.pressed_parts(sides) & (mu != 0.0)
+    sticks = rubs & table.rests & (mode.slips == STICKS)
+    over = beyond(problem.rubbing(z), problem.pressed(z), mu)
+    yield Limits("cone", parts, -over, sticks & ~table.held)
+    yield Limits("slip", parts, problem.forward(mode, a), rubs & ~sticks & table.rests)
+    sided = (rubs & ~sticks & ~table.norm)[..., table.owners] & problem.two_sided[normals]
+    yield Limits("side", normals, sides[..., normals] * z[..., normals], sided)
