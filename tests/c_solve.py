@@ -59,7 +59,7 @@ def solve_some_in_c(
 ) -> Solution:
     """Return what the solves of rows that act return, as `solve_in_c`; all room holds `guard` before."""
     s, n = matrix.shape
-    pattern = ctypes.byref(CPattern(s, n, (CSpan * max(1, s))(*[CSpan(0, n, 0, n)] * s)))
+    pattern, spans = ctypes.byref(CPattern(s, n, None)), (CSpan * (s + 1))(*[CSpan(-1, -1, -1, -1)] * (s + 1))
     size = s * (n + 6) + 3 + s * (n + 3) + 1
     if exerted is not None:
         size = (s + n) * (s + n + 6) + 3 + s * (2 * n + 4) + 2 + (s + n) * (s + n + 2)
@@ -68,10 +68,12 @@ def solve_some_in_c(
     given = [np.array(x, dtype=float) for x in ([matrix] if exerted is None else [matrix, exerted])]
     flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
     getattr(library, f"mbs_factorise_{kind}")(
-        pattern, *map(_pointer, given), _pointer(flags), ctypes.c_double(most), _pointer(factors)
+        pattern, *map(_pointer, given), _pointer(flags), ctypes.c_double(most), _pointer(factors), spans
     )
-    getattr(library, f"mbs_substitute_{kind}")(pattern, _pointer(factors), _pointer(wanted), *map(_pointer, found))
+    substitute = getattr(library, f"mbs_substitute_{kind}")
+    substitute(pattern, _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
     assert all(a[-1] == guard for a in (factors, *found))
+    assert spans[s].high == -1
     return Solution(*(a[:-1] for a in found))
 
 

@@ -138,7 +138,13 @@ class Printer:
             some = self.masked.get(name, "").upper()
             body.append(f"    double {name}[MBS_{some}FACTORS({len(spans)}, {columns})];")
             declared[name] = f"double *{name}"
-        patterns = [_pattern(f"{self.function.name}__{name}", *pattern) for name, pattern in self.patterns.items()]
+            if some:
+                body.append(f"    mbs_span {name}_spans[{max(1, len(spans))}];")
+                declared[f"{name}_spans"] = f"mbs_span *{name}_spans"
+        patterns = [
+            _pattern(f"{self.function.name}__{name}", *pattern, name in self.masked)
+            for name, pattern in self.patterns.items()
+        ]
         head = f"{head_of(self.function)}\n{{"
         if len(self.pieces) == 1:
             return "\n".join([*patterns, head, *body, *self.piece.lines, "}"])
@@ -392,8 +398,10 @@ def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
     return "\n".join([head, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""])
 
 
-def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
-    """Return the constant that says where a matrix may differ from zero."""
+def _pattern(name: str, spans: Sequence[Span], columns: int, masked: bool) -> str:
+    """Return the constant that says where a matrix may differ from zero, which is known as it runs if some rows act."""
+    if masked:
+        return f"static const mbs_pattern {name} = {{{len(spans)}, {columns}, 0}};\n"
     rows = [f"{{{span.first}, {span.end}, {span.low}, {span.high}}}" for span in spans] or ["{0, 0, 0, 0}"]
     table = wrapped(f"static const mbs_span {name}_spans[] = {{", rows, "};")
     return f"{table}\nstatic const mbs_pattern {name} = {{{len(spans)}, {columns}, {name}_spans}};\n"

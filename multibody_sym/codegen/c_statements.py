@@ -63,8 +63,9 @@ def _solve(printer: Printer, statement: Solve) -> None:
     solution = [statement.solution[k] for k in order]
     for k, leaves in enumerate((solution, statement.multipliers, statement.report)):
         printer.targets(f"r{number}_{k}", leaves)
-    given = [f"&{printer.function.name}__{factors}", factors, "right", *(f"r{number}_{k}" for k in range(3))]
-    printer.piece.used.add(factors)
+    spans = [f"{factors}_spans"] if statement.acting else []
+    given = [f"&{printer.function.name}__{factors}", factors, *spans, "right", *(f"r{number}_{k}" for k in range(3))]
+    printer.piece.used |= {factors, *spans}
     printer.piece.lines += ["    {", right, wrapped(f"        {solver}(", given, ");", indent=" " * 12), "    }"]
 
 
@@ -79,8 +80,9 @@ def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors
     matrix = printer.array("matrix", inside)
     others = {"exerted": [row[k] for row in statement.exerted for k in order], "acting": statement.acting}
     told = {name: printer.array(name, atoms) for name, atoms in others.items() if atoms}
-    given = [f"&{printer.function.name}__{factors}", "matrix", *told, printer.names[statement.most], factors]
-    printer.piece.used.add(factors)
+    places = [factors, *([f"{factors}_spans"] if statement.acting else [])]
+    given = [f"&{printer.function.name}__{factors}", "matrix", *told, printer.names[statement.most], *places]
+    printer.piece.used.update(places)
     called = wrapped(f"        {solver}(", given, ");", indent=" " * 12)
     printer.piece.lines += ["    {", matrix, *told.values(), called, "    }"]
 

@@ -62,18 +62,19 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                             double *multipliers, double *report);
 
-/* The same for the rows that act, those for which `acting` is not zero; all have all elements. */
+/* The same for the rows that act, those for which `acting` is not zero; all have all elements, and factors beside them
+   the `spans` of those that act, one for each row that there is. */
 void mbs_factorise_some(const mbs_pattern *pattern, const double *matrix, const double *acting, double most,
-                        double *factors);
-void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
-                         double *multipliers, double *report);
+                        double *factors, mbs_span *spans);
+void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+                         double *solution, double *multipliers, double *report);
 
 /* ... and x = C^T multipliers with what rows exert, C, in the place of A. Where A C^T is singular x and the multipliers,
    times lengths of C, are of least norm together. */
 void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
-                           double most, double *factors);
-void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
-                            double *multipliers, double *report);
+                           double most, double *factors, mbs_span *spans);
+void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+                            double *solution, double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */
 void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent);

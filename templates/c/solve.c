@@ -94,6 +94,8 @@ static void keep_longest(const qr *f, double most_kept)
         shortest = whole < shortest ? whole : shortest;
         longest = whole > longest ? whole : longest;
         mbs_reflection(&f->part, k, length, v);
+        while (size > 1 && v[size - 1] == 0.0)
+            --size;
         for (int j = k + 1; j < f->rows; ++j) {
             double *other = row_of(f, j) + k;
             mbs_subtract(size, f->part.factors[k] * mbs_dot(size, v, other), v, other);
@@ -207,11 +209,11 @@ typedef struct {
 
 enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and are found with x */
 
-static some laid_out_for(const mbs_pattern *pattern, double *space, int rubs)
+static some laid_out_for(const mbs_pattern *pattern, double *space, const mbs_span *spans, int rubs)
 {
     int rows = pattern->rows, n = pattern->columns, all = rows + n;
     double *which = space + 1, *matrix = which + 3 * rows, *unit = matrix + rows * n, *large = unit + rows * (n + 1) + 1;
-    some s = {.pattern = {(int)space[0], n, pattern->spans},
+    some s = {.pattern = {(int)space[0], n, spans},
               .which = which,
               .right = which + rows,
               .multipliers = which + 2 * rows,
@@ -240,6 +242,31 @@ static void gather(some *s, int rows, const double *acting, double *space, const
     space[0] = count;
 }
 
+/* Factorise a matrix of the rows that act, of which all elements are there: those within the spans come to its front. */
+static void factorise_within(const some *s, mbs_span *spans, double *matrix, double most)
+{
+    int n = s->pattern.columns;
+    double *to = matrix;
+    for (int j = 0; j < s->pattern.rows; ++j) {
+        const double *row = matrix + j * n;
+        int first = 0, end = n, low = 0;
+        while (end > 0 && row[end - 1] == 0.0)
+            --end;
+        while (first < end && row[first] == 0.0)
+            ++first;
+        while (low < j && spans[low].high <= first)
+            ++low;
+        int high = end > j ? end : j + 1;
+        for (int k = low; k < j; ++k)
+            high = spans[k].high > high ? spans[k].high : high;
+        mbs_span span = {first, end, low < first ? low : first, high < n ? high : n};
+        spans[j] = span;
+        for (int i = first; i < end; ++i)
+            *to++ = row[i];
+    }
+    mbs_factorise(&s->pattern, matrix, most, s->factors);
+}
+
 static void scatter(const some *s, int rows, const double *from, double *to)
 {
     mbs_fill(rows, 0.0, to);
@@ -254,17 +281,17 @@ static void gather_right(const some *s, const double *right)
 }
 
 void mbs_factorise_some(const mbs_pattern *pattern, const double *matrix, const double *acting, double most,
-                        double *factors)
+                        double *factors, mbs_span *spans)
 {
-    some s = laid_out_for(pattern, factors, 0);
+    some s = laid_out_for(pattern, factors, spans, 0);
     gather(&s, pattern->rows, acting, factors, matrix, s.matrix);
-    mbs_factorise(&s.pattern, s.matrix, most, s.factors);
+    factorise_within(&s, spans, s.matrix, most);
 }
 
-void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
-                         double *multipliers, double *report)
+void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+                         double *solution, double *multipliers, double *report)
 {
-    some s = laid_out_for(pattern, factors, 0);
+    some s = laid_out_for(pattern, factors, spans, 0);
     gather_right(&s, right);
     mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
     scatter(&s, pattern->rows, s.multipliers, multipliers);
@@ -323,35 +350,36 @@ static mbs_pattern together(const some *s)
     return pattern;
 }
 
-static void factorise_own(const some *s, double most) /* of A C^T, with zeros beside it up to n columns */
+static void factorise_own(const some *s, mbs_span *spans, double most) /* of A C^T, with zeros beside it up to n columns */
 {
     int count = s->pattern.rows, n = s->pattern.columns;
     mbs_fill(count * n, 0.0, s->large);
     for (int j = 0; j < count; ++j)
         for (int k = 0; k < count; ++k)
             s->large[j * n + k] = mbs_dot(n, s->matrix + j * n, s->unit + k * n);
-    mbs_factorise(&s->pattern, s->large, most, s->factors);
+    factorise_within(s, spans, s->large, most);
 }
 
 /* Return whether A, C and A C^T have the same rank: then x is unique, and multipliers of least norm follow from the last.
    Its factors are made again. */
-static int same_rank(const some *s, double most)
+static int same_rank(const some *s, mbs_span *spans, double most)
 {
     double rank = s->factors[MBS_RANK];
     const double *both[] = {s->matrix, s->unit};
+    const mbs_pattern whole = {s->pattern.rows, s->pattern.columns, 0};
     for (int k = 0; k < 2; ++k) {
-        mbs_factorise_pivoted(&s->pattern, both[k], most, s->factors);
+        mbs_factorise_pivoted(&whole, both[k], most, s->factors);
         if (s->factors[MBS_RANK] != rank)
             return 0;
     }
-    factorise_own(s, most);
+    factorise_own(s, spans, most);
     return 1;
 }
 
 void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
-                           double most, double *factors)
+                           double most, double *factors, mbs_span *spans)
 {
-    some s = laid_out_for(pattern, factors, 1);
+    some s = laid_out_for(pattern, factors, spans, 1);
     gather(&s, pattern->rows, acting, factors, matrix, s.matrix);
     gather(&s, pattern->rows, acting, factors, exerted, s.unit);
     int count = s.pattern.rows, n = s.pattern.columns;
@@ -360,16 +388,16 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
     for (int j = 0; j < pattern->rows; ++j)
         plain |= acting[j] == PLAIN;
     if (!made_units(&s, plain)) {
-        mbs_factorise(&s.pattern, s.matrix, most, s.factors);
+        factorise_within(&s, spans, s.matrix, most);
         return;
     }
     *s.kind = REGULAR;
     if (count <= n) {
-        factorise_own(&s, most);
+        factorise_own(&s, spans, most);
         /* what is not finite has no rank and no factors, nor more of it */
         if (isnan(s.factors[MBS_RANK]))
             return;
-        if (s.factors[MBS_RANK] == count || same_rank(&s, most)) {
+        if (s.factors[MBS_RANK] == count || same_rank(&s, spans, most)) {
             s.factors[MBS_CONDITIONING] = least_left(&s); /* what is left of rows is measured by the rows of A */
             return;
         }
@@ -379,10 +407,10 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
     mbs_factorise(&own, s.large, most + n, s.factors);
 }
 
-void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
-                            double *multipliers, double *report)
+void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+                            double *solution, double *multipliers, double *report)
 {
-    some s = laid_out_for(pattern, factors, 1);
+    some s = laid_out_for(pattern, factors, spans, 1);
     int count = s.pattern.rows, n = s.pattern.columns, large = *s.kind == TOGETHER;
     gather_right(&s, right);
     if (*s.kind == OWN) {
