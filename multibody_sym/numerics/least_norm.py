@@ -162,8 +162,12 @@ def _rubbing(
 def _has_rank(rank: int, matrix: Lists, unit: Lists, most: float) -> bool:
     """Return whether A C^T is regular, or A and C have its rank: then x is unique, and lambda of least norm follows."""
     count, columns = np.shape(matrix)
-    same = (len(independent_rows(np.array(rows), most)) == rank for rows in (matrix, unit))
-    return rank == count or (count <= columns and all(same))
+    if rank == count or count > columns:
+        return rank == count
+    exerted = np.array(unit)
+    forces = _longest_first(*scaled_rows(exerted), exact(exerted), most + 1)
+    by_rounding = forces.rank > most and abs(forces.diagonal[-1]) <= CLEAR
+    return len(independent_rows(np.array(matrix), most)) == rank == forces.rank - by_rounding
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:

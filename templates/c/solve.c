@@ -368,8 +368,11 @@ static int same_rank(const some *s, mbs_span *spans, double most)
     const double *both[] = {s->matrix, s->unit};
     const mbs_pattern whole = {s->pattern.rows, s->pattern.columns, 0};
     for (int k = 0; k < 2; ++k) {
-        mbs_factorise_pivoted(&whole, both[k], most, s->factors);
-        if (s->factors[MBS_RANK] != rank)
+        mbs_factorise_pivoted(&whole, both[k], most + k, s->factors);
+        double found = s->factors[MBS_RANK];
+        if (found > most && 1.0 <= MBS_CLEAR * fabs(mbs_parts_of(&whole, s->factors).inverse[(int)most]))
+            found = most; /* by rounding */
+        if (found != rank)
             return 0;
     }
     factorise_own(s, spans, most);

@@ -221,6 +221,27 @@ def test_rows_that_depend_on_each_other_and_exert_what_does_so_too(seed):
         assert found.report[2] < 1e-12
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_that_depend_on_each_other_and_exert_what_does_not(seed):
+    """Feet that slide different ways: x is not unique, and of least norm with the multipliers, beside how many rows are
+    kept at most."""
+    library = ctypes.CDLL(str(OSCILLATOR.load().path))
+    rng = np.random.default_rng(seed)
+    rank, n = int(rng.integers(1, 4)), int(rng.integers(6, 9))
+    count = rank + int(rng.integers(1, 3))
+    A = rng.standard_normal((count, rank)) @ rng.standard_normal((rank, n))
+    C = A + 0.3 * rng.standard_normal((count, n))
+    C /= np.linalg.norm(C, axis=1)[:, None]
+    right = A @ rng.standard_normal(n)
+    together = np.block([[A, np.zeros((count, count))], [np.eye(n), -C.T]])
+    both = np.linalg.lstsq(together, np.concatenate([right, np.zeros(n)]), rcond=1e-10)[0]
+    in_python = solve(A, right, rank, [1.0] * count, C.tolist())
+    for found in (in_python, solve_some_in_c(library, A, right, rank, np.ones(count), C)):
+        assert found.report[0] == rank
+        assert found.solution == pytest.approx(both[:n], abs=1e-8)
+        assert found.multipliers == pytest.approx(both[n:], abs=1e-8)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_rows_that_are_not_finite_have_no_order(bad):
     """They ended the process, where the room for it held large numbers: here one of its own."""
