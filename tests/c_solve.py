@@ -27,6 +27,17 @@ class CPattern(ctypes.Structure):
     _fields_ = (("rows", ctypes.c_int), ("columns", ctypes.c_int), ("spans", ctypes.POINTER(CSpan)))
 
 
+class CRows(ctypes.Structure):
+    """mbs_rows."""
+
+    _fields_ = (
+        ("rows", ctypes.c_int),
+        ("columns", ctypes.c_int),
+        ("begins", ctypes.POINTER(ctypes.c_int)),
+        ("places", ctypes.POINTER(ctypes.c_int)),
+    )
+
+
 def solve_in_c(
     library: ctypes.CDLL,
     matrix: np.ndarray,
@@ -59,22 +70,33 @@ def solve_some_in_c(
 ) -> Solution:
     """Return what the solves of rows that act return, as `solve_in_c`; all room holds `guard` before."""
     s, n = matrix.shape
-    pattern, spans = ctypes.byref(CPattern(s, n, None)), (CSpan * (s + 1))(*[CSpan(-1, -1, -1, -1)] * (s + 1))
+    spans = (CSpan * (s + 1))(*[CSpan(-1, -1, -1, -1)] * (s + 1))
     size = s * (n + 6) + 3 + s * (n + 3) + 1
     if exerted is not None:
         size = (s + n) * (s + n + 6) + 3 + s * (2 * n + 4) + 2 + (s + n) * (s + n + 2)
     factors, *found = (np.full(size + 1, guard) for size in (size, n, s, 3))
     kind = "some" if exerted is None else "rubbing"
-    given = [np.array(x, dtype=float) for x in ([matrix] if exerted is None else [matrix, exerted])]
+    given = [part for x in ([matrix] if exerted is None else [matrix, exerted]) for part in _sparse(np.asarray(x))]
     flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
     getattr(library, f"mbs_factorise_{kind}")(
-        pattern, *map(_pointer, given), _pointer(flags), ctypes.c_double(most), _pointer(factors), spans
+        *given, _pointer(flags), ctypes.c_double(most), _pointer(factors), spans
     )
     substitute = getattr(library, f"mbs_substitute_{kind}")
-    substitute(pattern, _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
+    substitute(given[0], _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
     assert all(a[-1] == guard for a in (factors, *found))
     assert spans[s].high == -1
     return Solution(*(a[:-1] for a in found))
+
+
+def _sparse(matrix: np.ndarray) -> tuple[object, object]:
+    """Return mbs_rows of a matrix and the list of its elements that are not zero."""
+    s, n = matrix.shape
+    places = [np.flatnonzero(row).tolist() for row in matrix]
+    begins = [0, *np.cumsum([len(each) for each in places]).tolist()]
+    flat = [k for each in places for k in each]
+    rows = CRows(s, n, (ctypes.c_int * len(begins))(*begins), (ctypes.c_int * max(1, len(flat)))(*flat))
+    elements = [float(x) for row, each in zip(matrix, places, strict=True) for x in row[each]]
+    return ctypes.byref(rows), (ctypes.c_double * max(1, len(elements)))(*elements)
 
 
 def _pointer(array: np.ndarray) -> ctypes._Pointer[ctypes.c_double]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
+from itertools import accumulate
 from typing import Final
 
 from multibody_sym.codegen.layout import (
@@ -117,7 +118,7 @@ class Printer:
         self.records = 0
         self.factors: dict[tuple[object, ...], str] = {}
         self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
-        self.masked: dict[str, str] = {}
+        self.masked: dict[str, tuple[list[list[list[int]]], int]] = {}
         self.pieces: list[_Piece] = []
         self.longest = _LONGEST_WITH_LOOPS if any(isinstance(x, Scan) for x in program.statements) else _LONGEST
         self._cut()
@@ -134,17 +135,18 @@ class Printer:
         declared = _declared(program, self.inputs, self.outputs)
         used = set().union(*(piece.used for piece in self.pieces))
         body = [f"    (void){name};" for name in declared if name not in used]
+        patterns = list[str]()
         for name, (spans, columns) in self.patterns.items():
-            some = self.masked.get(name, "").upper()
-            body.append(f"    double {name}[MBS_{some}FACTORS({len(spans)}, {columns})];")
+            body.append(f"    double {name}[MBS_FACTORS({len(spans)}, {columns})];")
             declared[name] = f"double *{name}"
-            if some:
-                body.append(f"    mbs_span {name}_spans[{max(1, len(spans))}];")
-                declared[f"{name}_spans"] = f"mbs_span *{name}_spans"
-        patterns = [
-            _pattern(f"{self.function.name}__{name}", *pattern, name in self.masked)
-            for name, pattern in self.patterns.items()
-        ]
+            patterns.append(_pattern(f"{self.function.name}__{name}", spans, columns))
+        for name, (matrices, columns) in self.masked.items():
+            count, size = len(matrices[0]), "RUBBING" if len(matrices) > 1 else "SOME"
+            body.append(f"    double {name}[MBS_{size}_FACTORS({count}, {columns})];")
+            body.append(f"    mbs_span {name}_spans[{max(1, count)}];")
+            declared |= {name: f"double *{name}", f"{name}_spans": f"mbs_span *{name}_spans"}
+            kinds = zip(("", "_exerted"), matrices, strict=False)
+            patterns += [_rows(f"{self.function.name}__{name}{kind}", rows, columns) for kind, rows in kinds]
         head = f"{head_of(self.function)}\n{{"
         if len(self.pieces) == 1:
             return "\n".join([*patterns, head, *body, *self.piece.lines, "}"])
@@ -256,7 +258,7 @@ class Printer:
     def variant(self, factors: str) -> str:
         """Return the ending of the functions that eliminate a matrix of this pattern."""
         if factors in self.masked:
-            return "_" + self.masked[factors].rstrip("_")
+            return "_rubbing" if len(self.masked[factors][0]) > 1 else "_some"
         return "_unrolled" if elimination_cost(self.patterns[factors][0]) <= _UNROLLED else ""
 
     def _output(self, name: str, output: Output) -> None:
@@ -398,10 +400,18 @@ def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
     return "\n".join([head, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""])
 
 
-def _pattern(name: str, spans: Sequence[Span], columns: int, masked: bool) -> str:
-    """Return the constant that says where a matrix may differ from zero, which is known as it runs if some rows act."""
-    if masked:
-        return f"static const mbs_pattern {name} = {{{len(spans)}, {columns}, 0}};\n"
+def _rows(name: str, rows: Sequence[Sequence[int]], columns: int) -> str:
+    """Return the constant that says in which columns the elements of each row of a matrix stand."""
+    begins = list(map(str, accumulate(map(len, rows), initial=0)))
+    places = [str(k) for row in rows for k in row] or ["0"]
+    parts = ("begins", begins), ("places", places)
+    tables = [wrapped(f"static const int {name}_{part}[] = {{", texts, "};") for part, texts in parts]
+    whole = f"static const mbs_rows {name} = {{{len(rows)}, {columns}, {name}_begins, {name}_places}};\n"
+    return "\n".join([*tables, whole])
+
+
+def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
+    """Return the constant that says where a matrix may differ from zero."""
     rows = [f"{{{span.first}, {span.end}, {span.low}, {span.high}}}" for span in spans] or ["{0, 0, 0, 0}"]
     table = wrapped(f"static const mbs_span {name}_spans[] = {{", rows, "};")
     return f"{table}\nstatic const mbs_pattern {name} = {{{len(spans)}, {columns}, {name}_spans}};\n"

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from multibody_sym.codegen.c_function import Printer
 from multibody_sym.codegen.layout import wrapped
-from multibody_sym.codegen.profile import column_order, row_spans, whole_span
+from multibody_sym.codegen.profile import column_order, row_spans
 from multibody_sym.program.accesses import accesses
 from multibody_sym.program.infix import expression
 from multibody_sym.program.progressions import Progression
@@ -70,21 +70,35 @@ def _solve(printer: Printer, statement: Solve) -> None:
 
 
 def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
-    rows = [[row[k] for k in order] for row in statement.matrix]
-    spans = [whole_span(len(order)) for _ in rows] if statement.acting else row_spans(rows)
-    printer.patterns[factors] = spans, len(order)
     if statement.acting:
-        printer.masked[factors] = "rubbing_" if statement.exerted else "some_"
-    solver = f"mbs_factorise{printer.variant(factors)}"
-    inside = [element for row, span in zip(rows, spans, strict=True) for element in row[span.first : span.end]]
-    matrix = printer.array("matrix", inside)
-    others = {"exerted": [row[k] for row in statement.exerted for k in order], "acting": statement.acting}
-    told = {name: printer.array(name, atoms) for name, atoms in others.items() if atoms}
-    places = [factors, *([f"{factors}_spans"] if statement.acting else [])]
-    given = [f"&{printer.function.name}__{factors}", "matrix", *told, printer.names[statement.most], *places]
-    printer.piece.used.update(places)
-    called = wrapped(f"        {solver}(", given, ");", indent=" " * 12)
-    printer.piece.lines += ["    {", matrix, *told.values(), called, "    }"]
+        _factorise_some(printer, statement, order, factors)
+        return
+    rows = [[row[k] for k in order] for row in statement.matrix.lists(len(order))]
+    printer.patterns[factors] = spans = row_spans(rows), len(order)
+    inside = [x for row, span in zip(rows, spans[0], strict=True) for x in row[span.first : span.end]]
+    matrix, name = printer.array("matrix", inside), f"{printer.function.name}__{factors}"
+    given = [f"&{name}", "matrix", printer.names[statement.most], factors]
+    printer.piece.used.add(factors)
+    called = wrapped(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
+    printer.piece.lines += ["    {", matrix, called, "    }"]
+
+
+def _factorise_some(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
+    """Factorise a matrix of which some rows act, its elements one after the other as they stand in its rows."""
+    places = {k: place for place, k in enumerate(order)}
+    matrices = [statement.matrix, *([statement.exerted] if statement.exerted else [])]
+    printer.masked[factors] = [[[places[k] for k in row] for row in x.columns] for x in matrices], len(order)
+    given, declared = [], []
+    for kind, name, rows in zip(("", "_exerted"), ("matrix", "exerted"), matrices, strict=False):
+        pointer, array = printer.pointer(name, [x for row in rows.elements for x in row])
+        given += [f"&{printer.function.name}__{factors}{kind}", pointer]
+        declared += [array] if array else []
+    acting, array = printer.pointer("acting", statement.acting)
+    declared += [array] if array else []
+    given += [acting, printer.names[statement.most], factors, f"{factors}_spans"]
+    printer.piece.used |= {factors, f"{factors}_spans"}
+    called = wrapped(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
+    printer.piece.lines += ["    {", *declared, called, "    }"]
 
 
 def _scan(printer: Printer, statement: Scan) -> None:

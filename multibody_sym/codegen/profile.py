@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from multibody_sym.program.statements import Rows
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 
@@ -22,13 +23,12 @@ class Span:
     high: int
 
 
-def column_order(matrix: Sequence[Sequence[Node]], columns: int) -> list[int]:
+def column_order(matrix: Rows, columns: int) -> list[int]:
     """Return the columns in the order in which rows first use them, which keeps spans short; last those never used."""
     first: dict[int, int] = {}
-    for j, row in enumerate(matrix):
-        for k, element in enumerate(row):
-            if element is not ZERO:
-                first.setdefault(k, j)
+    for j, places in enumerate(matrix.columns):
+        for k in places:
+            first.setdefault(k, j)
     return sorted(range(columns), key=lambda k: first.get(k, len(matrix)))
 
 
@@ -42,11 +42,6 @@ def row_spans(matrix: Sequence[Sequence[Node]]) -> list[Span]:
         reached = (before.high for before in spans[low:])
         spans.append(Span(first, end, min(low, first), min(max(end, j + 1, *reached), len(row))))
     return spans
-
-
-def whole_span(columns: int) -> Span:
-    """Return the span of a row that may have any elements, wherever it is eliminated."""
-    return Span(0, columns, 0, columns)
 
 
 def elimination_cost(spans: Sequence[Span]) -> int:

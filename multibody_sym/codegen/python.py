@@ -220,11 +220,12 @@ def _call(printer: _Printer, statement: Call) -> None:
 
 def _solve(printer: _Printer, statement: Solve) -> None:
     number = printer.next_number()
-    rows = [printer.value((len(row),), row) for row in statement.matrix]
+    width = len(statement.solution)
+    rows = [printer.value((width,), row) for row in statement.matrix.lists(width)]
     given = [wrapped("[", rows, "]", indent=" " * 8), printer.value((len(rows),), statement.right)]
-    sizes = [str(len(statement.solution)), printer.names[statement.most]]
+    sizes = [str(width), printer.names[statement.most]]
     acting = [printer.value((len(rows),), statement.acting)] if statement.acting else []
-    exerted = [printer.value((len(row),), row) for row in statement.exerted]
+    exerted = [printer.value((width,), row) for row in statement.exerted.lists(width)]
     forces = [wrapped("[", exerted, "]", indent=" " * 8)] if exerted else []
     called = wrapped("solve_lists(", [*given, *sizes, *acting, *forces], ")", indent=" " * 8)
     printer.lines.append(f"    r{number} = {called}")

@@ -35,9 +35,9 @@ def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Progr
         elif isinstance(statement, Scan):
             trace.adopt(_scan(statement, constant))
         elif isinstance(statement, Solve):
-            matrix = tuple(map(constant, statement.matrix))
+            matrix, exerted = (rows.changed(constant) for rows in (statement.matrix, statement.exerted))
             right, (most,) = constant(statement.right), constant((statement.most,))
-            acting, exerted = constant(statement.acting), tuple(map(constant, statement.exerted))
+            acting = constant(statement.acting)
             trace.adopt(replace(statement, matrix=matrix, right=right, most=most, acting=acting, exerted=exerted))
         elif not isinstance(statement, Assign):
             assert_never(statement)

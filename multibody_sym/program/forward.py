@@ -149,14 +149,15 @@ class _Forward:
         """With p = dA^T lambda: A y = dr - dA x - A p gives dx = p + y, and the multipliers of y are dlambda."""
         if statement.exerted:
             raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
-        matrix_rates = [taken(rates, row) for row in statement.matrix]
+        matrix = statement.matrix.lists(len(statement.solution))
+        matrix_rates = [taken(rates, row) for row in matrix]
         right_rates = taken(rates, statement.right)
         if all(rate is ZERO for part in (*matrix_rates, right_rates) for rate in part):
             return
         turned = [dot(column, statement.multipliers) for column in _transposed(matrix_rates, len(statement.solution))]
         rest = [
             subtract(subtract(r, dot(dA, statement.solution)), dot(A, turned))
-            for r, dA, A in zip(right_rates, matrix_rates, statement.matrix, strict=True)
+            for r, dA, A in zip(right_rates, matrix_rates, matrix, strict=True)
         ]
         found = self.trace.solve(statement.matrix, rest, len(statement.solution), statement.most, statement.acting)
         put(rates, statement.solution, list(map(add, turned, found.solution)))

@@ -17,6 +17,7 @@ from multibody_sym.program.statements import (
     Callee,
     Loop,
     Record,
+    Rows,
     Scan,
     ShapeError,
     Solve,
@@ -68,15 +69,22 @@ def _call(statement: Call, values: _Values) -> None:
 
 
 def _solve(statement: Solve, values: _Values) -> None:
-    rows, columns = len(statement.right), len(statement.solution)
-    matrix = np.array([values[atom] for row in statement.matrix for atom in row], dtype=float).reshape(rows, columns)
+    columns = len(statement.solution)
+    matrix = _matrix(statement.matrix, columns, values)
     right = np.array([values[atom] for atom in statement.right], dtype=float)
     others: dict[str, Any] = {}
     if statement.acting:
         others["acting"] = [values[atom] for atom in statement.acting]
-        others["exerted"] = [[values[atom] for atom in row] for row in statement.exerted]
+        others["exerted"] = _matrix(statement.exerted, columns, values).tolist()
     found = solve(matrix, right, values[statement.most], **others)
     _store(statement, (found.solution, found.multipliers, found.report), values)
+
+
+def _matrix(rows: Rows, columns: int, values: _Values) -> Floats:
+    found = np.zeros((len(rows), columns))
+    for row, places, atoms in zip(found, rows.columns, rows.elements, strict=True):
+        row[list(places)] = [values[atom] for atom in atoms]
+    return found
 
 
 def _scan(statement: Scan, values: _Values) -> None:

@@ -161,8 +161,11 @@ def _hash_call(statement: Call, numbers: _Numbers) -> None:
 
 
 def _hash_solve(statement: Solve, numbers: _Numbers) -> None:
-    sizes = len(statement.right), len(statement.solution), len(statement.acting), len(statement.exerted)
-    _hash_record((_SOLVE, *sizes), statement, numbers)
+    head = [_SOLVE, len(statement.right), len(statement.solution), len(statement.acting), len(statement.exerted)]
+    for rows in (statement.matrix, statement.exerted):
+        for columns in rows.columns:
+            head += (len(columns), *columns)
+    _hash_record(tuple(head), statement, numbers)
 
 
 def _hash_scan(statement: Scan, numbers: _Numbers) -> None:

@@ -116,13 +116,14 @@ class _Reverse:
         x_weights, multiplier_weights = taken(weights, x), taken(weights, multipliers)
         if all(weight is ZERO for weight in (*x_weights, *multiplier_weights)):
             return
-        right = [add(dot(row, x_weights), w) for row, w in zip(statement.matrix, multiplier_weights, strict=True)]
+        rows = statement.matrix.lists(len(x))
+        right = [add(dot(row, x_weights), w) for row, w in zip(rows, multiplier_weights, strict=True)]
         found = self.trace.solve(statement.matrix, right, len(x), statement.most, statement.acting)
         rest = list(map(subtract, x_weights, found.solution))
         for k, row in enumerate(statement.matrix):
             mu = found.multipliers[k]
             _gather(weights, statement.right[k], mu)
-            for j, atom in enumerate(row):
+            for j, atom in row:
                 _gather(weights, atom, subtract(multiply(multipliers[k], rest[j]), multiply(mu, x[j])))
 
     def scan(self, statement: Scan, weights: dict[Node, Node]) -> None:

@@ -13,7 +13,7 @@ scan is differentiated backwards by running the kernels' adjoints over the same 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar, Final, Protocol, assert_never
 
@@ -22,7 +22,8 @@ import numpy as np
 from multibody_sym.errors import MultibodyError
 from multibody_sym.program.progressions import Integers, Progression, Window
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.vectors import S
 
 TARGETS: Final = "z"
 """The array whose slots stand for the results of calls, solves and scans."""
@@ -117,6 +118,47 @@ class Call:
     targets: tuple[tuple[Node, ...], ...]
 
 
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a matrix: `elements` of each that may differ from zero, and in which `columns` they stand, in order."""
+
+    columns: tuple[tuple[int, ...], ...]
+    elements: tuple[tuple[Node, ...], ...]
+
+    @staticmethod
+    def of(matrix: Iterable[Mapping[int, S] | Sequence[S]]) -> Rows:
+        """Return rows that are given as lists, or as what may differ from zero by its column."""
+        columns, elements = [], []
+        for row in matrix:
+            pairs = sorted(row.items()) if isinstance(row, Mapping) else enumerate(row)
+            own = [(k, node) for k, node in ((k, as_node(x)) for k, x in pairs) if node is not ZERO]
+            columns.append(tuple(k for k, _ in own))
+            elements.append(tuple(node for _, node in own))
+        return Rows(tuple(columns), tuple(elements))
+
+    def __len__(self) -> int:
+        return len(self.elements)
+
+    def __iter__(self) -> Iterator[Iterator[tuple[int, Node]]]:
+        """Return for each row its columns with what stands there."""
+        return map(zip, self.columns, self.elements)
+
+    def lists(self, width: int) -> list[list[Node]]:
+        """Return the rows with all their elements."""
+        found = [[ZERO] * width for _ in self.elements]
+        for row, pairs in zip(found, self, strict=True):
+            for k, node in pairs:
+                row[k] = node
+        return found
+
+    def changed(self, change: Callable[[Sequence[Node]], Sequence[Node]]) -> Rows:
+        """Return the rows with other elements in the same columns."""
+        return replace(self, elements=tuple(tuple(change(row)) for row in self.elements))
+
+
+NO_ROWS: Final = Rows((), ())
+
+
 @dataclass(frozen=True, repr=False)
 class Solve:
     """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `numerics/least_norm.py` does.
@@ -127,14 +169,14 @@ class Solve:
     multipliers are zero. Without it all act. With `exerted` C (s rows of n) x = C^T lambda.
     """
 
-    matrix: tuple[tuple[Node, ...], ...]
+    matrix: Rows
     right: tuple[Node, ...]
     most: Node
     solution: tuple[Node, ...]
     multipliers: tuple[Node, ...]
     report: tuple[Node, ...]
     acting: tuple[Node, ...] = ()
-    exerted: tuple[tuple[Node, ...], ...] = ()
+    exerted: Rows = NO_ROWS
 
 
 @dataclass(frozen=True)
@@ -195,7 +237,8 @@ Statement = Assign | Record
 def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
     """Return the atoms that a record reads."""
     if isinstance(statement, Solve):
-        return (*statement.matrix, statement.right, (statement.most,), statement.acting, *statement.exerted)
+        rows = statement.matrix.elements, statement.exerted.elements
+        return (*rows[0], statement.right, (statement.most,), statement.acting, *rows[1])
     if isinstance(statement, Call):
         return statement.arguments
     if isinstance(statement, Scan):

@@ -77,11 +77,12 @@ def _call(statement: Call, counter: _Counter) -> str:
 
 
 def _solve(statement: Solve, counter: _Counter) -> str:
-    rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix)
+    width = len(statement.solution)
+    rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix.lists(width))
     right = _listed(statement.right, counter.texts)
     unknown = _defined((statement.solution, statement.multipliers, statement.report), counter)
     most = "" if statement.most.shadow == len(statement.right) else f", most {counter.texts[statement.most]}"
-    forces = ", ".join(_listed(row, counter.texts) for row in statement.exerted)
+    forces = ", ".join(_listed(row, counter.texts) for row in statement.exerted.lists(width))
     exerted = f", exerted ({forces})" if forces else ""
     acting = f", acting {_listed(statement.acting, counter.texts)}" if statement.acting else ""
     return f"{unknown} = solve(({rows}), {right}{most}{acting}{exerted})"

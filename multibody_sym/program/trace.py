@@ -10,6 +10,7 @@ from multibody_sym.program.infix import PRODUCTS
 from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Progression, Window
 from multibody_sym.program.statements import (
+    NO_ROWS,
     TARGETS,
     Array,
     Assign,
@@ -19,6 +20,7 @@ from multibody_sym.program.statements import (
     Loop,
     Output,
     Record,
+    Rows,
     Scan,
     Solve,
     Statement,
@@ -69,23 +71,23 @@ class Trace:
 
     def solve(
         self,
-        matrix: Sequence[Sequence[Node]],
+        matrix: Rows | Iterable[Mapping[int, Node] | Sequence[Node]],
         right: Sequence[Node],
         columns: int | None = None,
         most: Node | None = None,
         acting: Sequence[Node] = (),
-        exerted: Sequence[Sequence[Node]] = (),
+        exerted: Rows | Iterable[Mapping[int, Node] | Sequence[Node]] = NO_ROWS,
     ) -> Solve:
         """Return the Solve of A x = r with fresh leaves for x, lambda and the report.
 
         Arguments: `matrix` A (s rows of n), `right` r (s), n where there may be no row to tell it, `most` rows to keep
         (all, if None), `acting` rows (all, if empty), and `exerted` forces C, if x is C^T lambda and not A^T lambda.
         """
-        rows = tuple(tuple(map(as_node, row)) for row in matrix)
-        size = len(rows[0]) if rows else columns or 0
+        first = next(iter(matrix), ()) if columns is None and not isinstance(matrix, Rows) else ()
+        size = len(first) if columns is None else columns
+        rows, forces = (x if isinstance(x, Rows) else Rows.of(x) for x in (matrix, exerted))
         unknown = self._fresh(size), self._fresh(len(rows)), self._fresh(3)
         kept = as_node(len(rows)) if most is None else most
-        forces = tuple(tuple(map(as_node, row)) for row in exerted)
         record = Solve(rows, tuple(map(as_node, right)), kept, *unknown, tuple(acting), forces)
         self.adopt(record)
         return record

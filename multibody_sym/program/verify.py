@@ -82,9 +82,11 @@ def _verify_call(statement: Call, known: set[Node]) -> None:
 
 def _verify_solve(statement: Solve, known: set[Node]) -> None:
     rows, columns = len(statement.right), len(statement.solution)
-    _verify_sizes(statement.matrix, [columns] * rows, "the rows of a matrix to solve with")
+    for matrix in (statement.matrix, statement.exerted or statement.matrix):
+        if len(matrix) != rows or any(not 0 <= k < columns for places in matrix.columns for k in places):
+            raise ShapeError(f"{len(matrix)} rows of a matrix to solve {rows} equations for {columns} unknowns")
+        _verify_sizes(matrix.elements, list(map(len, matrix.columns)), "the rows of a matrix to solve with")
     _verify_sizes((statement.multipliers, statement.report), [rows, 3], "multipliers and report of a solve")
-    _verify_sizes(statement.exerted or statement.matrix, [columns] * rows, "what rows exert in a solve")
     _verify_sizes((statement.acting or statement.right,), [rows], "which rows act in a solve")
     _verify_operands_and_targets(statement, known)
 

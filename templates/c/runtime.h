@@ -39,6 +39,13 @@ typedef struct {
     const mbs_span *spans; /* one for each row; null: rows have all elements, and are taken the longest first */
 } mbs_pattern;
 
+/* Rows of a matrix of which a list has the elements that may differ from zero: those of row j from number begins[j] up
+   to begins[j + 1], each in its column. */
+typedef struct {
+    int rows, columns;
+    const int *begins, *places;
+} mbs_rows;
+
 /* Doubles that the factors of a matrix take. */
 #define MBS_FACTORS(rows, columns) ((rows) * ((columns) + 6) + 3)
 
@@ -62,18 +69,18 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                             double *multipliers, double *report);
 
-/* The same for the rows that act, those for which `acting` is not zero; all have all elements, and factors beside them
-   the `spans` of those that act, one for each row that there is. */
-void mbs_factorise_some(const mbs_pattern *pattern, const double *matrix, const double *acting, double most,
-                        double *factors, mbs_span *spans);
-void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+/* The same for the rows that act, those for which `acting` is not zero; factors have beside them the `spans` of those
+   that act, one for each row that there is. */
+void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
+                        mbs_span *spans);
+void mbs_substitute_some(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
                          double *solution, double *multipliers, double *report);
 
 /* ... and x = C^T multipliers with what rows exert, C, in the place of A. Where A C^T is singular x and the multipliers,
    times lengths of C, are of least norm together. */
-void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
-                           double most, double *factors, mbs_span *spans);
-void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                           const double *acting, double most, double *factors, mbs_span *spans);
+void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
                             double *solution, double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */

@@ -209,9 +209,9 @@ typedef struct {
 
 enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and are found with x */
 
-static some laid_out_for(const mbs_pattern *pattern, double *space, const mbs_span *spans, int rubs)
+static some laid_out_for(const mbs_rows *all_rows, double *space, const mbs_span *spans, int rubs)
 {
-    int rows = pattern->rows, n = pattern->columns, all = rows + n;
+    int rows = all_rows->rows, n = all_rows->columns, all = rows + n;
     double *which = space + 1, *matrix = which + 3 * rows, *unit = matrix + rows * n, *large = unit + rows * (n + 1) + 1;
     some s = {.pattern = {(int)space[0], n, spans},
               .which = which,
@@ -230,12 +230,15 @@ static some laid_out_for(const mbs_pattern *pattern, double *space, const mbs_sp
     return s;
 }
 
-static void gather(some *s, int rows, const double *acting, double *space, const double *from, double *to)
+static void gather(some *s, const mbs_rows *rows, const double *acting, double *space, const double *from, double *to)
 {
     int count = 0, n = s->pattern.columns;
-    for (int j = 0; j < rows; ++j)
+    for (int j = 0; j < rows->rows; ++j)
         if (acting[j] != 0.0) {
-            mbs_copy(n, from + j * n, to + count * n);
+            double *row = to + count * n;
+            mbs_fill(n, 0.0, row);
+            for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k)
+                row[rows->places[k]] = from[k];
             s->which[count++] = j;
         }
     s->pattern.rows = count;
@@ -280,21 +283,21 @@ static void gather_right(const some *s, const double *right)
         s->right[k] = right[(int)s->which[k]];
 }
 
-void mbs_factorise_some(const mbs_pattern *pattern, const double *matrix, const double *acting, double most,
-                        double *factors, mbs_span *spans)
+void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
+                        mbs_span *spans)
 {
-    some s = laid_out_for(pattern, factors, spans, 0);
-    gather(&s, pattern->rows, acting, factors, matrix, s.matrix);
+    some s = laid_out_for(rows, factors, spans, 0);
+    gather(&s, rows, acting, factors, matrix, s.matrix);
     factorise_within(&s, spans, s.matrix, most);
 }
 
-void mbs_substitute_some(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+void mbs_substitute_some(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
                          double *solution, double *multipliers, double *report)
 {
-    some s = laid_out_for(pattern, factors, spans, 0);
+    some s = laid_out_for(rows, factors, spans, 0);
     gather_right(&s, right);
     mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
-    scatter(&s, pattern->rows, s.multipliers, multipliers);
+    scatter(&s, rows->rows, s.multipliers, multipliers);
 }
 
 /* Make what rows exert unit vectors, none of them much shorter than the longest, or leave it as it is where multipliers
@@ -379,16 +382,16 @@ static int same_rank(const some *s, mbs_span *spans, double most)
     return 1;
 }
 
-void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, const double *exerted, const double *acting,
-                           double most, double *factors, mbs_span *spans)
+void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                           const double *acting, double most, double *factors, mbs_span *spans)
 {
-    some s = laid_out_for(pattern, factors, spans, 1);
-    gather(&s, pattern->rows, acting, factors, matrix, s.matrix);
-    gather(&s, pattern->rows, acting, factors, exerted, s.unit);
+    some s = laid_out_for(rows, factors, spans, 1);
+    gather(&s, rows, acting, factors, matrix, s.matrix);
+    gather(&s, forces, acting, factors, exerted, s.unit);
     int count = s.pattern.rows, n = s.pattern.columns;
     *s.kind = OWN;
     int plain = 0;
-    for (int j = 0; j < pattern->rows; ++j)
+    for (int j = 0; j < rows->rows; ++j)
         plain |= acting[j] == PLAIN;
     if (!made_units(&s, plain)) {
         factorise_within(&s, spans, s.matrix, most);
@@ -410,15 +413,15 @@ void mbs_factorise_rubbing(const mbs_pattern *pattern, const double *matrix, con
     mbs_factorise(&own, s.large, most + n, s.factors);
 }
 
-void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const mbs_span *spans, const double *right,
+void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
                             double *solution, double *multipliers, double *report)
 {
-    some s = laid_out_for(pattern, factors, spans, 1);
+    some s = laid_out_for(rows, factors, spans, 1);
     int count = s.pattern.rows, n = s.pattern.columns, large = *s.kind == TOGETHER;
     gather_right(&s, right);
     if (*s.kind == OWN) {
         mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
-        scatter(&s, pattern->rows, s.multipliers, multipliers);
+        scatter(&s, rows->rows, s.multipliers, multipliers);
         return;
     }
     mbs_pattern both = {count + n, count + n, 0};
@@ -433,5 +436,5 @@ void mbs_substitute_rubbing(const mbs_pattern *pattern, double *factors, const m
         mbs_subtract(n, -carried[k], s.unit + k * n, solution);
         s.multipliers[k] = carried[k] / s.lengths[k];
     }
-    scatter(&s, pattern->rows, s.multipliers, multipliers);
+    scatter(&s, rows->rows, s.multipliers, multipliers);
 }

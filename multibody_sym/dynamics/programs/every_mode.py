@@ -16,7 +16,7 @@ from typing import Final
 
 from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
-from multibody_sym.dynamics.programs.law_rows import RowProgram, column, law_program, row_program
+from multibody_sym.dynamics.programs.law_rows import Row, RowProgram, column, law_program, row_program
 from multibody_sym.dynamics.programs.like_contacts import ContactKind
 from multibody_sym.dynamics.programs.mode_values import ModeValues, chosen, is_of_normal
 from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
@@ -89,25 +89,29 @@ class _Instant:
     values: Mapping[str, Sequence[Node]]
 
     @cached_property
-    def jacobian(self) -> list[list[Node]]:
+    def jacobian(self) -> list[Row]:
         return self.known.matrix("jacobian", self.values)
 
     @cached_property
-    def matrix(self) -> list[list[Node]]:
+    def matrix(self) -> list[Row]:
         return self.known.matrix("matrix", self.values)
 
     @cached_property
-    def exerted(self) -> list[list[Node]]:
-        return self.known.matrix("exerted", self.values)
+    def coupling(self) -> list[Row]:
+        """The columns of D of rows that others are defined by, behind those of the speeds."""
+        columns = {j: self.known.size + k for k, j in enumerate(self.known.coupled)}
+        return [{columns[j]: x for j, x in row.items()} for row in self.known.matrix("coupling", self.values)]
+
+    @property
+    def exerting(self) -> list[Row]:
+        """[C 1]: what all rows exert, and multipliers that others are defined by."""
+        found = self.known.matrix("exerted", self.values)
+        for k, j in enumerate(self.known.coupled):
+            found[j][self.known.size + k] = ONE
+        return found
 
     @cached_property
-    def coupling(self) -> list[list[Node]]:
-        """The columns of D of rows that others are defined by."""
-        columns = self.known.coupled
-        return [[row[j] for j in columns] for row in self.known.matrix("coupling", self.values)]
-
-    @cached_property
-    def _inverse(self) -> list[list[Node]]:
+    def _inverse(self) -> list[Row]:
         return self.known.matrix("inverse", self.values)
 
     def unweighted(self, x: Sequence[Node]) -> list[Node]:
@@ -261,15 +265,16 @@ class _EveryMode:
         right = _sums(right, more)
         frictions = self._frictions(trace, phidot, now.values["coefficients"])
         frictions = self._along_reactions(trace, now, right, frictions)
-        exerted, begun = _with_sliding(self._exerting(now), frictions), [ZERO] * n
+        exerted, shared = _with_sliding(now.exerting, frictions), Row()
         if sharing is not None:
-            begun = [_dot(sharing.forces, column) for column in zip(*exerted, strict=True)]
-            exerted = sharing.of(exerted)
+            shared = _combination(zip(sharing.forces, exerted, strict=True))
+            exerted = [_combination((x, exerted[j]) for j, x in way) for way in sharing.ways]
+        begun = [shared.get(k, ZERO) for k in range(n)]
         if not (frictions or sharing or self.known.coupled):
             exerted = []
         first = self._solve(trace, now, [b - _dot(a, begun) for a, b in zip(now.matrix, right, strict=True)], exerted)
         near = _sums(free, now.unweighted(_sums(first.solution[:n], begun)))
-        defined = [_dot(d, first.solution[n:]) for d in now.coupling]
+        defined = [_dot(d, first.solution) for d in now.coupling]
         missing = [a - _dot(h, near) - d for a, h, d in zip(_sums(gamma, more), now.jacobian, defined, strict=True)]
         second = self._solve(trace, now, missing, exerted)
         udot = _sums(near, now.unweighted(second.solution[:n]))
@@ -287,19 +292,14 @@ class _EveryMode:
         trace: Trace,
         now: _Instant,
         right: Sequence[Node],
-        exerted: Sequence[Sequence[S]],
+        exerted: Sequence[Row],
         gate: Node = ONE,
     ) -> Solve:
         """Return [A D] (x, lambda) = r for the rows that act, for none of them where the gate is 0."""
-        rows = [[*a, *d] for a, d in zip(now.matrix, now.coupling, strict=True)]
+        rows = [a | d for a, d in zip(now.matrix, now.coupling, strict=True)]
         most = self.mechanism.parameters.slot(INDEPENDENT)
         acting = [acts * gate for acts in self._acts]
         return trace.solve(rows, right, self.known.size + len(self.known.coupled), most, acting, exerted)
-
-    def _exerting(self, now: _Instant) -> list[list[Node]]:
-        """Return [C 1] of all rows."""
-        units = [[ONE if k == j else ZERO for j in self.known.coupled] for k in range(self.known.count)]
-        return [[*c, *unit] for c, unit in zip(now.exerted, units, strict=True)]
 
     def _along_reactions(
         self, trace: Trace, now: _Instant, right: Sequence[Node], frictions: list[_Friction]
@@ -312,7 +312,7 @@ class _EveryMode:
             return frictions
         multipliers, turns = [ZERO] * len(right), self.modes.any_length
         for _ in range(PASSES):
-            exerted = _with_sliding(self._exerting(now), [friction.along(multipliers) for friction in frictions])
+            exerted = _with_sliding(now.exerting, [friction.along(multipliers) for friction in frictions])
             found = self._solve(trace, now, right, exerted, turns).multipliers
             change = _largest(x - y for x, y in zip(found, multipliers, strict=True))
             multipliers = [chosen(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
@@ -370,10 +370,11 @@ class _EveryMode:
         held, some = self.modes.held(), self.modes.any_held
         matrix = []
         for k in places:
-            row = now.jacobian[k]
-            least = sum((absolute(h) * fixed for h, fixed in zip(row, held, strict=True)), ZERO)
-            moving = [chosen(fixed, ZERO, felt(h, least)) for h, fixed in zip(row, held, strict=True)]
-            matrix.append([chosen(some, a, b) for a, b in zip(moving, now.matrix[k], strict=True)])
+            row, by_mass = now.jacobian[k], now.matrix[k]
+            least = sum((absolute(h) * held[j] for j, h in row.items()), ZERO)
+            moving = {j: chosen(held[j], ZERO, felt(h, least)) for j, h in row.items()}
+            either = sorted({*moving, *by_mass})
+            matrix.append({j: chosen(some, moving.get(j, ZERO), by_mass.get(j, ZERO)) for j in either})
         acting = [self._acts[k] for k in places]
         every = zip(self._acts, self.mechanism.rows, strict=True)
         defining = sum((acts for acts, row in every if not row.restricts), ZERO)
@@ -454,11 +455,12 @@ def _ends_of_touching(kind: ContactKind) -> dict[str, list[Node]]:
     return {"values": [as_node(x) for name, x in values.items() if not is_of_normal(name)]}
 
 
-def _with_sliding(exerted: Sequence[Sequence[Node]], frictions: Sequence[_Friction]) -> list[list[Node]]:
+def _with_sliding(exerted: Sequence[Row], frictions: Sequence[_Friction]) -> list[Row]:
     """Return what the rows exert: normals bring friction along where something slides."""
-    found = [list(row) for row in exerted]
+    found = [dict(row) for row in exerted]
     for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
-        found[normal] = [a + force * b for a, b in zip(found[normal], exerted[tangent], strict=True)]
+        for k, x in exerted[tangent].items():
+            found[normal][k] = found[normal].get(k, ZERO) + force * x
     return found
 
 
@@ -478,5 +480,14 @@ def _largest(values: Iterable[Node]) -> Node:
     return as_node(reduce(maximum, map(absolute, values)))
 
 
-def _dot(row: Sequence[Node], x: Sequence[Node]) -> Node:
-    return sum((a * b for a, b in zip(row, x, strict=True)), ZERO)
+def _combination(parts: Iterable[tuple[S, Row]]) -> Row:
+    """Return the sum of rows, each times its factor."""
+    found: Row = {}
+    for factor, row in parts:
+        for k, x in row.items():
+            found[k] = found.get(k, ZERO) + factor * x
+    return found
+
+
+def _dot(row: Row, x: Sequence[Node]) -> Node:
+    return sum((a * x[k] for k, a in sorted(row.items())), ZERO)

@@ -36,6 +36,8 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
 _ENDLESS: Final = as_node(1e300)
+Row = dict[int, Node]
+"""The elements of a row of a matrix that may differ from zero, by their columns."""
 
 
 def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[str, list[int]]]:
@@ -109,14 +111,14 @@ class RowProgram:
         """The rows whose multipliers others are defined by, in order."""
         return sorted({place % self.count for place in self.places["coupling"]})
 
-    def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[list[Node]]:
-        """Return a matrix row by row from what a call gives."""
+    def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[Row]:
+        """Return a matrix row by row from what a call gives: what may differ from zero."""
         width = self.size if name != "coupling" else self.count
-        entries = dict(zip(self.places[name], outputs[name], strict=True))
-        if name == "exerted":
-            entries = dict(zip(self.places["matrix"], outputs["matrix"], strict=True)) | entries
-        height = self.size if name == "inverse" else self.count
-        return [[entries.get(k * width + j, ZERO) for j in range(width)] for k in range(height)]
+        found: list[Row] = [{} for _ in range(self.size if name == "inverse" else self.count)]
+        for each in ("matrix", name) if name == "exerted" else (name,):
+            for place, node in zip(self.places[each], outputs[each], strict=True):
+                found[place // width][place % width] = node
+        return found
 
 
 def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> RowProgram:

@@ -163,10 +163,11 @@ class _Rolling:
 
     def _solve(self, statement: Solve) -> None:
         self._compute(_asked(statement))
-        matrix = [[self._atom(x) for x in row] for row in statement.matrix]
+        matrix, exerted = (
+            rows.changed(lambda row: list(map(self._atom, row))) for rows in (statement.matrix, statement.exerted)
+        )
         right = [self._atom(x) for x in statement.right]
         acting = [self._atom(x) for x in statement.acting]
-        exerted = [[self._atom(x) for x in row] for row in statement.exerted]
         done = self.trace.solve(matrix, right, len(statement.solution), self._atom(statement.most), acting, exerted)
         for old, new in (
             (statement.solution, done.solution),
