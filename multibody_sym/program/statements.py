@@ -120,7 +120,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a matrix: `elements` of each that may differ from zero, and in which `columns` they stand, in order."""
+    """Rows of a matrix: `elements` of each that may differ from zero, and in which `columns` they stand."""
 
     columns: tuple[tuple[int, ...], ...]
     elements: tuple[tuple[Node, ...], ...]
@@ -130,7 +130,7 @@ class Rows:
         """Return rows that are given as lists, or as what may differ from zero by its column."""
         columns, elements = [], []
         for row in matrix:
-            pairs = sorted(row.items()) if isinstance(row, Mapping) else enumerate(row)
+            pairs = row.items() if isinstance(row, Mapping) else enumerate(row)
             own = [(k, node) for k, node in ((k, as_node(x)) for k, x in pairs) if node is not ZERO]
             columns.append(tuple(k for k, _ in own))
             elements.append(tuple(node for _, node in own))

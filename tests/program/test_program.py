@@ -25,6 +25,7 @@ Q = Array("q", (2,))
 A, B = Q.slots
 Z = tuple(slot("z", k) for k in range(9))
 SUM, SINE = A + B, sin(A + B)
+rows = Rows.of
 
 
 def program(*statements: Statement, values: tuple[Node, ...] = (), inputs: tuple[Array, ...] = (Q,)) -> Program:
@@ -33,7 +34,7 @@ def program(*statements: Statement, values: tuple[Node, ...] = (), inputs: tuple
 
 CALLEE = program(Assign((SUM,)), values=(SUM, A))
 CALL = Call(CALLEE, ((A, B),), (Z[:2],))
-SOLVE = Solve(Rows.of(((A, B),)), (ONE,), ONE, Z[:2], Z[2:3], Z[3:6])
+SOLVE = Solve(rows(((A, B),)), (ONE,), ONE, Z[:2], Z[2:3], Z[3:6])
 
 
 def test_what_fits_together_is_accepted() -> None:
@@ -52,20 +53,20 @@ def test_what_fits_together_is_accepted() -> None:
         (UndefinedError, lambda: program(Assign((symbol("m") * A,))), "m is used"),
         (UndefinedError, lambda: program(Assign((slot("q", 2) * A,))), r"q\[2\] is used"),
         (UndefinedError, lambda: program(Assign((Z[0] * A,)), CALL), r"z\[0\] is used"),
-        (UndefinedError, lambda: program(Solve(Rows.of(((Z[0],),)), (A,), ONE, Z[:1], Z[1:2], Z[2:5])), r"z\[0\] is used"),
+        (UndefinedError, lambda: program(Solve(rows(((Z[0],),)), (A,), ONE, Z[:1], Z[1:2], Z[2:5])), r"z\[0\] is used"),
         (UndefinedError, lambda: program().output("y"), "no output is called 'y'; there are x"),
         (UndefinedError, lambda: program(inputs=()).input("q"), "there are none"),
         (DefinedTwiceError, lambda: program(Assign((SUM,)), Assign((SUM,))), "a second time"),
         (DefinedTwiceError, lambda: program(Assign((SUM,)), Assign((SUM, SINE))), "a second time"),
         (DefinedTwiceError, lambda: program(CALL, CALL), r"z\[0\] is defined a second time"),
-        (DefinedTwiceError, lambda: program(Solve(Rows.of(((A,),)), (A,), ONE, Z[:1], Z[:1], Z[2:5])), r"z\[0\] is defined"),
+        (DefinedTwiceError, lambda: program(Solve(rows(((A,),)), (A,), ONE, Z[:1], Z[:1], Z[2:5])), r"z\[0\] is def"),
         (DefinedTwiceError, lambda: program(inputs=(Q, Q)), "the same name"),
         (ShapeError, lambda: program(Call(CALLEE, ((A,),), (Z[:2],))), "arguments of f have the sizes"),
         (ShapeError, lambda: program(Call(CALLEE, ((A, B), (A,)), (Z[:2],))), "arguments of f have the sizes"),
         (ShapeError, lambda: program(Call(CALLEE, ((A, B),), (Z[:1],))), "targets of f have the sizes"),
-        (ShapeError, lambda: program(Solve(Rows.of([(A,), (A, B)]), (A, A), ONE, Z[:1], Z[1:3], Z[3:6])), "rows of a matrix"),
-        (ShapeError, lambda: program(Solve(Rows.of(((A,),)), (A,), ONE, Z[:1], Z[1:3], Z[3:6])), "multipliers and report"),
-        (ShapeError, lambda: program(Solve(Rows.of(((A,),)), (A,), ONE, Z[:1], Z[1:2], Z[3:5])), "multipliers and report"),
+        (ShapeError, lambda: program(Solve(rows([(A,), (A, B)]), (A, A), ONE, Z[:1], Z[1:3], Z[3:6])), "rows of a"),
+        (ShapeError, lambda: program(Solve(rows(((A,),)), (A,), ONE, Z[:1], Z[1:3], Z[3:6])), "multipliers and report"),
+        (ShapeError, lambda: program(Solve(rows(((A,),)), (A,), ONE, Z[:1], Z[1:2], Z[3:5])), "multipliers and report"),
         (ShapeError, lambda: Program("f", (Q,), (), (Output("x", (2, 2), (A, B)),)), "got 2 values"),
         (ProgramError, lambda: program(Assign((A,))), "an atom is not assigned"),
         (ProgramError, lambda: program(Assign((sin(ONE),))), "an atom is not assigned"),

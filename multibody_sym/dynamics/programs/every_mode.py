@@ -16,13 +16,24 @@ from typing import Final
 
 from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
-from multibody_sym.dynamics.programs.law_rows import Row, RowProgram, column, law_program, row_program
+from multibody_sym.dynamics.programs import contacts_in_modes
+from multibody_sym.dynamics.programs.contacts_in_modes import correcting_rows, exerted_by, missed_by, of_moving
+from multibody_sym.dynamics.programs.contacts_in_modes import stabilising as baumgarte
+from multibody_sym.dynamics.programs.law_rows import (
+    STABILISING,
+    RowProgram,
+    RowValues,
+    column,
+    law_program,
+    row_program,
+)
 from multibody_sym.dynamics.programs.like_contacts import ContactKind
 from multibody_sym.dynamics.programs.mode_values import ModeValues, chosen, is_of_normal
 from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
-from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
+from multibody_sym.dynamics.programs.sliding_parts import Friction, Row, combination, times, with_friction, with_sliding
+from multibody_sym.dynamics.programs.system import energy_program, inputs_program, outputs_program
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.every_mode import (
     ModeNodes,
@@ -32,23 +43,20 @@ from multibody_sym.model.mechanism.every_mode import (
     may_share,
 )
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.program import Program
 from multibody_sym.program.rolling.rolled import all_rolled
-from multibody_sym.program.statements import Solve
+from multibody_sym.program.statements import Array, Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, maximum, sqrt, where
+from multibody_sym.scalars.functions import absolute, maximum, where
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less_equal, real
 from multibody_sym.scalars.rotations import unit_quaternion
-from multibody_sym.scalars.vectors import S
 
 _HALF: Final = ONE / 2
-_SHORT: Final = real(1e-300)
-"""The square of a force that has no direction."""
 _SETTLED: Final = real(1e-15)
 """The part of the largest reaction by which rounding changes reactions from pass to pass."""
+_Make = Callable[[ContactKind, RowValues], Mapping[str, Sequence[Node]]]
 _NO_END: Final = -ONE
 """The value of a switching function at which a mode does not end."""
 
@@ -116,33 +124,20 @@ class _Instant:
 
     def unweighted(self, x: Sequence[Node]) -> list[Node]:
         """Return G^-1 x (n)."""
-        return [_dot(row, x) for row in self._inverse]
+        return [times(row, x) for row in self._inverse]
 
 
 @dataclass(frozen=True)
-class _Friction:
-    """A part that rubs: the places of its normals, each with its side, and of its tangents with the forces along them.
+class _Pressed:
+    """What acts at a state: gamma and the right side with Baumgarte's terms, and what rows exert where nothing slides.
 
-    These are for a unit normal force, zero where it does not slide. `norm`: the length of the normals presses.
+    Rows of contacts by kinds bring friction along, and share forces; `carried` is what each contact exerts at first.
     """
 
-    normals: list[int]
-    sides: list[Node]
-    tangents: list[int]
-    forces: Sequence[Node]
-    norm: bool
-
-    def by_sides(self) -> Iterator[tuple[int, int, Node]]:
-        """Yield places of a normal and a tangent, with the force along this for a unit of the normal's multiplier."""
-        for normal, side in zip(self.normals, self.sides, strict=True):
-            for tangent, force in zip(self.tangents, self.forces, strict=True):
-                yield normal, tangent, side * force
-
-    def along(self, multipliers: Sequence[Node]) -> _Friction:
-        """Return the part with the direction of its reaction for sides: |F| = d . F with the direction d of F."""
-        F = [multipliers[k] for k in self.normals]
-        size = as_node(sqrt(sum((x * x for x in F), _SHORT)))
-        return replace(self, sides=[x / size for x in F]) if self.norm else self
+    gamma: list[Node]
+    right: list[Node]
+    exerting: list[Row]
+    carried: list[Row]
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,54 +179,63 @@ class _EveryMode:
         elements = self.mechanism.one_way
         return [self.modes.acts(elements[place].normals[0]) for place in self.known.contacts.places]
 
+    @cached_property
+    def _others(self) -> list[int]:
+        """The rows that no contact by kinds has."""
+        known = self.known.contacts
+        like = {k for number in range(len(known.places)) for k in known.of("rows", number)}
+        return [k for k in range(self.known.count) if k not in like]
+
+    @cached_property
+    def _other_elements(self) -> Mechanism:
+        """The mechanism without contacts by kinds."""
+        like = set(self.known.contacts.places)
+        left = tuple(element for k, element in enumerate(self.mechanism.one_way) if k not in like)
+        return replace(self.mechanism, one_way=left)
+
     def _given(self, trace: Trace) -> list[Sequence[Node]]:
         """Return what Programs of the mechanism in no mode read."""
         return [trace[array.name] if array.size else () for array in self.known.free.inputs]
 
-    def _frictions(self, trace: Trace, speeds: Sequence[Node], limits: Sequence[Node]) -> list[_Friction]:
-        """Return what rubs, by `speeds`, phidot of all rows, and `limits`, both coefficients of all parts."""
-        found, by_kinds = [], self._forces(trace, speeds, limits)
-        for k, (element, part) in enumerate(friction_parts(self.mechanism)):
-            tangents = [self._places[row.name] for row in part.rows]
-            forces = by_kinds.get(part.name)
-            if forces is None:
-                forces = self.values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
-            normals = element.normals_of(part)
-            sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
-            found.append(_Friction([self._places[row.name] for row in normals], sides, tangents, forces, part.norm))
+    def _of_contacts(
+        self, trace: Trace, make: _Make, given: Mapping[str, Sequence[Node]]
+    ) -> Iterator[dict[str, tuple[Node, ...]]]:
+        """Yield for each contact by kinds what is made of its kind, by name; zeros where it does not touch.
+
+        That a contact closes is looked for where it does not.
+        """
+        contacts = self.known.contacts
+        made = [make(*each) for each in zip(contacts.kinds, self.known.rows_of_kinds, strict=True)]
+        gates = () if make is contacts_in_modes.ends_of_normal else self._touching
+        found = contacts.scanned(trace, made, given, gates)
+        for k in range(len(contacts.places)):
+            yield {name: values[k] for name, values in found.items()}
+
+    def _at_rows(self, trace: Trace, make: _Make, **given: Sequence[Node]) -> dict[str, dict[int, Node]]:
+        """Return what contacts by kinds make of their rows, by name and row."""
+        found: dict[str, dict[int, Node]] = {}
+        for k, values in enumerate(self._of_contacts(trace, make, given)):
+            for name, nodes in values.items():
+                found.setdefault(name, {}).update(zip(self.known.contacts.of("rows", k), nodes, strict=True))
         return found
 
-    def _by_kinds(
-        self,
-        trace: Trace,
-        make: Callable[[ContactKind], Mapping[str, Sequence[Node]]],
-        given: Mapping[str, Sequence[Node]],
-        gates: Sequence[Node],
-    ) -> Iterator[tuple[OneWay, Mapping[str, Sequence[Node]]]]:
-        """Yield contacts that are derived by kinds, with what is made of each kind, by name; zeros behind its gate."""
-        contacts = self.known.contacts
-        found = contacts.scanned(trace, list(map(make, contacts.kinds)), given, gates)
-        for k, place in enumerate(contacts.places):
-            yield self.mechanism.one_way[place], {name: values[k] for name, values in found.items()}
+    def _spread(self, number: int, rows: Sequence[Row], nodes: Iterable[Node]) -> list[Row]:
+        """Return rows of a contact over all speeds, by those of its kind, whose elements are known."""
+        left, speeds = iter(nodes), self.known.contacts.speeds[number]
+        return [{speeds[k]: next(left) for k in sorted(row)} for row in rows]
 
-    def _forces(self, trace: Trace, speeds: Sequence[Node], limits: Sequence[Node]) -> dict[str, Sequence[Node]]:
-        """Return for contacts by kinds the forces of friction parts by name, for a unit normal force."""
-
-        def forces(kind: ContactKind) -> dict[str, list[Node]]:
-            values, found = ModeValues(kind.motion), list[Node]()
-            places = {row.name: k for k, row in enumerate(kind.mechanism.rows)}
-            for k, (_, part) in enumerate(friction_parts(kind.mechanism)):
-                own = [kind.leaves["rows"][places[row.name]] for row in part.rows]
-                found += values.friction(part, own, kind.leaves["limits"][2 * k : 2 * k + 2])
-            return {"forces": found}
-
-        known: dict[str, Sequence[Node]] = {}
-        for element, values in self._by_kinds(
-            trace, forces, {"rows": speeds, "limits": limits}, self._touching
-        ):
-            left = iter(values["forces"])
-            known |= {part.name: [next(left) for _ in part.rows] for part in element.frictions if part.rubs}
-        return known
+    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Friction]:
+        """Return what rubs beside contacts by kinds, by phidot of all rows and both coefficients of all parts."""
+        found, known = [], self._other_elements
+        left = {part.name for _, part in friction_parts(known)}
+        for k, (element, part) in enumerate(friction_parts(self.mechanism)):
+            if part.name in left:
+                tangents = [self._places[row.name] for row in part.rows]
+                forces = self.values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
+                normals = element.normals_of(part)
+                sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
+                found.append(Friction([self._places[row.name] for row in normals], sides, tangents, forces, part.norm))
+        return found
 
     # --- accelerations ------------------------------------------------------------------------------------------------
 
@@ -258,30 +262,85 @@ class _EveryMode:
 
         A second solve brings back what large accelerations without rows round away (see `formalisms.constrained`).
         """
-        trace, sharing = Trace("held", arrays(self.mechanism)), self._sharing
-        now, n = self._rows(trace), self.known.size
-        gamma, right, free, phidot = (now.values[name] for name in ("gamma", "right", "free", "phidot"))
-        more = self._stabilising(now)
-        right = _sums(right, more)
-        frictions = self._frictions(trace, phidot, now.values["coefficients"])
-        frictions = self._along_reactions(trace, now, right, frictions)
-        exerted, shared = _with_sliding(now.exerting, frictions), Row()
-        if sharing is not None:
-            shared = _combination(zip(sharing.forces, exerted, strict=True))
-            exerted = [_combination((x, exerted[j]) for j, x in way) for way in sharing.ways]
-        begun = [shared.get(k, ZERO) for k in range(n)]
-        if not (frictions or sharing or self.known.coupled):
+        trace, n = Trace("held", arrays(self.mechanism)), self.known.size
+        now = self._rows(trace)
+        pressed = self._pressed(trace, now)
+        frictions = self._frictions(now.values["phidot"], now.values["coefficients"])
+        frictions = self._along_reactions(trace, now, pressed, frictions)
+        exerted, right, begun = with_sliding(pressed.exerting, frictions), pressed.right, [ZERO] * n
+        if self._sharing is not None:
+            exerted, right, begun = self._shared(trace, now, replace(pressed, exerting=exerted))
+        if not (self._rubs or self._sharing or self.known.coupled):
             exerted = []
-        first = self._solve(trace, now, [b - _dot(a, begun) for a, b in zip(now.matrix, right, strict=True)], exerted)
-        near = _sums(free, now.unweighted(_sums(first.solution[:n], begun)))
-        defined = [_dot(d, first.solution) for d in now.coupling]
-        missing = [a - _dot(h, near) - d for a, h, d in zip(_sums(gamma, more), now.jacobian, defined, strict=True)]
-        second = self._solve(trace, now, missing, exerted)
+        first = self._solve(trace, now, right, exerted)
+        near = _sums(now.values["free"], now.unweighted(_sums(first.solution[:n], begun)))
+        left = self._at_rows(
+            trace, contacts_in_modes.missing, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
+        ).get("missing", {})
+        for k in self._others:
+            left[k] = pressed.gamma[k] - times(now.jacobian[k], near) - times(now.coupling[k], first.solution)
+        second = self._solve(trace, now, [left[k] for k in range(self.known.count)], exerted)
         udot = _sums(near, now.unweighted(second.solution[:n]))
-        taken = _sums(first.multipliers, second.multipliers)
-        multipliers = _with_friction(taken if sharing is None else sharing.carried(taken), frictions)
+        multipliers = self._multipliers(trace, now, (first.multipliers, second.multipliers), frictions)
         outputs = {"udot": udot, "multipliers": multipliers, "report": first.report}
         return trace.finish({name: column(values) for name, values in outputs.items()})
+
+    @property
+    def _rubs(self) -> bool:
+        return any(True for _ in friction_parts(self.mechanism))
+
+    def _pressed(self, trace: Trace, now: _Instant) -> _Pressed:
+        """Return what acts, with what presses contacts by kinds."""
+        stabilising = [self.mechanism.parameters.slot(name) for name in (ALPHA, BETA)]
+        given = {name: now.values[name] for name in ("phi", "phidot", "gamma", "right", "matrix", "exerted")}
+        given |= {"limits": now.values["coefficients"], STABILISING: stabilising}
+        found = _Pressed(list(given["gamma"]), list(given["right"]), now.exerting, [])
+        known = self.known
+        kinds = [exerted_by(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
+        for k, values in enumerate(self._of_contacts(trace, contacts_in_modes.pressing, given)):
+            rows, carried = kinds[known.contacts.chosen[k]]
+            places = known.contacts.of("rows", k)
+            own = self._spread(k, rows, values["exerted"])
+            for place, gamma, right, row in zip(places, values["gamma"], values["right"], own, strict=True):
+                found.gamma[place], found.right[place], found.exerting[place] = gamma, right, row
+            found.carried.extend(self._spread(k, [carried], values["carried"]))
+        for k in self._others:
+            term = baumgarte(self.mechanism.rows[k], given["phi"][k], given["phidot"][k], stabilising)
+            found.gamma[k], found.right[k] = found.gamma[k] + term, found.right[k] + term
+        return found
+
+    def _shared(self, trace: Trace, now: _Instant, pressed: _Pressed) -> tuple[list[Row], list[Node], list[Node]]:
+        """Return what rows exert that share forces, the right side beside what they carry at first, and this (n)."""
+        assert self._sharing is not None
+        exerted, right, sliding = list(pressed.exerting), list(pressed.right), pressed.exerting
+        for k in self._others:
+            exerted[k] = combination((x, sliding[j]) for j, x in self._sharing.ways[k])
+        parts = [*pressed.carried, combination((self._sharing.forces[k], sliding[k]) for k in self._others)]
+        values = [x for row in parts for x in row.values()]
+        sums = Trace("begun", (Array("carried", (len(values),)),))
+        left = iter(sums["carried"])
+        total = combination((ONE, {k: next(left) for k in row}) for row in parts)
+        program = sums.finish({"begun": column(total.get(k, ZERO) for k in range(self.known.size))})
+        (begun,) = trace.call_where(self.modes.any_shares, program, [values])
+        beside = self._at_rows(
+            trace, contacts_in_modes.unloaded, right=right, matrix=now.values["matrix"], near=begun
+        ).get("right", {})
+        for k in range(self.known.count):
+            right[k] = beside[k] if k in beside else right[k] - times(now.matrix[k], begun)
+        return exerted, right, list(begun)
+
+    def _multipliers(
+        self, trace: Trace, now: _Instant, taken: Sequence[Sequence[Node]], frictions: Sequence[Friction]
+    ) -> list[Node]:
+        """Return the multipliers of all rows by what both solves took of each way."""
+        found = _sums(*taken)
+        if self._sharing is not None:
+            found = list(map(as_node, self._sharing.carried(found)))
+        found = with_friction(found, frictions)
+        given = {"phidot": now.values["phidot"], "limits": now.values["coefficients"]}
+        by_kinds = self._at_rows(trace, contacts_in_modes.multipliers, taken=taken[0], more=taken[1], **given)
+        known = by_kinds.get("multipliers", {})
+        return [known.get(k, x) for k, x in enumerate(found)]
 
     @cached_property
     def _sharing(self) -> Sharing | None:
@@ -302,30 +361,22 @@ class _EveryMode:
         return trace.solve(rows, right, self.known.size + len(self.known.coupled), most, acting, exerted)
 
     def _along_reactions(
-        self, trace: Trace, now: _Instant, right: Sequence[Node], frictions: list[_Friction]
-    ) -> list[_Friction]:
+        self, trace: Trace, now: _Instant, pressed: _Pressed, frictions: list[Friction]
+    ) -> list[Friction]:
         """Return friction for reactions that press with their lengths (see `formalisms.constrained`), if any does.
 
         No rows act any more in a pass after one that has changed reactions by rounding alone.
         """
         if not any(friction.norm for friction in frictions):
             return frictions
-        multipliers, turns = [ZERO] * len(right), self.modes.any_length
+        multipliers, turns = [ZERO] * self.known.count, self.modes.any_length
         for _ in range(PASSES):
-            exerted = _with_sliding(now.exerting, [friction.along(multipliers) for friction in frictions])
-            found = self._solve(trace, now, right, exerted, turns).multipliers
+            exerted = with_sliding(pressed.exerting, [friction.along(multipliers) for friction in frictions])
+            found = self._solve(trace, now, pressed.right, exerted, turns).multipliers
             change = _largest(x - y for x, y in zip(found, multipliers, strict=True))
             multipliers = [chosen(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
             turns = as_node(where(less_equal(change, _SETTLED * _largest(found)), ZERO, turns))
         return [friction.along(multipliers) for friction in frictions]
-
-    def _stabilising(self, now: _Instant) -> list[Node]:
-        """Return Baumgarte's terms of all rows (see `system.stabilised`)."""
-        alpha, beta = map(self.mechanism.parameters.slot, (ALPHA, BETA))
-        pairs = zip(now.values["phi"], now.values["phidot"], self.mechanism.rows, strict=True)
-        return [
-            -2 * alpha * phidot - beta**2 * phi if row.is_holonomic else -alpha * phidot for phi, phidot, row in pairs
-        ]
 
     def _moving(self, values: Sequence[Node]) -> list[Node]:
         """Return values of the speeds, zero where they are held."""
@@ -336,18 +387,14 @@ class _EveryMode:
     def missed(self) -> Program:
         """Return -> phi, residual of the rows that act."""
         trace = Trace("missed", arrays(self.mechanism))
-        known: dict[str, dict[str, Node]] = {"phi": {}, "residual": {}}
-        for element, values in self._by_kinds(trace, _missed_of_kind, {}, self._touching):
-            for level, nodes in values.items():
-                known[level] |= zip((row.name for row in element.rows), nodes, strict=True)
-        left = [k for k, row in enumerate(self.mechanism.rows) if row.name not in known["phi"]]
-        rows = tuple(self.mechanism.rows[k] for k in left)
+        known: dict[str, dict[int, Node]] = {"phi": {}, "residual": {}}
+        known |= self._at_rows(trace, contacts_in_modes.missed)
+        rows = tuple(self.mechanism.rows[k] for k in self._others)
         others = row_motions(replace(self._motion, mechanism=replace(self.mechanism, rows=rows)))
-        for level, nodes in _missed(others, [self._acts[k] for k in left]).items():
-            known[level] |= zip((row.name for row in rows), nodes, strict=True)
-        return trace.finish(
-            {name: column(values[row.name] for row in self.mechanism.rows) for name, values in known.items()}
-        )
+        for level, nodes in missed_by(others, [self._acts[k] for k in self._others]).items():
+            known[level].update(zip(self._others, nodes, strict=True))
+        every = range(self.known.count)
+        return trace.finish({name: column(values[k] for k in every) for name, values in known.items()})
 
     def put_back(self, missed: Program) -> Program:
         """Return both corrections: that of u for phidot where that of q leads, with H where it starts."""
@@ -368,13 +415,13 @@ class _EveryMode:
         Rows that define forces restrict nothing: without them so many fewer are independent.
         """
         held, some = self.modes.held(), self.modes.any_held
-        matrix = []
-        for k in places:
-            row, by_mass = now.jacobian[k], now.matrix[k]
-            least = sum((absolute(h) * held[j] for j, h in row.items()), ZERO)
-            moving = {j: chosen(held[j], ZERO, felt(h, least)) for j, h in row.items()}
-            either = sorted({*moving, *by_mass})
-            matrix.append({j: chosen(some, moving.get(j, ZERO), by_mass.get(j, ZERO)) for j in either})
+        by_row = {k: of_moving(now.jacobian[k], now.matrix[k], held, some) for k in self._others}
+        known, given = self.known, {"jacobian": now.values["jacobian"], "matrix": now.values["matrix"], "held": held}
+        kinds = [correcting_rows(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
+        for k, values in enumerate(self._of_contacts(trace, contacts_in_modes.correcting, given)):
+            rows = self._spread(k, kinds[known.contacts.chosen[k]], values["elements"])
+            by_row |= zip(known.contacts.of("rows", k), rows, strict=True)
+        matrix = [by_row[k] for k in places]
         acting = [self._acts[k] for k in places]
         every = zip(self._acts, self.mechanism.rows, strict=True)
         defining = sum((acts for acts, row in every if not row.restricts), ZERO)
@@ -415,61 +462,15 @@ class _EveryMode:
         """Return the switching functions by name, those of friction and ends of contacts by kinds where they touch."""
         found: dict[str, Node] = {}
         given = {"rows": trace["multipliers"]}
-        for make, gates in ((_ends_of_normal, ()), (_ends_of_touching, self._touching)):
-            for element, values in self._by_kinds(trace, make, given, gates):
-                of_normal = make is _ends_of_normal
-                names = [
-                    name
-                    for name in functions(replace(self.mechanism, one_way=(element,)))
-                    if is_of_normal(name) == of_normal
-                ]
+        for make in (contacts_in_modes.ends_of_normal, contacts_in_modes.ends_of_touching):
+            of_normal = make is contacts_in_modes.ends_of_normal
+            for place, values in zip(self.known.contacts.places, self._of_contacts(trace, make, given), strict=False):
+                own = functions(replace(self.mechanism, one_way=(self.mechanism.one_way[place],)))
+                names = [name for name in own if is_of_normal(name) == of_normal]
                 found |= zip(names, values["values"], strict=True)
-        left = [element for k, element in enumerate(self.mechanism.one_way) if k not in self.known.contacts.places]
-        others = replace(self._motion, mechanism=replace(self.mechanism, one_way=tuple(left)))
+        others = replace(self._motion, mechanism=self._other_elements)
         found |= ModeValues(others).functions(trace["multipliers"])
         return {name: chosen(self.modes.watched(name), value, _NO_END) for name, value in found.items()}
-
-
-def _missed(rows: Sequence[RowMotion], acts: Sequence[Node]) -> dict[str, list[Node]]:
-    """Return phi and phidot of the rows that act, zeros for the others."""
-    pairs = list(zip(rows, acts, strict=True))
-    return {
-        "phi": [chosen(acting, row.phi if row.holonomic else ZERO, ZERO) for row, acting in pairs],
-        "residual": [chosen(acting, row.phidot, ZERO) for row, acting in pairs],
-    }
-
-
-def _missed_of_kind(kind: ContactKind) -> dict[str, list[Node]]:
-    return _missed(row_motions(kind.motion), list(map(ModeNodes(kind.mechanism).acts, kind.mechanism.rows)))
-
-
-def _ends_of_normal(kind: ContactKind) -> dict[str, list[Node]]:
-    """Return when a contact closes or opens."""
-    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
-    return {"values": [as_node(x) for name, x in values.items() if is_of_normal(name)]}
-
-
-def _ends_of_touching(kind: ContactKind) -> dict[str, list[Node]]:
-    """Return when else the mode of a contact that touches ends."""
-    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
-    return {"values": [as_node(x) for name, x in values.items() if not is_of_normal(name)]}
-
-
-def _with_sliding(exerted: Sequence[Row], frictions: Sequence[_Friction]) -> list[Row]:
-    """Return what the rows exert: normals bring friction along where something slides."""
-    found = [dict(row) for row in exerted]
-    for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
-        for k, x in exerted[tangent].items():
-            found[normal][k] = found[normal].get(k, ZERO) + force * x
-    return found
-
-
-def _with_friction(multipliers: Sequence[Node], frictions: Sequence[_Friction]) -> list[Node]:
-    """Return the multipliers of all rows with those of what slides."""
-    found = list(multipliers)
-    for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
-        found[tangent] = found[tangent] + force * multipliers[normal]
-    return found
 
 
 def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
@@ -478,16 +479,3 @@ def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
 
 def _largest(values: Iterable[Node]) -> Node:
     return as_node(reduce(maximum, map(absolute, values)))
-
-
-def _combination(parts: Iterable[tuple[S, Row]]) -> Row:
-    """Return the sum of rows, each times its factor."""
-    found: Row = {}
-    for factor, row in parts:
-        for k, x in row.items():
-            found[k] = found.get(k, ZERO) + factor * x
-    return found
-
-
-def _dot(row: Row, x: Sequence[Node]) -> Node:
-    return sum((a * x[k] for k, a in sorted(row.items())), ZERO)

@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial, reduce
+from itertools import accumulate, pairwise
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.dynamics.programs.like_contacts import LikeContacts, Weighted, like_contacts
+from multibody_sym.dynamics.programs.like_contacts import ContactKind, LikeContacts, Weighted, like_contacts
+from multibody_sym.dynamics.programs.sliding_parts import Row
 from multibody_sym.kinematics.contacts import allowed_past_end, reach
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
@@ -36,8 +38,12 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
 _ENDLESS: Final = as_node(1e300)
-Row = dict[int, Node]
-"""The elements of a row of a matrix that may differ from zero, by their columns."""
+ROW_ARRAYS: Final = ("phi", "phidot", "gamma", "right", "taken", "more")
+"""Arrays in which contacts by kinds may read what belongs to their rows."""
+SPEED_ARRAYS: Final = ("near", "held")
+"""... and to the speeds that carry them."""
+STABILISING: Final = "stabilising"
+"""The array of Baumgarte's alpha and beta."""
 
 
 def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[str, list[int]]]:
@@ -73,12 +79,14 @@ class RowProgram:
     """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix.
 
     `may_act` are the rows that do not vanish identically. `free` tells M^-1 f alone. Where `contacts` are derived by
-    kinds a call tells which of them it asks for: rows of others are zero.
+    kinds, each with `rows_of_kinds`, a call tells which of them it asks for: rows of others are zero. Contacts may read
+    the values of their own rows (`ROW_ARRAYS`), elements of their matrices, and what stands for each of their speeds.
     """
 
     program: Program
     free: Program
     contacts: LikeContacts
+    rows_of_kinds: Sequence[RowValues]
     places: Mapping[str, Sequence[int]]
     count: int
     size: int
@@ -96,10 +104,14 @@ class RowProgram:
         outputs = trace.call(self.program, [*given, gates])
         return {output.name: values for output, values in zip(self.program.outputs, outputs, strict=True)}
 
-    def moves(self, row: int) -> set[int]:
-        """Return the speeds that a row names or acts on."""
-        places = (place for name in ("jacobian", "matrix", "exerted") for place in self.places[name])
-        return {place % self.size for place in places if place // self.size == row}
+    @cached_property
+    def moves(self) -> list[set[int]]:
+        """The speeds that each row names or acts on."""
+        found = [set[int]() for _ in range(self.count)]
+        for name in ("jacobian", "matrix", "exerted"):
+            for place in self.places[name]:
+                found[place // self.size].add(place % self.size)
+        return found
 
     def columns(self) -> list[set[int]]:
         """Return by column of G^-1 the speeds in it."""
@@ -139,12 +151,13 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     trace = Trace("rows", (*arrays(mechanism), Array("gates", (len(contacts.chosen),))))
     found = _Whole(len(every), size)
     like = {row.name for place in contacts.places for row in mechanism.one_way[place].rows}
-    _add_contacts(found, contacts, trace, free)
+    kinds = [_rows_of(kind) for kind in contacts.kinds]
+    _add_contacts(found, contacts, kinds, trace, free)
     others = [k for k, row in enumerate(every) if row.name not in like]
     limits = {2 * k + j: part for k, (_, part) in enumerate(friction_parts(mechanism)) for j in range(2)}
     limits = {k: part for k, part in limits.items() if part.rows[0].name not in like}
     alone = replace(motion, mechanism=replace(mechanism, rows=tuple(every[k] for k in others)))
-    rows = _Rows.of(alone, list(dict.fromkeys(limits.values())), list, weighted, free)
+    rows = RowValues.of(alone, list(dict.fromkeys(limits.values())), list, weighted, free)
     found.add(rows, rows.values, others, range(size), list(limits))
     units = [[ONE if k == j else ZERO for k in range(size)] for j in range(size)]
     columns = [dynamics.factors.unweighted(unit) for unit in units]
@@ -159,11 +172,34 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     )
     places = {name: list(entries) for name, entries in sparse.items()}
     of_tree = Trace("free", arrays(mechanism)).finish({"free": column(free)})
-    return RowProgram(rolled(program), of_tree, contacts, places, len(every), size, frozenset(found.may_act))
+    return RowProgram(
+        rolled(program), of_tree, _reading(contacts, kinds), kinds, places, len(every), size, frozenset(found.may_act)
+    )
+
+
+def _reading(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts:
+    """Return contacts that may read what is known of their rows and speeds."""
+    if not kinds:
+        return contacts
+    rows = [contacts.of("rows", k) for k in range(len(contacts.chosen))]
+    places: dict[str, Sequence[Sequence[int]]] = dict.fromkeys(ROW_ARRAYS, rows)
+    places |= dict.fromkeys(SPEED_ARRAYS, contacts.speeds)
+    for name in kinds[0].entries:
+        ends = accumulate((len(kinds[kind].entries[name]) for kind in contacts.chosen), initial=0)
+        places[name] = [range(a, b) for a, b in pairwise(ends)]
+    return contacts.reading({**places, STABILISING: [(0, 1)] * len(rows)})
+
+
+def _rows_of(kind: ContactKind) -> RowValues:
+    """Return the rows of a kind of contact."""
+    by_speeds = partial(kind.by_speeds, columns=kind.columns)
+    by_mass = partial(kind.by_speeds, columns=kind.weighted)
+    parts = [part for _, part in friction_parts(kind.mechanism)]
+    return RowValues.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"])
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class RowValues:
     """Rows (k) at a state, matrices H, A, C (k, speeds), couplings, vectors (k), two coefficients of each part.
 
     `acting` are those that do not vanish identically.
@@ -177,7 +213,7 @@ class _Rows:
     @staticmethod
     def of(
         motion: Motion, parts: Iterable[FrictionPart], by_speeds: Weighted, by_mass: Weighted, free: Sequence[Node]
-    ) -> _Rows:
+    ) -> RowValues:
         """Return all rows of a mechanism in motion, with `free` M^-1 f.
 
         `by_speeds` and `by_mass` make of what a row has for speeds of the motion what it has for those of the rows.
@@ -195,7 +231,7 @@ class _Rows:
             "right": right,
             "coefficients": [x for part in parts for x in _coefficients(part, motion, rows)],
         }
-        return _Rows(
+        return RowValues(
             {"jacobian": jacobian, "matrix": matrix, "exerted": exerted},
             [row.coupling for row in rows],
             {name: list(map(as_node, values)) for name, values in vectors.items()},
@@ -207,6 +243,14 @@ class _Rows:
         """The entries of the matrices that may differ from zero, of C those that may from A's, by their places."""
         matrix = self.matrices["matrix"]
         return {name: _entries(x, matrix if name == "exerted" else None) for name, x in self.matrices.items()}
+
+    def matrix(self, name: str, elements: Mapping[str, Sequence[Node]]) -> list[Row]:
+        """Return a matrix row by row, of whose entries the values are known."""
+        width, found = len(self.matrices[name][0]), [Row() for _ in self.coupling]
+        for each in ("matrix", name) if name == "exerted" else (name,):
+            for place, node in zip(self.entries[each], elements[each], strict=True):
+                found[place // width][place % width] = node
+        return found
 
     @property
     def values(self) -> dict[str, list[Node]]:
@@ -227,7 +271,7 @@ class _Whole:
 
     def add(
         self,
-        rows: _Rows,
+        rows: RowValues,
         values: Mapping[str, Sequence[Node]],
         places: Sequence[int],
         speeds: Sequence[int],
@@ -245,14 +289,10 @@ class _Whole:
         self.may_act |= {places[k] for k in rows.acting}
 
 
-def _add_contacts(found: _Whole, contacts: LikeContacts, trace: Trace, free: Sequence[Node]) -> None:
+def _add_contacts(
+    found: _Whole, contacts: LikeContacts, kinds: Sequence[RowValues], trace: Trace, free: Sequence[Node]
+) -> None:
     """Add the rows of contacts, each kind's at once, for those that are asked for."""
-    kinds = []
-    for kind in contacts.kinds:
-        by_speeds = partial(kind.by_speeds, columns=kind.columns)
-        by_mass = partial(kind.by_speeds, columns=kind.weighted)
-        parts = [part for _, part in friction_parts(kind.mechanism)]
-        kinds.append(_Rows.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"]))
     scanned = contacts.scanned(trace, [rows.values for rows in kinds], {"speeds": free}, trace["gates"])
     for k, (chosen, speeds) in enumerate(zip(contacts.chosen, contacts.speeds, strict=True)):
         values = {name: each[k] for name, each in scanned.items()}
@@ -277,11 +317,12 @@ def _driven(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Seque
 
     f is the forcing and M^-1 f the free motion.
     """
-    own = [known.moves(k) for k in range(known.count)]
-    joined = disjoint([*known.columns(), *own[: len(mechanism.rows)]])
-    reached = [sorted(set().union(*(each for each in joined if each & speeds))) for speeds in own]
+    joined = disjoint([*known.columns(), *known.moves[: len(mechanism.rows)]])
     f, free = outputs["forcing"], outputs["free"]
-    return [sqrt(absolute(sum((f[k] * free[k] for k in speeds), start=ZERO))) for speeds in reached]
+    powers = [sum((f[k] * free[k] for k in sorted(each)), start=ZERO) for each in joined]
+    of_speed = {speed: number for number, each in enumerate(joined) for speed in each}
+    reached = [sorted({of_speed[speed] for speed in speeds}) for speeds in known.moves]
+    return [sqrt(absolute(sum((powers[number] for number in numbers), start=ZERO))) for numbers in reached]
 
 
 def disjoint(sets: Iterable[set[int]]) -> list[set[int]]:

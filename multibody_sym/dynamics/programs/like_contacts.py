@@ -97,6 +97,16 @@ class LikeContacts:
         """Return where in an array stands what belongs to a contact."""
         return [leaf.data[1] for leaf in self.atoms[array][number]]
 
+    def reading(self, places: Mapping[str, Sequence[Sequence[int]]]) -> LikeContacts:
+        """Return contacts that have places in other arrays too, by name: those of each, as many for all of a kind."""
+        first = [self.chosen.index(kind) for kind in range(len(self.kinds))]
+        atoms = {name: tuple(slots(name, each) for each in of) for name, of in places.items()}
+        kinds = []
+        for kind, k in zip(self.kinds, first, strict=True):
+            own = {name: slots(name, range(len(of[k]))) for name, of in places.items()}
+            kinds.append(replace(kind, leaves={**kind.leaves, **own}))
+        return replace(self, kinds=tuple(kinds), atoms={**self.atoms, **atoms})
+
     def scanned(
         self, trace: Trace, made: Sequence[Values], given: Mapping[str, Sequence[Node]], gates: Sequence[Node] = ()
     ) -> dict[str, list[tuple[Node, ...]]]:
@@ -319,7 +329,7 @@ class _Local:
         alone = replace(
             mechanism, bodies=tuple(bodies), coordinates=(), speeds=(), loads=(), rows=(), one_way=(self.element,)
         )
-        every = in_every_mode(alone)
+        every = in_every_mode(alone, shares=True)
         numbers_of = (slots(name, range(len(self.atoms[name]))) for name in ("place", "number"))
         named = [*self.slots.values(), *(leaf for each in numbers_of for leaf in each)]
         state = State(Node, (), (ZERO,) * (_SPEEDS * len(moved)), {leaf: leaf for leaf in named})
@@ -424,7 +434,7 @@ class _Numbering:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = replace(mechanism, bodies=(), coordinates=(), speeds=())
-        self.modes = {name: k for k, name in enumerate(in_every_mode(mechanism).mode_numbers)}
+        self.modes = {name: k for k, name in enumerate(in_every_mode(mechanism, shares=True).mode_numbers)}
         elements = mechanism.one_way
         own = len(mechanism.rows)
         self.rows = list(accumulate((len(list(element.rows)) for element in elements), initial=own))
@@ -436,5 +446,5 @@ class _Numbering:
         return {
             "rows": slots("rows", range(*self.rows[place : place + 2])),
             "limits": slots("limits", range(*self.limits[place : place + 2])),
-            MODES: slots(MODES, (self.modes[name] for name in in_every_mode(alone).mode_numbers)),
+            MODES: slots(MODES, (self.modes[name] for name in in_every_mode(alone, shares=True).mode_numbers)),
         }

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Tip
@@ -36,18 +37,21 @@ def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], .
     return tuple((x, part) for x, part in pairs if part.rubs)
 
 
-def in_every_mode(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism in no mode with every row and the names of the numbers that say which of them act."""
+def in_every_mode(mechanism: Mechanism, *, shares: bool = False) -> Mechanism:
+    """Return a mechanism in no mode with every row and the names of the numbers that say which of them act.
+
+    It has those of shares where forces may be shared, or as one contact of several has them.
+    """
     rows = every_row(mechanism)
     names = [_acts(row.name) for row in rows]
     names += [_side(row.name) for element in mechanism.one_way for row in element.normals if not element.unilateral]
     for _, part in friction_parts(mechanism):
         names += [_slip(part.name), _at_limit(part.name), *(direction_names(part) if len(part.rows) > 1 else ())]
-    if may_share(mechanism):
+    if shares or may_share(mechanism):
         names += [share_name(row.name) for row in rows]
         names += [way_name(row.name, other.name) for group in _groups(mechanism) for row, other in _pairs(group)]
     names += [_held(speed.name) for speed in mechanism.speeds]
-    names += [_ACTS, _STANDS, _LENGTHS]
+    names += [_ACTS, _STANDS, _LENGTHS, _SHARES]
     names += [_watched(function) for function in functions(mechanism)]
     return replace(
         mechanism,
@@ -116,6 +120,7 @@ def has_rim(element: OneWay) -> bool:
 _ACTS: Final = "some row acts"
 _STANDS: Final = "some speed is held"
 _LENGTHS: Final = "some length presses"
+_SHARES: Final = "some force is shared"
 
 
 def _acts(row: str) -> str:
@@ -142,14 +147,18 @@ def _watched(function: str) -> str:
     return f"watched {function}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ModeNodes:
     """The numbers of a mode of a mechanism `in_every_mode` as Nodes."""
 
     mechanism: Mechanism
 
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
+
     def _node(self, name: str) -> Node:
-        return slot(MODES, self.mechanism.mode_numbers.index(name))
+        return slot(MODES, self._places[name])
 
     def acts(self, row: Row) -> Node:
         """Return 1 where a row acts, else 0."""
@@ -195,6 +204,11 @@ class ModeNodes:
         return [self._node(_held(speed.name)) for speed in self.mechanism.speeds]
 
     @property
+    def any_shares(self) -> Node:
+        """Return 1 where forces that are not unique are shared."""
+        return self._node(_SHARES)
+
+    @property
     def any_acts(self) -> Node:
         """Return 1 where some row acts."""
         return self._node(_ACTS)
@@ -228,7 +242,7 @@ def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watche
         found[_LENGTHS] = max(found.get(_LENGTHS, 0.0), float(part.norm))
     found |= {way_name(row.name, row.name): 1.0 for row in mechanism.rows}
     found |= {_held(mechanism.speeds[k].name): 1.0 for k in held}
-    found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held))}
+    found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held)), _SHARES: float(mode.shares is not None)}
     found |= {_watched(function): 1.0 for function in watched}
     return [found.get(name, 0.0) for name in mechanism.mode_numbers]
 
