@@ -70,10 +70,11 @@ def solve_some_in_c(
 ) -> Solution:
     """Return what the solves of rows that act return, as `solve_in_c`; all room holds `guard` before."""
     s, n = matrix.shape
-    spans = (CSpan * (s + 1))(*[CSpan(-1, -1, -1, -1)] * (s + 1))
-    size = s * (n + 6) + 3 + s * (n + 3) + 1
+    places = 2 * s + n
+    spans = (CSpan * (places + 1))(*[CSpan(-1, -1, -1, -1)] * (places + 1))
+    size = 1 + s * (2 * n + 16) + 2 * n
     if exerted is not None:
-        size = (s + n) * (s + n + 6) + 3 + s * (2 * n + 4) + 2 + (s + n) * (s + n + 2)
+        size += s * (n + 4) + (s + n) * (2 * (s + n) + 8)
     factors, *found = (np.full(size + 1, guard) for size in (size, n, s, 3))
     kind = "some" if exerted is None else "rubbing"
     given = [part for x in ([matrix] if exerted is None else [matrix, exerted]) for part in _sparse(np.asarray(x))]
@@ -84,7 +85,7 @@ def solve_some_in_c(
     substitute = getattr(library, f"mbs_substitute_{kind}")
     substitute(given[0], _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
     assert all(a[-1] == guard for a in (factors, *found))
-    assert spans[s].high == -1
+    assert spans[places].high == -1
     return Solution(*(a[:-1] for a in found))
 
 

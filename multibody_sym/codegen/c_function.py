@@ -91,6 +91,10 @@ class _Names(dict[Node, str]):
         return text if node.shadow is not None else self.setdefault(node, text)
 
 
+_ON_STACK: Final = 256
+"""Rows of which some act up to which their factors lie on the stack."""
+
+
 class Printer:
     """Prints one Program with its `constants`; a long one as static functions that share a work space w."""
 
@@ -118,7 +122,7 @@ class Printer:
         self.records = 0
         self.factors: dict[tuple[object, ...], str] = {}
         self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
-        self.masked: dict[str, tuple[list[list[list[int]]], int]] = {}
+        self.masked: dict[str, tuple[list[tuple[tuple[int, ...], ...]], int]] = {}
         self.pieces: list[_Piece] = []
         self.longest = _LONGEST_WITH_LOOPS if any(isinstance(x, Scan) for x in program.statements) else _LONGEST
         self._cut()
@@ -142,8 +146,10 @@ class Printer:
             patterns.append(_pattern(f"{self.function.name}__{name}", spans, columns))
         for name, (matrices, columns) in self.masked.items():
             count, size = len(matrices[0]), "RUBBING" if len(matrices) > 1 else "SOME"
-            body.append(f"    double {name}[MBS_{size}_FACTORS({count}, {columns})];")
-            body.append(f"    mbs_span {name}_spans[{max(1, count)}];")
+            storage = "MBS_SCRATCH " if count > _ON_STACK else ""
+            most = f"MBS_MOST_ACTING({count}, {columns})"
+            body.append(f"    {storage}double {name}[MBS_{size}_FACTORS({most}, {columns})];")
+            body.append(f"    {storage}mbs_span {name}_spans[MBS_PLACES({count}, {columns})];")
             declared |= {name: f"double *{name}", f"{name}_spans": f"mbs_span *{name}_spans"}
             kinds = zip(("", "_exerted"), matrices, strict=False)
             patterns += [_rows(f"{self.function.name}__{name}{kind}", rows, columns) for kind, rows in kinds]

@@ -52,7 +52,7 @@ def _call(printer: Printer, statement: Call) -> None:
 def _solve(printer: Printer, statement: Solve) -> None:
     """Factorise the matrix, unless an earlier solve has, and substitute; columns come in an order with short spans."""
     number, columns = printer.record(), len(statement.solution)
-    order = column_order(statement.matrix, columns)
+    order = range(columns) if statement.acting else column_order(statement.matrix, columns)
     known = statement.matrix, columns, statement.most, statement.acting, statement.exerted
     if known not in printer.factors:
         printer.factors[known] = f"f{number}"
@@ -71,7 +71,7 @@ def _solve(printer: Printer, statement: Solve) -> None:
 
 def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
     if statement.acting:
-        _factorise_some(printer, statement, order, factors)
+        _factorise_some(printer, statement, factors)
         return
     rows = [[row[k] for k in order] for row in statement.matrix.lists(len(order))]
     printer.patterns[factors] = spans = row_spans(rows), len(order)
@@ -83,11 +83,10 @@ def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors
     printer.piece.lines += ["    {", matrix, called, "    }"]
 
 
-def _factorise_some(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
+def _factorise_some(printer: Printer, statement: Solve, factors: str) -> None:
     """Factorise a matrix of which some rows act, its elements one after the other as they stand in its rows."""
-    places = {k: place for place, k in enumerate(order)}
     matrices = [statement.matrix, *([statement.exerted] if statement.exerted else [])]
-    printer.masked[factors] = [[[places[k] for k in row] for row in x.columns] for x in matrices], len(order)
+    printer.masked[factors] = [x.columns for x in matrices], len(statement.solution)
     given, declared = [], []
     for kind, name, rows in zip(("", "_exerted"), ("matrix", "exerted"), matrices, strict=False):
         pointer, array = printer.pointer(name, [x for row in rows.elements for x in row])

@@ -6,7 +6,7 @@ The text of this file stands in exported Python, and imports NumPy and the stand
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import mul
 from typing import Final
 
@@ -21,6 +21,8 @@ _FEW: Final = 6
 
 
 Lists = list[list[float]]
+Sparse = list[dict[int, float]]
+"""Rows, of each what may differ from zero by its column."""
 Found = tuple[list[float], list[float], list[float]]
 PLAIN: Final = 2.0
 """Acts, and multipliers are of least norm as they are."""
@@ -85,33 +87,110 @@ def solve(
     both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
-    found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most, acting, exerted)
+    if len(acting):
+        rows, forces = ([dict(enumerate(row)) for row in np.asarray(x).tolist()] for x in (matrix, exerted))
+        found = solve_some(rows, right.tolist(), matrix.shape[1], most, acting, forces)
+    else:
+        found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most)
     return Solution(*(np.array(values, dtype=float) for values in found))
 
 
-def solve_lists(
-    matrix: Lists,
-    right: list[float],
-    columns: int,
-    most: float,
-    acting: Sequence[float] = (),
-    exerted: Sequence[Sequence[float]] = (),
-) -> Found:
+def solve_lists(matrix: Lists, right: list[float], columns: int, most: float) -> Found:
     """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
-    if acting:
-        places = [j for j, acts in enumerate(acting) if acts]
-        rows, wanted = [matrix[j] for j in places], [right[j] for j in places]
-        forces = [list(exerted[j]) for j in places if exerted]
-        plain = any(acting[j] == PLAIN for j in places)
-        if not exerted or (forces == rows and not plain):
-            solution, carried, report = solve_lists(rows, wanted, columns, most)
-        else:
-            solution, carried, report = _rubbing(rows, forces, wanted, columns, most, plain=plain)
-        multipliers = [0.0] * len(right)
-        for j, value in zip(places, carried, strict=True):
-            multipliers[j] = value
-        return solution, multipliers, report
     return _solved(_factors_of(matrix, columns, most), right, columns)
+
+
+def solve_some(
+    matrix: Sparse, right: list[float], columns: int, most: float, acting: Sequence[float], exerted: Sparse
+) -> Found:
+    """Return what `solve` does for the rows that act, given by what may differ from zero.
+
+    They fall apart into islands: rows of two of them have no column in common. Where these have more rank than there
+    should be in all, by rounding, all rows are taken as one, the clearest of them first.
+    """
+    places = [j for j, acts in enumerate(acting) if acts]
+    rows = {j: {k: x for k, x in matrix[j].items() if x != 0.0} for j in places}
+    forces = {j: {k: x for k, x in exerted[j].items() if x != 0.0} for j in places if exerted} or rows
+    plain = PLAIN in acting
+    islands = _islands(rows, forces)
+    limit = most if len(islands) == 1 else math.inf
+    parts = [_island(rows, forces, right, *each, limit, plain=plain) for each in islands]
+    if len(parts) > 1 and sum(report[0] for *_, report in parts) > most:
+        islands = [(places, list(dict.fromkeys(k for j in places for k in (*rows[j], *forces[j]))))]
+        parts = [_island(rows, forces, right, *islands[0], most, plain=plain)]
+    solution, multipliers = [0.0] * columns, [0.0] * len(right)
+    for (own, names), (x, carried, _) in zip(islands, parts, strict=True):
+        for j, value in zip(own, carried, strict=True):
+            multipliers[j] = value
+        for k, value in zip(names, x, strict=True):
+            solution[k] = value
+    report = _reported(islands, [report for *_, report in parts], rows, right)
+    if math.isnan(report[0]):
+        return [math.nan] * columns, [math.nan] * len(right), report
+    return solution, multipliers, report
+
+
+def _islands(
+    rows: Mapping[int, Mapping[int, float]], forces: Mapping[int, Mapping[int, float]]
+) -> list[tuple[list[int], list[int]]]:
+    """Return the rows of each island and its columns in the order in which rows first have them."""
+    next_to: dict[int, int] = {}
+
+    def end(k: int) -> int:
+        while next_to[k] != k:
+            k = next_to[k]
+        return k
+
+    own = {j: list(dict.fromkeys((*row, *forces[j]))) for j, row in rows.items()}
+    for names in own.values():
+        for k in names:
+            next_to.setdefault(k, k)
+            next_to[end(k)] = end(names[0])
+    found: dict[int, tuple[list[int], dict[int, None]]] = {}
+    for j, names in own.items():
+        island = found.setdefault(end(names[0]) if names else -1 - j, ([], {}))
+        island[0].append(j)
+        island[1].update(dict.fromkeys(names))
+    return [(places, list(names)) for places, names in found.values()]
+
+
+def _island(
+    rows: Mapping[int, Mapping[int, float]],
+    forces: Mapping[int, Mapping[int, float]],
+    right: list[float],
+    places: list[int],
+    names: list[int],
+    most: float,
+    *,
+    plain: bool,
+) -> Found:
+    """Return x in the columns of an island, and the multipliers of its rows."""
+    own, exerted = ([[row[j].get(k, 0.0) for k in names] for j in places] for row in (rows, forces))
+    wanted = [right[j] for j in places]
+    if exerted == own and (not plain or forces is rows):
+        return solve_lists(own, wanted, len(names), most)
+    return _rubbing(own, exerted, wanted, len(names), most, plain=plain)
+
+
+def _reported(
+    islands: Sequence[tuple[list[int], list[int]]],
+    reports: Sequence[list[float]],
+    rows: Mapping[int, Mapping[int, float]],
+    right: list[float],
+) -> list[float]:
+    """Return the report of all islands."""
+    rank = sum(report[0] for report in reports)
+    if math.isnan(rank):
+        return [math.nan] * 3
+    least = min((report[1] for report in reports if report[0]), default=0.0)
+    if len(reports) == 1:
+        return [rank, least, reports[0][2]]
+    largest = [
+        max((abs(right[j]) / math.sqrt(_dot(rows[j].values(), rows[j].values())) for j in own if right[j]), default=0.0)
+        for own, _ in islands
+    ]
+    left = max((report[2] * size for report, size in zip(reports, largest, strict=True)), default=0.0)
+    return [float(rank), least, left / max(largest) if left else 0.0]
 
 
 def _factors_of(matrix: Lists, columns: int, most: float) -> _Factors | None:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.least_norm import solve
+from multibody_sym.numerics.least_norm import solve, solve_some
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
 from multibody_sym.program.statements import (
     Assign,
@@ -17,7 +17,6 @@ from multibody_sym.program.statements import (
     Callee,
     Loop,
     Record,
-    Rows,
     Scan,
     ShapeError,
     Solve,
@@ -69,22 +68,19 @@ def _call(statement: Call, values: _Values) -> None:
 
 
 def _solve(statement: Solve, values: _Values) -> None:
-    columns = len(statement.solution)
-    matrix = _matrix(statement.matrix, columns, values)
-    right = np.array([values[atom] for atom in statement.right], dtype=float)
-    others: dict[str, Any] = {}
+    columns, most = len(statement.solution), values[statement.most]
+    right = [values[atom] for atom in statement.right]
     if statement.acting:
-        others["acting"] = [values[atom] for atom in statement.acting]
-        others["exerted"] = _matrix(statement.exerted, columns, values).tolist()
-    found = solve(matrix, right, values[statement.most], **others)
-    _store(statement, (found.solution, found.multipliers, found.report), values)
-
-
-def _matrix(rows: Rows, columns: int, values: _Values) -> Floats:
-    found = np.zeros((len(rows), columns))
-    for row, places, atoms in zip(found, rows.columns, rows.elements, strict=True):
-        row[list(places)] = [values[atom] for atom in atoms]
-    return found
+        matrix, exerted = (
+            [{k: values[atom] for k, atom in row} for row in rows] for rows in (statement.matrix, statement.exerted)
+        )
+        found = solve_some(matrix, right, columns, most, [values[atom] for atom in statement.acting], exerted)
+    else:
+        whole = [[values[atom] for atom in row] for row in statement.matrix.lists(columns)]
+        every = solve(np.array(whole, dtype=float).reshape(len(right), columns), np.array(right, dtype=float), most)
+        found = every.solution.tolist(), every.multipliers.tolist(), every.report.tolist()
+    for leaves, result in zip(targets(statement), found, strict=True):
+        values.update(zip(leaves, result, strict=True))
 
 
 def _scan(statement: Scan, values: _Values) -> None:

@@ -49,11 +49,15 @@ typedef struct {
 /* Doubles that the factors of a matrix take. */
 #define MBS_FACTORS(rows, columns) ((rows) * ((columns) + 6) + 3)
 
-/* ... and those of a matrix of which some rows act. */
-#define MBS_SOME_FACTORS(rows, columns) (MBS_FACTORS(rows, columns) + (rows) * ((columns) + 3) + 1)
+/* ... and those of a matrix of which some rows act, so many at most. */
+#define MBS_MOST_ACTING(rows, columns) ((rows) < 256 + 4 * (columns) ? (rows) : 256 + 4 * (columns))
+#define MBS_SOME_FACTORS(rows, columns) (1 + (rows) * (2 * (columns) + 16) + 2 * (columns))
 #define MBS_RUBBING_FACTORS(rows, columns) \
-    (MBS_FACTORS((rows) + (columns), (rows) + (columns)) + (rows) * (2 * (columns) + 4) + 2 + \
-     ((rows) + (columns)) * ((rows) + (columns) + 2))
+    (MBS_SOME_FACTORS(rows, columns) + (rows) * ((columns) + 4) + \
+     ((rows) + (columns)) * (2 * ((rows) + (columns)) + 8))
+
+/* Places beside them: of elements, of rows, and of columns. */
+#define MBS_PLACES(rows, columns) (2 * (rows) + (columns))
 
 /* Factorise A, of which `matrix` holds the elements within the spans, row after row. At most `most` rows are taken for
    independent. The _pivoted ones do not try first whether the rows are independent as they come; in in_order.h are some
@@ -69,18 +73,18 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                             double *multipliers, double *report);
 
-/* The same for the rows that act, those for which `acting` is not zero; factors have beside them the `spans` of those
-   that act, one for each row that there is. */
+/* The same for the rows that act, those for which `acting` is not zero, MBS_MOST_ACTING of them: of more x is nan. Factors
+   have beside them the `spans` of elements, MBS_PLACES of them. */
 void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
                         mbs_span *spans);
-void mbs_substitute_some(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
-                         double *solution, double *multipliers, double *report);
+void mbs_substitute_some(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
+                         double *multipliers, double *report);
 
 /* ... and x = C^T multipliers with what rows exert, C, in the place of A. Where A C^T is singular x and the multipliers,
    times lengths of C, are of least norm together. */
 void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
                            const double *acting, double most, double *factors, mbs_span *spans);
-void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
+void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right,
                             double *solution, double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */

@@ -199,54 +199,165 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 #define NEARLY_ZERO 1e-150
 #define PLAIN 2.0           /* acts, and multipliers are of least norm as they are */
 
-/* The rows that act, one after the other, in what begins with how many they are: which, the room for their right side and
-   their multipliers, their elements; what they exert in unit vectors, the lengths of that, and the factors of a matrix. */
+/* Rows that act fall apart into islands: rows of two of them have no column in common. Of an island, one after the other
+   in what begins with how many rows and columns it has: which these are, squares of the rows' lengths, the room for their
+   right side and their multipliers, and x; their elements; what they exert in unit vectors, the lengths of that; and the
+   factors of a matrix. */
 typedef struct {
     mbs_pattern pattern;
-    double *which, *right, *multipliers, *matrix;
-    double *unit, *lengths, *kind, *large, *solution, *factors;
-} some;
+    double *kind, *which, *column, *squares, *right, *multipliers, *x, *matrix;
+    double *unit, *lengths, *large, *solution, *factors, *end;
+} island;
 
 enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and are found with x */
 
-static some laid_out_for(const mbs_rows *all_rows, double *space, const mbs_span *spans, int rubs)
+static island island_at(double *space, mbs_span *spans, int rubs)
 {
-    int rows = all_rows->rows, n = all_rows->columns, all = rows + n;
-    double *which = space + 1, *matrix = which + 3 * rows, *unit = matrix + rows * n, *large = unit + rows * (n + 1) + 1;
-    some s = {.pattern = {(int)space[0], n, spans},
-              .which = which,
-              .right = which + rows,
-              .multipliers = which + 2 * rows,
-              .matrix = matrix,
-              .factors = unit};
+    int rows = (int)space[0], n = (int)space[1], all = rows + n;
+    double *which = space + 3, *squares = which + all, *x = squares + 3 * rows, *matrix = x + n;
+    island s = {.pattern = {rows, n, spans},
+                .kind = space + 2,
+                .which = which,
+                .column = which + rows,
+                .squares = squares,
+                .right = squares + rows,
+                .multipliers = squares + 2 * rows,
+                .x = x,
+                .matrix = matrix,
+                .factors = matrix + rows * n};
     if (rubs) {
-        s.unit = unit;
-        s.lengths = unit + rows * n;
-        s.kind = s.lengths + rows;
-        s.large = large;
-        s.solution = large + all * all;
-        s.factors = s.solution + 2 * all;
+        s.unit = s.factors;
+        s.lengths = s.unit + rows * n;
+        s.large = s.factors = s.lengths + rows;
+        if (*s.kind != OWN) {
+            s.solution = s.large + all * all;
+            s.factors = s.solution + 2 * all;
+        }
     }
+    s.end = s.factors + (*s.kind == TOGETHER ? MBS_FACTORS(all, all) : MBS_FACTORS(rows, n));
     return s;
 }
 
-static void gather(some *s, const mbs_rows *rows, const double *acting, double *space, const double *from, double *to)
+/* Of a row that acts, which it is, and the next one of its island; of an island, number `first` and `last` of its rows. */
+typedef struct {
+    mbs_span *spans, *link, *column;
+} places;
+
+static places places_in(mbs_span *spans, int rows)
 {
-    int count = 0, n = s->pattern.columns;
-    for (int j = 0; j < rows->rows; ++j)
-        if (acting[j] != 0.0) {
-            double *row = to + count * n;
-            mbs_fill(n, 0.0, row);
-            for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k)
-                row[rows->places[k]] = from[k];
-            s->which[count++] = j;
-        }
-    s->pattern.rows = count;
-    space[0] = count;
+    places p = {spans, spans + rows, spans + 2 * rows};
+    return p;
 }
 
-/* Factorise a matrix of the rows that act, of which all elements are there: those within the spans come to its front. */
-static void factorise_within(const some *s, mbs_span *spans, double *matrix, double most)
+static int root_of(mbs_span *column, int k)
+{
+    while (column[k].first != k)
+        k = column[k].first = column[column[k].first].first;
+    return k;
+}
+
+/* Join the columns of what is not zero in a row to those that begin at `root`, -1 for none; returns where all begin. */
+static int joined(const mbs_rows *rows, const double *from, int j, mbs_span *column, int root)
+{
+    for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
+        if (from[k] == 0.0)
+            continue;
+        int other = root_of(column, rows->places[k]);
+        root = root < 0 ? other : root_of(column, root);
+        if (other < root)
+            root = column[root].first = other;
+        else
+            column[other].first = root;
+    }
+    return root;
+}
+
+/* Link the rows that act to islands, all to one if they are taken `whole`; returns how many there are. */
+static int link_islands(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                        const double *acting, places p, int whole)
+{
+    int count = 0, found = 0, root = -1, most = MBS_MOST_ACTING(rows->rows, rows->columns);
+    for (int k = 0; k < rows->columns; ++k) {
+        mbs_span alone = {k, -1, 0, 0};
+        p.column[k] = alone;
+    }
+    for (int j = 0; j < rows->rows; ++j)
+        if (acting[j] != 0.0) {
+            if (count == most)
+                return -1;
+            root = joined(rows, matrix, j, p.column, whole ? root : -1);
+            root = forces ? joined(forces, exerted, j, p.column, root) : root;
+            mbs_span row = {j, -1, root, 0};
+            p.link[count++] = row;
+        }
+    for (int k = 0; k < count; ++k) {
+        root = p.link[k].low < 0 ? -1 : root_of(p.column, p.link[k].low);
+        int number = whole && found ? 0 : root < 0 ? -1 : p.column[root].end;
+        if (number < 0) {
+            number = found++;
+            p.link[number].low = k;
+            if (root >= 0)
+                p.column[root].end = number;
+        } else {
+            p.link[p.link[number].high].end = k;
+        }
+        p.link[number].high = k;
+    }
+    return found;
+}
+
+/* Number the columns of a row in the order in which the rows of their island first have them. */
+static int number_columns(const mbs_rows *rows, const double *from, int j, int number, mbs_span *column, int count,
+                          double *which)
+{
+    for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
+        mbs_span *own = column + rows->places[k];
+        if (from[k] != 0.0 && own->high != number + 1) {
+            own->high = number + 1;
+            own->low = count;
+            which[count++] = rows->places[k];
+        }
+    }
+    return count;
+}
+
+static void gather(const island *s, const mbs_rows *rows, const mbs_span *column, const double *from, double *to)
+{
+    int n = s->pattern.columns;
+    mbs_fill(s->pattern.rows * n, 0.0, to);
+    for (int r = 0; r < s->pattern.rows; ++r, to += n)
+        for (int j = (int)s->which[r], k = rows->begins[j]; k < rows->begins[j + 1]; ++k)
+            if (from[k] != 0.0)
+                to[column[rows->places[k]].low] = from[k];
+}
+
+/* Lay out an island: its rows and columns, and the rows' elements. */
+static island laid_out_island(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                              int number, places p, mbs_span *spans, double *space)
+{
+    int count = 0, n = 0;
+    double *which = space + 3;
+    for (int k = p.link[number].low; k >= 0; k = p.link[k].end)
+        which[count++] = p.link[k].first;
+    for (int r = 0; r < count; ++r) {
+        n = number_columns(rows, matrix, (int)which[r], number, p.column, n, which + count);
+        n = forces ? number_columns(forces, exerted, (int)which[r], number, p.column, n, which + count) : n;
+    }
+    space[0] = count;
+    space[1] = n;
+    space[2] = OWN;
+    island s = island_at(space, spans, forces != 0);
+    gather(&s, rows, p.column, matrix, s.matrix);
+    if (forces)
+        gather(&s, forces, p.column, exerted, s.unit);
+    for (int r = 0; r < count; ++r)
+        s.squares[r] = mbs_dot(n, s.matrix + r * n, s.matrix + r * n);
+    return s;
+}
+
+/* Factorise a matrix of the rows of an island, of which all elements are there: those within the spans come to its
+   front. */
+static void factorise_within(const island *s, mbs_span *spans, double *matrix, double most)
 {
     int n = s->pattern.columns;
     double *to = matrix;
@@ -270,39 +381,9 @@ static void factorise_within(const some *s, mbs_span *spans, double *matrix, dou
     mbs_factorise(&s->pattern, matrix, most, s->factors);
 }
 
-static void scatter(const some *s, int rows, const double *from, double *to)
-{
-    mbs_fill(rows, 0.0, to);
-    for (int k = 0; k < s->pattern.rows; ++k)
-        to[(int)s->which[k]] = from[k];
-}
-
-static void gather_right(const some *s, const double *right)
-{
-    for (int k = 0; k < s->pattern.rows; ++k)
-        s->right[k] = right[(int)s->which[k]];
-}
-
-void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
-                        mbs_span *spans)
-{
-    some s = laid_out_for(rows, factors, spans, 0);
-    gather(&s, rows, acting, factors, matrix, s.matrix);
-    factorise_within(&s, spans, s.matrix, most);
-}
-
-void mbs_substitute_some(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
-                         double *solution, double *multipliers, double *report)
-{
-    some s = laid_out_for(rows, factors, spans, 0);
-    gather_right(&s, right);
-    mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
-    scatter(&s, rows->rows, s.multipliers, multipliers);
-}
-
 /* Make what rows exert unit vectors, none of them much shorter than the longest, or leave it as it is where multipliers
    are `plain`; returns whether they differ from A, or are plain. */
-static int made_units(const some *s, int plain)
+static int made_units(const island *s, int plain)
 {
     int count = s->pattern.rows, n = s->pattern.columns, differs = plain;
     double longest = 0.0;
@@ -323,21 +404,20 @@ static int made_units(const some *s, int plain)
 }
 
 /* Return the smallest part of a kept row of A that A C^T leaves, beside its other rows. */
-static double least_left(const some *s)
+static double least_left(const island *s)
 {
     mbs_parts part = mbs_parts_of(&s->pattern, s->factors);
-    int n = s->pattern.columns, pivoted = s->factors[MBS_PIVOTED] != 0.0;
+    int pivoted = s->factors[MBS_PIVOTED] != 0.0;
     double least = s->factors[MBS_RANK] ? HUGE_VAL : 0.0;
     for (int k = 0; k < s->factors[MBS_RANK]; ++k) {
         int j = pivoted ? (int)part.order[k] : k;
-        const double *row = s->matrix + j * n;
-        least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(mbs_dot(n, row, row)));
+        least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(s->squares[j]));
     }
     return least;
 }
 
 /* [A 0; E -C^T]: x and multipliers are found together. */
-static mbs_pattern together(const some *s)
+static mbs_pattern together(const island *s)
 {
     int count = s->pattern.rows, n = s->pattern.columns, all = count + n;
     mbs_fill(all * all, 0.0, s->large);
@@ -353,7 +433,7 @@ static mbs_pattern together(const some *s)
     return pattern;
 }
 
-static void factorise_own(const some *s, mbs_span *spans, double most) /* of A C^T, with zeros beside it up to n columns */
+static void factorise_own(const island *s, mbs_span *spans, double most) /* of A C^T, with zeros beside it up to n columns */
 {
     int count = s->pattern.rows, n = s->pattern.columns;
     mbs_fill(count * n, 0.0, s->large);
@@ -365,7 +445,7 @@ static void factorise_own(const some *s, mbs_span *spans, double most) /* of A C
 
 /* Return whether A, C and A C^T have the same rank: then x is unique, and multipliers of least norm follow from the last.
    Its factors are made again. */
-static int same_rank(const some *s, mbs_span *spans, double most)
+static int same_rank(const island *s, mbs_span *spans, double most)
 {
     double rank = s->factors[MBS_RANK];
     const double *both[] = {s->matrix, s->unit};
@@ -382,59 +462,146 @@ static int same_rank(const some *s, mbs_span *spans, double most)
     return 1;
 }
 
-void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                           const double *acting, double most, double *factors, mbs_span *spans)
+/* Returns the rank of an island whose rows exert their own directions, or what `exerted` says. */
+static double factorise_island(double *space, mbs_span *spans, int rubs, int plain, double most)
 {
-    some s = laid_out_for(rows, factors, spans, 1);
-    gather(&s, rows, acting, factors, matrix, s.matrix);
-    gather(&s, forces, acting, factors, exerted, s.unit);
-    int count = s.pattern.rows, n = s.pattern.columns;
-    *s.kind = OWN;
-    int plain = 0;
-    for (int j = 0; j < rows->rows; ++j)
-        plain |= acting[j] == PLAIN;
-    if (!made_units(&s, plain)) {
+    island s = island_at(space, spans, rubs);
+    if (!rubs || !made_units(&s, plain)) {
         factorise_within(&s, spans, s.matrix, most);
-        return;
+        return s.factors[MBS_RANK];
     }
+    int count = s.pattern.rows, n = s.pattern.columns;
     *s.kind = REGULAR;
+    s = island_at(space, spans, rubs);
     if (count <= n) {
         factorise_own(&s, spans, most);
         /* what is not finite has no rank and no factors, nor more of it */
         if (isnan(s.factors[MBS_RANK]))
-            return;
+            return s.factors[MBS_RANK];
         if (s.factors[MBS_RANK] == count || same_rank(&s, spans, most)) {
             s.factors[MBS_CONDITIONING] = least_left(&s); /* what is left of rows is measured by the rows of A */
-            return;
+            return s.factors[MBS_RANK];
         }
     }
     *s.kind = TOGETHER;
     mbs_pattern own = together(&s);
     mbs_factorise(&own, s.large, most + n, s.factors);
+    return s.factors[MBS_RANK] - n;
 }
 
-void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, const mbs_span *spans, const double *right,
-                            double *solution, double *multipliers, double *report)
+/* Returns the rank of all rows that act, taken as islands or as one `whole`. No more than `most` of an island are kept. */
+static double factorise_all(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                            const double *acting, double most, double *factors, places p, int whole)
 {
-    some s = laid_out_for(rows, factors, spans, 1);
-    int count = s.pattern.rows, n = s.pattern.columns, large = *s.kind == TOGETHER;
-    gather_right(&s, right);
-    if (*s.kind == OWN) {
-        mbs_substitute(&s.pattern, s.factors, s.right, solution, s.multipliers, report);
-        scatter(&s, rows->rows, s.multipliers, multipliers);
+    int count = link_islands(rows, matrix, forces, exerted, acting, p, whole), plain = 0;
+    double rank = count < 0 ? NAN : 0.0, *space = factors + 1;
+    mbs_span *spans = p.spans;
+    for (int j = 0; j < rows->rows && forces; ++j)
+        plain |= acting[j] == PLAIN;
+    for (int number = 0; number < count; ++number) {
+        island s = laid_out_island(rows, matrix, forces, exerted, number, p, spans, space);
+        rank += factorise_island(space, spans, forces != 0, plain, most);
+        space = island_at(space, spans, forces != 0).end;
+        spans += s.pattern.rows;
+    }
+    factors[0] = count;
+    return rank;
+}
+
+/* Islands are independent of each other. Where they have more rank than there should be in all, by rounding, all rows are
+   taken as one, the clearest of them first. */
+void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                           const double *acting, double most, double *factors, mbs_span *spans)
+{
+    places p = places_in(spans, rows->rows);
+    if (factorise_all(rows, matrix, forces, exerted, acting, most, factors, p, 0) > most && factors[0] > 1)
+        factorise_all(rows, matrix, forces, exerted, acting, most, factors, p, 1);
+}
+
+void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
+                        mbs_span *spans)
+{
+    mbs_factorise_rubbing(rows, matrix, 0, 0, acting, most, factors, spans);
+}
+
+/* x and the multipliers of an island. */
+static void substitute_island(const island *s, double *report)
+{
+    int count = s->pattern.rows, n = s->pattern.columns, large = *s->kind == TOGETHER;
+    if (*s->kind == OWN) {
+        mbs_substitute(&s->pattern, s->factors, s->right, s->x, s->multipliers, report);
         return;
     }
     mbs_pattern both = {count + n, count + n, 0};
-    double *wanted = s.large, *unused = wanted + both.rows;
+    double *wanted = s->large, *unused = wanted + both.rows;
     mbs_fill(both.rows, 0.0, wanted);
-    mbs_copy(count, s.right, wanted);
-    mbs_substitute(large ? &both : &s.pattern, s.factors, wanted, s.solution, unused, report);
-    const double *carried = large ? s.solution + n : s.solution;
+    mbs_copy(count, s->right, wanted);
+    mbs_substitute(large ? &both : &s->pattern, s->factors, wanted, s->solution, unused, report);
+    const double *carried = large ? s->solution + n : s->solution;
     report[0] -= large ? n : 0;
-    mbs_fill(n, 0.0, solution);
+    mbs_fill(n, 0.0, s->x);
     for (int k = 0; k < count; ++k) {
-        mbs_subtract(n, -carried[k], s.unit + k * n, solution);
-        s.multipliers[k] = carried[k] / s.lengths[k];
+        mbs_subtract(n, -carried[k], s->unit + k * n, s->x);
+        s->multipliers[k] = carried[k] / s->lengths[k];
     }
-    scatter(&s, rows->rows, s.multipliers, multipliers);
+}
+
+/* The largest right side of the rows, these taken as of length one. */
+static double largest_right(const island *s)
+{
+    double largest = 0.0;
+    for (int r = 0; r < s->pattern.rows; ++r)
+        if (s->right[r] != 0.0)
+            largest = fmax(largest, fabs(s->right[r]) / sqrt(s->squares[r]));
+    return largest;
+}
+
+static void substitute_all(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
+                           double *multipliers, double *report, int rubs)
+{
+    double *space = factors + 1, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0, largest = 0.0;
+    mbs_fill(rows->columns, 0.0, solution);
+    mbs_fill(rows->rows, 0.0, multipliers);
+    for (int number = 0; number < factors[0]; ++number) {
+        island s = island_at(space, spans, rubs);
+        for (int r = 0; r < s.pattern.rows; ++r)
+            s.right[r] = right[(int)s.which[r]];
+        substitute_island(&s, report);
+        for (int r = 0; r < s.pattern.rows; ++r)
+            multipliers[(int)s.which[r]] = s.multipliers[r];
+        for (int i = 0; i < s.pattern.columns; ++i)
+            solution[(int)s.column[i]] = s.x[i];
+        rank += report[0];
+        least = report[0] > 0.0 ? fmin(least, report[1]) : least;
+        if (factors[0] > 1.0) {
+            double own = largest_right(&s);
+            left = fmax(left, report[2] * own);
+            largest = fmax(largest, own);
+        } else {
+            left = report[2];
+            largest = 1.0;
+        }
+        space = s.end;
+        spans += s.pattern.rows;
+    }
+    report[0] = rank;
+    report[1] = rank > 0.0 ? least : 0.0;
+    report[2] = left > 0.0 ? left / largest : 0.0;
+    if (isnan(rank)) {
+        mbs_fill(rows->columns, NAN, solution);
+        mbs_fill(rows->rows, NAN, multipliers);
+        mbs_fill(3, NAN, report);
+    }
+}
+
+void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right,
+                            double *solution, double *multipliers, double *report)
+{
+    substitute_all(rows, factors, spans, right, solution, multipliers, report, 1);
+}
+
+void mbs_substitute_some(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
+                         double *multipliers, double *report)
+{
+    substitute_all(rows, factors, spans, right, solution, multipliers, report, 0);
 }
