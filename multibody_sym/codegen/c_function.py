@@ -239,6 +239,9 @@ class Printer:
 
     def pointer(self, name: str, atoms: Sequence[Node]) -> tuple[str, str]:
         """Return an expression for the address of `atoms`, and the declaration of array `name` where it needs one."""
+        numbers = [atom.shadow for atom in atoms]
+        if len(atoms) >= _GATHERED and None not in numbers:
+            return self.constants.array([x for x in numbers if x is not None]), ""
         if list(runs(atoms, self.places)) == [(0, len(atoms))] and atoms[0] in self.places:
             whole, first = self.places[atoms[0]]
             self._use(whole)

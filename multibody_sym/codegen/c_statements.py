@@ -59,14 +59,15 @@ def _solve(printer: Printer, statement: Solve) -> None:
         _factorise(printer, statement, order, f"f{number}")
     factors = printer.factors[known]
     solver = f"mbs_substitute{printer.variant(factors)}"
-    right = printer.array("right", statement.right)
+    right, declared = printer.pointer("right", statement.right)
     solution = [statement.solution[k] for k in order]
     for k, leaves in enumerate((solution, statement.multipliers, statement.report)):
         printer.targets(f"r{number}_{k}", leaves)
     spans = [f"{factors}_spans"] if statement.acting else []
-    given = [f"&{printer.function.name}__{factors}", factors, *spans, "right", *(f"r{number}_{k}" for k in range(3))]
+    given = [f"&{printer.function.name}__{factors}", factors, *spans, right, *(f"r{number}_{k}" for k in range(3))]
     printer.piece.used |= {factors, *spans}
-    printer.piece.lines += ["    {", right, wrapped(f"        {solver}(", given, ");", indent=" " * 12), "    }"]
+    called = wrapped(f"        {solver}(", given, ");", indent=" " * 12)
+    printer.piece.lines += ["    {", *([declared] if declared else []), called, "    }"]
 
 
 def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
@@ -133,25 +134,27 @@ def _storage(size: int) -> str:
 def _loop(printer: Printer, loop: Loop, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
     lines = [f"        for (int k = 0; k < {loop.count}; k++) {{"]
     if loop.gate is not None:
-        closed = f"({names[loop.gate.array]})[{_place(loop.gate.first, tables)}] == 0.0"
+        closed = f"({names[loop.gate.array]})[{_place(loop.gate.first, tables, loop.count)}] == 0.0"
         lines += [f"            if ({closed}) {{", "                continue;", "            }"]
     if len(loop.kernels) == 1:
-        return [*lines, *_kernel(printer, loop.kernels[0], names, tables), "        }"]
-    lines += [f"            switch ({_place(loop.choice, tables)}) {{"]
+        return [*lines, *_kernel(printer, loop.kernels[0], names, tables, loop.count), "        }"]
+    lines += [f"            switch ({_place(loop.choice, tables, loop.count)}) {{"]
     for k, kernel in enumerate(loop.kernels):
-        inside = _kernel(printer, kernel, names, tables)
+        inside = _kernel(printer, kernel, names, tables, loop.count)
         lines += [f"            case {k}: {{", *inside, "                break;", "            }"]
     return [*lines, "            }", "        }"]
 
 
-def _kernel(printer: Printer, kernel: Kernel, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
+def _kernel(
+    printer: Printer, kernel: Kernel, names: Sequence[str], tables: dict[Progression, str], count: int
+) -> list[str]:
     declared, arguments, added = [], [], []
     for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
-        place = _place(window.first, tables)
+        place = _place(window.first, tables, count)
         name = names[window.array]
         arguments.append(f"{name} + {place}" if array.shape else f"({name})[{place}]")
     for k, (window, output) in enumerate(zip(kernel.writes, kernel.program.outputs, strict=True)):
-        target, size = f"{names[window.array]} + {_place(window.first, tables)}", len(output.values)
+        target, size = f"{names[window.array]} + {_place(window.first, tables, count)}", len(output.values)
         if window.adds:
             declared.append(f"                double d{k}[{max(1, size)}];")
             added.append(f"                for (int i = 0; i < {size}; i++)")
@@ -161,14 +164,16 @@ def _kernel(printer: Printer, kernel: Kernel, names: Sequence[str], tables: dict
     return [*declared, wrapped(called, arguments, ");", indent=" " * 20), *added]
 
 
-def _place(given: Progression, tables: dict[Progression, str]) -> str:
-    """Return the expression of number k of a progression; one that is not arithmetic reads a table."""
+def _place(given: Progression, tables: dict[Progression, str], count: int) -> str:
+    """Return the expression of number k < count of a progression; one that is not arithmetic reads a table."""
     pattern, step = given.pattern, given.step
     if len(pattern) == 1:
         steps = {0: "", 1: "k"}.get(step, f"{step}*k")
         first = str(pattern[0]) if pattern[0] or not steps else ""
         return f"{first} + {steps}" if first and steps else first + steps
     table = tables.setdefault(given, f"p{len(tables)}")
+    if len(pattern) >= count:
+        return f"{table}[k]"
     periods = f" + {step}*(k / {len(pattern)})" if step else ""
     return f"{table}[k % {len(pattern)}]{periods}"
 

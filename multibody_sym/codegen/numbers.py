@@ -7,6 +7,7 @@ unless it packs several into one, as it does for a processor that it knows (`nat
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Final
 
 from multibody_sym.codegen.layout import wrapped
@@ -18,7 +19,7 @@ _IN_TEXT: Final = (0.0, 1.0, -1.0)
 
 
 class Written:
-    """Numbers in the text where they are met; tables are arrays of constants, each once."""
+    """Numbers in the text where they are met; tables are arrays of constants, each once, and so are other arrays."""
 
     def __init__(self, prefix: str) -> None:
         self._prefix = prefix
@@ -28,6 +29,12 @@ class Written:
     def named(self, value: float) -> str:
         """Return the text of a number."""
         return repr(value)
+
+    def array(self, values: Sequence[float]) -> str:
+        """Return the address of numbers."""
+        name = f"{self._prefix}__array_{len(self._arrays) + 1}"
+        self._arrays.append(wrapped(f"static const double {name}[] = {{", map(repr, values), "};"))
+        return name
 
     def table(self, function: Tabulated) -> str:
         """Return the address of a table's columns, one after the other."""
@@ -61,6 +68,11 @@ class Numbers:
             return repr(value)
         self._values.append(value)
         return f"{self._prefix}__numbers[{len(self._values) - 1}]"
+
+    def array(self, values: Sequence[float]) -> str:
+        """Return the address of numbers, zero and one among them."""
+        self._values += values
+        return f"{self._prefix}__numbers + {len(self._values) - len(values)}"
 
     def table(self, function: Tabulated) -> str:
         """Return the address of a table's columns, one after the other, which share a place with equal ones."""

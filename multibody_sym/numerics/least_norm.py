@@ -88,7 +88,8 @@ def solve(
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
     if len(acting):
-        rows, forces = ([dict(enumerate(row)) for row in np.asarray(x).tolist()] for x in (matrix, exerted))
+        pair = (np.asarray(x).tolist() for x in (matrix, exerted))
+        rows, forces = ([{k: x for k, x in enumerate(row) if x != 0.0} for row in each] for each in pair)
         found = solve_some(rows, right.tolist(), matrix.shape[1], most, acting, forces)
     else:
         found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most)
@@ -109,8 +110,8 @@ def solve_some(
     should be in all, by rounding, all rows are taken as one, the clearest of them first.
     """
     places = [j for j, acts in enumerate(acting) if acts]
-    rows = {j: {k: x for k, x in matrix[j].items() if x != 0.0} for j in places}
-    forces = {j: {k: x for k, x in exerted[j].items() if x != 0.0} for j in places if exerted} or rows
+    rows = {j: matrix[j] for j in places}
+    forces = {j: exerted[j] for j in places} if exerted else rows
     plain = PLAIN in acting
     islands = _islands(rows, forces)
     limit = most if len(islands) == 1 else math.inf

@@ -200,12 +200,12 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 #define PLAIN 2.0           /* acts, and multipliers are of least norm as they are */
 
 /* Rows that act fall apart into islands: rows of two of them have no column in common. Of an island, one after the other
-   in what begins with how many rows and columns it has: which these are, squares of the rows' lengths, the room for their
-   right side and their multipliers, and x; their elements; what they exert in unit vectors, the lengths of that; and the
+   in what begins with how many rows and columns it has: which these are, the room for their right side and their
+   multipliers, and x; their elements; what they exert in unit vectors, the lengths of that; and the
    factors of a matrix. */
 typedef struct {
     mbs_pattern pattern;
-    double *kind, *which, *column, *squares, *right, *multipliers, *x, *matrix;
+    double *kind, *residual, *which, *column, *right, *multipliers, *x, *matrix;
     double *unit, *lengths, *large, *solution, *factors, *end;
 } island;
 
@@ -214,14 +214,14 @@ enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and
 static island island_at(double *space, mbs_span *spans, int rubs)
 {
     int rows = (int)space[0], n = (int)space[1], all = rows + n;
-    double *which = space + 3, *squares = which + all, *x = squares + 3 * rows, *matrix = x + n;
+    double *which = space + 4, *right = which + all, *x = right + 2 * rows, *matrix = x + n;
     island s = {.pattern = {rows, n, spans},
                 .kind = space + 2,
+                .residual = space + 3,
                 .which = which,
                 .column = which + rows,
-                .squares = squares,
-                .right = squares + rows,
-                .multipliers = squares + 2 * rows,
+                .right = right,
+                .multipliers = right + rows,
                 .x = x,
                 .matrix = matrix,
                 .factors = matrix + rows * n};
@@ -256,25 +256,20 @@ static int root_of(mbs_span *column, int k)
     return k;
 }
 
-/* Join the columns of what is not zero in a row to those that begin at `root`, -1 for none; returns where all begin. */
-static int joined(const mbs_rows *rows, const double *from, int j, mbs_span *column, int root)
+/* Join the columns of a row to those that begin at `root`, -1 for none; returns where all of them begin. */
+static int joined(const mbs_rows *rows, int j, mbs_span *column, int root)
 {
     for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
-        if (from[k] == 0.0)
-            continue;
         int other = root_of(column, rows->places[k]);
-        root = root < 0 ? other : root_of(column, root);
-        if (other < root)
-            root = column[root].first = other;
-        else
-            column[other].first = root;
+        if (root < 0)
+            root = other;
+        column[other].first = root;
     }
     return root;
 }
 
 /* Link the rows that act to islands, all to one if they are taken `whole`; returns how many there are. */
-static int link_islands(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                        const double *acting, places p, int whole)
+static int link_islands(const mbs_rows *rows, const mbs_rows *forces, const double *acting, places p, int whole)
 {
     int count = 0, found = 0, root = -1, most = MBS_MOST_ACTING(rows->rows, rows->columns);
     for (int k = 0; k < rows->columns; ++k) {
@@ -285,8 +280,8 @@ static int link_islands(const mbs_rows *rows, const double *matrix, const mbs_ro
         if (acting[j] != 0.0) {
             if (count == most)
                 return -1;
-            root = joined(rows, matrix, j, p.column, whole ? root : -1);
-            root = forces ? joined(forces, exerted, j, p.column, root) : root;
+            root = joined(rows, j, p.column, whole ? root : -1);
+            root = forces ? joined(forces, j, p.column, root) : root;
             mbs_span row = {j, -1, root, 0};
             p.link[count++] = row;
         }
@@ -307,12 +302,11 @@ static int link_islands(const mbs_rows *rows, const double *matrix, const mbs_ro
 }
 
 /* Number the columns of a row in the order in which the rows of their island first have them. */
-static int number_columns(const mbs_rows *rows, const double *from, int j, int number, mbs_span *column, int count,
-                          double *which)
+static int number_columns(const mbs_rows *rows, int j, int number, mbs_span *column, int count, double *which)
 {
     for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
         mbs_span *own = column + rows->places[k];
-        if (from[k] != 0.0 && own->high != number + 1) {
+        if (own->high != number + 1) {
             own->high = number + 1;
             own->low = count;
             which[count++] = rows->places[k];
@@ -327,8 +321,7 @@ static void gather(const island *s, const mbs_rows *rows, const mbs_span *column
     mbs_fill(s->pattern.rows * n, 0.0, to);
     for (int r = 0; r < s->pattern.rows; ++r, to += n)
         for (int j = (int)s->which[r], k = rows->begins[j]; k < rows->begins[j + 1]; ++k)
-            if (from[k] != 0.0)
-                to[column[rows->places[k]].low] = from[k];
+            to[column[rows->places[k]].low] = from[k];
 }
 
 /* Lay out an island: its rows and columns, and the rows' elements. */
@@ -336,12 +329,12 @@ static island laid_out_island(const mbs_rows *rows, const double *matrix, const 
                               int number, places p, mbs_span *spans, double *space)
 {
     int count = 0, n = 0;
-    double *which = space + 3;
+    double *which = space + 4;
     for (int k = p.link[number].low; k >= 0; k = p.link[k].end)
         which[count++] = p.link[k].first;
     for (int r = 0; r < count; ++r) {
-        n = number_columns(rows, matrix, (int)which[r], number, p.column, n, which + count);
-        n = forces ? number_columns(forces, exerted, (int)which[r], number, p.column, n, which + count) : n;
+        n = number_columns(rows, (int)which[r], number, p.column, n, which + count);
+        n = forces ? number_columns(forces, (int)which[r], number, p.column, n, which + count) : n;
     }
     space[0] = count;
     space[1] = n;
@@ -350,8 +343,6 @@ static island laid_out_island(const mbs_rows *rows, const double *matrix, const 
     gather(&s, rows, p.column, matrix, s.matrix);
     if (forces)
         gather(&s, forces, p.column, exerted, s.unit);
-    for (int r = 0; r < count; ++r)
-        s.squares[r] = mbs_dot(n, s.matrix + r * n, s.matrix + r * n);
     return s;
 }
 
@@ -407,11 +398,12 @@ static int made_units(const island *s, int plain)
 static double least_left(const island *s)
 {
     mbs_parts part = mbs_parts_of(&s->pattern, s->factors);
-    int pivoted = s->factors[MBS_PIVOTED] != 0.0;
+    int n = s->pattern.columns, pivoted = s->factors[MBS_PIVOTED] != 0.0;
     double least = s->factors[MBS_RANK] ? HUGE_VAL : 0.0;
     for (int k = 0; k < s->factors[MBS_RANK]; ++k) {
         int j = pivoted ? (int)part.order[k] : k;
-        least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(s->squares[j]));
+        const double *row = s->matrix + j * n;
+        least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(mbs_dot(n, row, row)));
     }
     return least;
 }
@@ -493,12 +485,11 @@ static double factorise_island(double *space, mbs_span *spans, int rubs, int pla
 static double factorise_all(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
                             const double *acting, double most, double *factors, places p, int whole)
 {
-    int count = link_islands(rows, matrix, forces, exerted, acting, p, whole), plain = 0;
+    int count = link_islands(rows, forces, acting, p, whole);
     double rank = count < 0 ? NAN : 0.0, *space = factors + 1;
     mbs_span *spans = p.spans;
-    for (int j = 0; j < rows->rows && forces; ++j)
-        plain |= acting[j] == PLAIN;
     for (int number = 0; number < count; ++number) {
+        int plain = acting[p.link[p.link[number].low].first] == PLAIN;
         island s = laid_out_island(rows, matrix, forces, exerted, number, p, spans, space);
         rank += factorise_island(space, spans, forces != 0, plain, most);
         space = island_at(space, spans, forces != 0).end;
@@ -550,16 +541,36 @@ static void substitute_island(const island *s, double *report)
 static double largest_right(const island *s)
 {
     double largest = 0.0;
-    for (int r = 0; r < s->pattern.rows; ++r)
+    const double *row = s->matrix;
+    for (int r = 0; r < s->pattern.rows; ++r) {
+        int count = *s->kind == OWN ? s->pattern.spans[r].end - s->pattern.spans[r].first : s->pattern.columns;
         if (s->right[r] != 0.0)
-            largest = fmax(largest, fabs(s->right[r]) / sqrt(s->squares[r]));
+            largest = fmax(largest, fabs(s->right[r]) / sqrt(mbs_dot(count, row, row)));
+        row += count;
+    }
     return largest;
+}
+
+/* The largest residual of all islands, relative to the largest right side. */
+static double residual_of_all(double *factors, mbs_span *spans, int rubs)
+{
+    double *space = factors + 1, left = 0.0, largest = 0.0;
+    for (int number = 0; number < factors[0]; ++number) {
+        island s = island_at(space, spans, rubs);
+        double own = largest_right(&s);
+        left = fmax(left, *s.residual * own);
+        largest = fmax(largest, own);
+        space = s.end;
+        spans += s.pattern.rows;
+    }
+    return left / largest;
 }
 
 static void substitute_all(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
                            double *multipliers, double *report, int rubs)
 {
-    double *space = factors + 1, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0, largest = 0.0;
+    double *space = factors + 1, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0;
+    mbs_span *first = spans;
     mbs_fill(rows->columns, 0.0, solution);
     mbs_fill(rows->rows, 0.0, multipliers);
     for (int number = 0; number < factors[0]; ++number) {
@@ -573,20 +584,14 @@ static void substitute_all(const mbs_rows *rows, double *factors, mbs_span *span
             solution[(int)s.column[i]] = s.x[i];
         rank += report[0];
         least = report[0] > 0.0 ? fmin(least, report[1]) : least;
-        if (factors[0] > 1.0) {
-            double own = largest_right(&s);
-            left = fmax(left, report[2] * own);
-            largest = fmax(largest, own);
-        } else {
-            left = report[2];
-            largest = 1.0;
-        }
+        *s.residual = report[2];
+        left = fmax(left, report[2]);
         space = s.end;
         spans += s.pattern.rows;
     }
     report[0] = rank;
     report[1] = rank > 0.0 ? least : 0.0;
-    report[2] = left > 0.0 ? left / largest : 0.0;
+    report[2] = left > 0.0 && factors[0] > 1.0 ? residual_of_all(factors, first, rubs) : left;
     if (isnan(rank)) {
         mbs_fill(rows->columns, NAN, solution);
         mbs_fill(rows->rows, NAN, multipliers);
