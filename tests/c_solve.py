@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from multibody_sym.codegen.profile import Span
-from multibody_sym.numerics.least_norm import Solution
+from multibody_sym.numerics.least_norm import Solution, Span
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 GUARD = 12345.0

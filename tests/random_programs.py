@@ -105,9 +105,15 @@ class Maker:
         return passes.scanned(trace, self._some(pool, WIDTH * count), self._some(pool, 1)[0])
 
     def _solve(self, trace: Trace, pool: Sequence[Node]) -> list[Node]:
-        rows, columns = self.random.randrange(4), self.random.randrange(4)
+        rows, columns = self.random.randrange(6), self.random.randrange(6)
         matrix = [self._some(pool, columns) for _ in range(rows)]
+        matrix = [[x if self.random.random() < 0.7 else number(0) for x in row] for row in matrix]
         if rows > 1 and self.random.random() < 0.3:
             matrix[-1] = matrix[0]
-        record = trace.solve(matrix, self._some(pool, rows), columns=columns)
+        acting, exerted = list[Node](), list[list[Node]]()
+        if self.random.random() < 0.5:
+            acting = [self.random.choice([number(0), number(1), number(2), *self._some(pool, 1)]) for _ in range(rows)]
+        if acting and columns and self.random.random() < 0.5:
+            exerted = [self._some(pool, columns) if self.random.random() < 0.5 else row for row in matrix]
+        record = trace.solve(matrix, self._some(pool, rows), columns, None, acting, exerted)
         return [*record.solution, *record.multipliers, *record.report]

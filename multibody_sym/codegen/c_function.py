@@ -19,8 +19,9 @@ from multibody_sym.codegen.layout import (
     wrapped,
 )
 from multibody_sym.codegen.numbers import Numbers, Written
-from multibody_sym.codegen.profile import Span, elimination_cost
+from multibody_sym.numerics.least_norm import Span
 from multibody_sym.program.infix import Language
+from multibody_sym.program.profile import elimination_cost
 from multibody_sym.program.statements import Array, Callee, Output, Scan, Statement
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node

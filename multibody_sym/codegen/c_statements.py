@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from multibody_sym.codegen.c_function import Printer
 from multibody_sym.codegen.layout import wrapped
-from multibody_sym.codegen.profile import column_order, row_spans
 from multibody_sym.program.accesses import accesses
 from multibody_sym.program.infix import expression
 from multibody_sym.program.progressions import Progression
@@ -50,17 +49,16 @@ def _call(printer: Printer, statement: Call) -> None:
 
 
 def _solve(printer: Printer, statement: Solve) -> None:
-    """Factorise the matrix, unless an earlier solve has, and substitute; columns come in an order with short spans."""
+    """Factorise the matrix, unless an earlier solve has, and substitute."""
     number, columns = printer.record(), len(statement.solution)
-    order = range(columns) if statement.acting else column_order(statement.matrix, columns)
     known = statement.matrix, columns, statement.most, statement.acting, statement.exerted
     if known not in printer.factors:
         printer.factors[known] = f"f{number}"
-        _factorise(printer, statement, order, f"f{number}")
+        _factorise(printer, statement, f"f{number}")
     factors = printer.factors[known]
     solver = f"mbs_substitute{printer.variant(factors)}"
     right, declared = printer.pointer("right", statement.right)
-    solution = [statement.solution[k] for k in order]
+    solution = [statement.solution[k] for k in statement.order]
     for k, leaves in enumerate((solution, statement.multipliers, statement.report)):
         printer.targets(f"r{number}_{k}", leaves)
     spans = [f"{factors}_spans"] if statement.acting else []
@@ -70,13 +68,14 @@ def _solve(printer: Printer, statement: Solve) -> None:
     printer.piece.lines += ["    {", *([declared] if declared else []), called, "    }"]
 
 
-def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
+def _factorise(printer: Printer, statement: Solve, factors: str) -> None:
     if statement.acting:
         _factorise_some(printer, statement, factors)
         return
+    order, spans = statement.order, statement.spans
     rows = [[row[k] for k in order] for row in statement.matrix.lists(len(order))]
-    printer.patterns[factors] = spans = row_spans(rows), len(order)
-    inside = [x for row, span in zip(rows, spans[0], strict=True) for x in row[span.first : span.end]]
+    printer.patterns[factors] = spans, len(order)
+    inside = [x for row, span in zip(rows, spans, strict=True) for x in row[span.first : span.end]]
     matrix, name = printer.array("matrix", inside), f"{printer.function.name}__{factors}"
     given = [f"&{name}", "matrix", printer.names[statement.most], factors]
     printer.piece.used.add(factors)

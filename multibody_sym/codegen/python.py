@@ -219,18 +219,23 @@ def _call(printer: _Printer, statement: Call) -> None:
 
 
 def _solve(printer: _Printer, statement: Solve) -> None:
-    number, width = printer.next_number(), len(statement.solution)
-    right = printer.value((len(statement.right),), statement.right)
-    sizes = [str(width), printer.names[statement.most]]
+    number, order = printer.next_number(), statement.order
+
+    def row(atoms: Sequence[Node]) -> str:
+        return printer.value((len(atoms),), atoms)
+
+    sizes = [row(statement.right), str(len(order)), printer.names[statement.most]]
     if statement.acting:
         matrix, exerted = (_rows(printer, rows) for rows in (statement.matrix, statement.exerted))
-        acting = printer.value((len(statement.acting),), statement.acting)
-        called = wrapped("solve_some(", [matrix, right, *sizes, acting, exerted], ")", indent=" " * 8)
+        called = wrapped("solve_some(", [matrix, *sizes, row(statement.acting), exerted], ")", indent=" " * 8)
     else:
-        rows = [printer.value((width,), row) for row in statement.matrix.lists(width)]
-        called = wrapped("solve_lists(", [wrapped("[", rows, "]", indent=" " * 8), right, *sizes], ")", indent=" " * 8)
+        rows = [row([atoms[k] for k in order]) for atoms in statement.matrix.lists(len(order))]
+        spans = [str(tuple(span)) for span in statement.spans]
+        given = [wrapped("[", rows, "]", indent=" " * 8), *sizes]
+        given.append(wrapped("(", spans, ",)" if spans else ")", indent=" " * 8))
+        called = wrapped("solve_lists(", given, ")", indent=" " * 8)
     printer.lines.append(f"    r{number} = {called}")
-    for k, leaves in enumerate((statement.solution, statement.multipliers, statement.report)):
+    for k, leaves in enumerate(([statement.solution[k] for k in order], statement.multipliers, statement.report)):
         printer.define(f"r{number}[{k}]", (len(leaves),), leaves)
 
 

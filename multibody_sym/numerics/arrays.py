@@ -14,3 +14,9 @@ EPSILON: Final = 2.0**-52
 
 UNDEFINED: Final = (ValueError, ArithmeticError)
 """What arithmetic on floats raises where an expression has no value."""
+
+
+def row_sums(values: Floats) -> Floats:
+    """Return the sum of each row, its elements added from left to right as C does; NumPy's `sum` adds in parts."""
+    zeros = np.zeros((len(values), 1))
+    return np.asarray(np.add.accumulate(np.hstack([zeros, values]), axis=1)[:, -1], dtype=float)

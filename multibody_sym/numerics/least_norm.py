@@ -1,24 +1,22 @@
-"""The rank-revealing solve of A x = r by Householder QR: the reference that `solve.c` repeats.
+"""The rank-revealing solve of A x = r by Householder QR, with the same operations in the same order as `solve.c`.
 
-The text of this file stands in exported Python, and imports NumPy and the standard library only.
+So both give the same bits. The text of this file stands in exported Python, and imports NumPy and the standard library
+only.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 from operator import mul
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import Floats, row_sums
 from multibody_sym.numerics.rank import CLEAR, TIE, exact, scaled_rows
 from multibody_sym.records import dataclass
-
-_FEW: Final = 6
-"""Rows up to which lists are quicker than arrays."""
-
 
 Lists = list[list[float]]
 Sparse = list[dict[int, float]]
@@ -29,6 +27,24 @@ PLAIN: Final = 2.0
 SHORTEST: Final = 1e-6
 """Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
 _NEARLY_ZERO: Final = 1e-150
+_LARGEST: Final = 1e200
+_LEAST: Final = 1e-200
+"""Squares of lengths beyond these may have lost digits: such rows are scaled first."""
+_ALIKE: Final = 1e-12
+"""Of the longest row: lengths below that may be rounding."""
+
+
+class Span(NamedTuple):
+    """One row: its elements from `first` up to `end` may differ from zero, when eliminated those from `low` to `high`.
+
+    The reflection that eliminates row k mixes the columns from k up to its `high`, and so those of every later row that
+    reaches into them.
+    """
+
+    first: int
+    end: int
+    low: int
+    high: int
 
 
 @dataclass(frozen=True)
@@ -40,24 +56,33 @@ class Solution:
     report: Floats
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Factors:
-    """Householder vectors and triangular factor of the rows in `order`, the kept ones first, divided by `lengths` (s).
+    """Factors of rows in `order`, the kept ones first: R, and the vector v of each reflection E - f v v^T."""
 
-    Row j of `rows` (s x n) holds R[k, j] in entry k < min(j, rank) and, where it was kept, the vector v of reflection j
-    from entry j on. Reflection k is E - factors[k] v v^T.
-    """
-
-    rows: list[list[float]]
     order: list[int]
-    diagonal: list[float]
-    factors: list[float]
-    lengths: list[float]
-    """Those of the rows as they are declared."""
+    scale: list[float]
+    """What each row was divided by, in the order of the declaration."""
+    heads: Lists = field(default_factory=list)
+    """R[i, k] of each row k, from i = `lows[k]` on; of rows that are not kept over all that are."""
+    lows: list[int] = field(default_factory=list)
+    inverse: list[float] = field(default_factory=list)
+    """1 / R[k, k]."""
+    factors: list[float] = field(default_factory=list)
+    vectors: Lists = field(default_factory=list)
+    """v from element k on."""
+    conditioning: float = 0.0
 
     @property
     def rank(self) -> int:
-        return len(self.diagonal)
+        return len(self.inverse)
+
+    def reflect(self, first: float, length: float) -> float:
+        """Add a reflection of what is left of a row onto its axis, of this length and first element; return v[k]."""
+        whole = length + abs(first)
+        self.factors.append(1.0 / (length * whole))
+        self.inverse.append(-math.copysign(self.factors[-1] * whole, first))
+        return first + math.copysign(length, first)
 
 
 def solve(
@@ -69,10 +94,10 @@ def solve(
 ) -> Solution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
-    The rows of A, scaled to unit length, are the columns of A^T = Q R P^T. They are taken as they come where at least
-    1e-6 of each is left by those before it. Else the longest remaining column becomes the pivot at each step (ties: the
-    row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and R lambda = R^-T r, over the
-    kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
+    The rows of A are the columns of A^T = Q R P^T. They are taken as they come where at least 1e-6 of each is left by
+    those before it. Else they are scaled to unit length, and the longest remaining column becomes the pivot at each
+    step (ties: the row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and
+    R lambda = R^-T r, over the kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
     squares solution as well whenever they agree with the kept ones. No more than `most` rows are kept: rows that depend
     on each other only in positions that satisfy them are independent beside such a position, by rounding. Rows that
     `acting` has a zero for are left out, and have no multipliers. With `exerted` C (s, n) x is C^T lambda: where A C^T
@@ -92,13 +117,19 @@ def solve(
         rows, forces = ([{k: x for k, x in enumerate(row) if x != 0.0} for row in each] for each in pair)
         found = solve_some(rows, right.tolist(), matrix.shape[1], most, acting, forces)
     else:
-        found = solve_lists(matrix.tolist(), right.tolist(), matrix.shape[1], most)
+        whole = matrix.tolist()
+        found = solve_lists(whole, right.tolist(), matrix.shape[1], most, row_spans(whole))
     return Solution(*(np.array(values, dtype=float) for values in found))
 
 
-def solve_lists(matrix: Lists, right: list[float], columns: int, most: float) -> Found:
-    """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
-    return _solved(_factors_of(matrix, columns, most), right, columns)
+def solve_lists(
+    matrix: Lists, right: list[float], columns: int, most: float, spans: Sequence[Sequence[int]] = ()
+) -> Found:
+    """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s.
+
+    `spans` (see `Span`) say where rows may differ from zero.
+    """
+    return _solved(_factorised(matrix, columns, most, spans), right, columns)
 
 
 def solve_some(
@@ -169,7 +200,7 @@ def _island(
     own, exerted = ([[row[j].get(k, 0.0) for k in names] for j in places] for row in (rows, forces))
     wanted = [right[j] for j in places]
     if exerted == own and (not plain or forces is rows):
-        return solve_lists(own, wanted, len(names), most)
+        return solve_lists(own, wanted, len(names), most, row_spans(own))
     return _rubbing(own, exerted, wanted, len(names), most, plain=plain)
 
 
@@ -186,181 +217,194 @@ def _reported(
     least = min((report[1] for report in reports if report[0]), default=0.0)
     if len(reports) == 1:
         return [rank, least, reports[0][2]]
-    largest = [
-        max((abs(right[j]) / math.sqrt(_dot(rows[j].values(), rows[j].values())) for j in own if right[j]), default=0.0)
-        for own, _ in islands
-    ]
+    largest = list[float]()
+    for places, names in islands:
+        lists = {j: [rows[j].get(k, 0.0) for k in names] for j in places if right[j]}
+        largest.append(max((abs(right[j]) / math.sqrt(_dot(x, x)) for j, x in lists.items()), default=0.0))
     left = max((report[2] * size for report, size in zip(reports, largest, strict=True)), default=0.0)
     return [float(rank), least, left / max(largest) if left else 0.0]
 
 
-def _factors_of(matrix: Lists, columns: int, most: float) -> _Factors | None:
+def row_spans(matrix: Sequence[Sequence[object]]) -> list[Span]:
+    """Return the span of each row of a matrix (s x n) of numbers, or of whether they may differ from zero."""
+    spans: list[Span] = []
+    for j, row in enumerate(matrix):
+        used = [k for k, element in enumerate(row) if element]
+        first, end = (used[0], used[-1] + 1) if used else (0, 0)
+        low = next((k for k, before in enumerate(spans) if before.high > first), j)
+        reached = [before.high for before in spans[low:]]
+        spans.append(Span(first, end, min(low, first), min(max(end, j + 1, *reached), len(row))))
+    return spans
+
+
+def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
+    """Return which rows of a finite matrix (s, n) are independent, the longest taken first, in increasing order."""
+    factors = _longest_first(matrix, most)
+    return sorted(factors.order[: factors.rank])
+
+
+def _factorised(matrix: Lists, columns: int, most: float, spans: Sequence[Sequence[int]]) -> _Factors | None:
     """Return the factors of s rows, None where a number is not finite."""
-    count = len(matrix)
-    factors = _few_in_order(matrix) if 0 < count <= min(_FEW, columns, most) else None
-    return factors or _factored(np.array(matrix, dtype=float).reshape(count, columns), most)
+    factors = _in_order(matrix, spans) if spans and len(matrix) <= min(columns, most) else None
+    if factors is not None:
+        return factors
+    array = np.array(matrix, dtype=float).reshape(len(matrix), columns)
+    for row, (first, end, *_) in zip(array, spans, strict=False):
+        row[:first] = row[end:] = 0.0  # -0.0 before
+    return _longest_first(array, most) if np.isfinite(array).all() else None
+
+
+def _in_order(matrix: Lists, spans: Sequence[Sequence[int]]) -> _Factors | None:
+    """Return the factors of the rows as they come, None where one of them might depend on those before it."""
+    found = _Factors(list(range(len(matrix))), [1.0] * len(matrix))
+    factors, vectors = found.factors, found.vectors
+    longest, shortest, least = 0.0, _LARGEST, math.inf
+    for k, (row, (first, end, low, high)) in enumerate(zip(matrix, spans, strict=True)):
+        inside, head = row[first:end], list[float]()
+        rest = [*[0.0] * (first - low), *inside, *[0.0] * (high - end)]
+        for i in range(low, k):
+            _subtract(factors[i] * _dot(vectors[i], rest), vectors[i], rest)
+            head.append(rest.pop(0))
+        whole, left = _dot(inside, inside), _dot(rest, rest)
+        if not left > CLEAR * CLEAR * whole:
+            return None
+        rest[0] = found.reflect(rest[0], math.sqrt(left))
+        vectors.append(rest)
+        found.heads.append(head)
+        found.lows.append(low)
+        longest, shortest = max(longest, whole), min(shortest, whole)
+        least = left / whole if left < least * whole else least
+    if not (longest < _LARGEST and shortest > _LEAST and shortest > _ALIKE * _ALIKE * longest):
+        return None
+    found.conditioning = math.sqrt(least if least * longest < shortest else shortest / longest)
+    return found
+
+
+@np.errstate(all="ignore")
+def _longest_first(matrix: Floats, most: float) -> _Factors:
+    """Return the factors of the rows of a finite matrix, the longest of what those before it leave first."""
+    lengths, rows = scaled_rows(matrix)
+    found = _Factors(list(range(len(rows))), lengths.tolist())
+    tolerance, first, least = exact(matrix), 0.0, math.inf
+    for k in range(min(*rows.shape, math.ceil(min(most, len(rows))))):
+        rest = rows[k:, k:]
+        left = np.sqrt(row_sums(rest * rest))
+        chosen = int(np.argmax(left >= (1.0 - TIE) * left.max()))
+        length = float(left[chosen])
+        first = first or length
+        if not length > tolerance * first:
+            break
+        found.order.insert(k, found.order.pop(k + chosen))
+        rows[k : k + chosen + 1] = np.roll(rows[k : k + chosen + 1], 1, axis=0)
+        least = min(least, length)
+        rest[0, 0] = found.reflect(float(rest[0, 0]), length)
+        v = rest[0, : np.flatnonzero(rest[0])[-1] + 1]
+        by = found.factors[k] * row_sums(rest[1:, : len(v)] * v)
+        rest[1:, : len(v)] -= np.multiply.outer(by, v)
+    found.lows = [0] * len(rows)
+    found.heads = [row[: min(k, found.rank)] for k, row in enumerate(rows.tolist())]
+    found.vectors = [rows[k, k:].tolist() for k in range(found.rank)]
+    if found.rank:
+        kept = [found.scale[j] for j in found.order[: found.rank]]
+        found.conditioning = min(least, min(kept) / max(kept))
+    return found
 
 
 def _solved(factors: _Factors | None, right: list[float], columns: int) -> Found:
+    """Return x = Q R^-T r, multipliers R^-1 R^-T r and the report."""
     if factors is None or not all(map(math.isfinite, right)):
         return [math.nan] * columns, [math.nan] * len(right), [math.nan] * 3
-    scaled = [right[j] / factors.lengths[j] for j in factors.order]
-    halfway = _forward(factors, scaled)
-    multipliers = [0.0] * len(right)
-    for j, value in zip(factors.order, _backward(factors, halfway), strict=False):
-        multipliers[j] = value / factors.lengths[j]
-    return _rotated(factors, halfway, columns), multipliers, _report(factors, scaled, halfway)
+    scaled = [right[j] / factors.scale[j] for j in factors.order]
+    y, missed, multipliers = list[float](), 0.0, [0.0] * len(right)
+    for low, head, value, inverse in zip(factors.lows, factors.heads, scaled, factors.inverse, strict=False):
+        y.append((value - _dot(head, y[low:])) * inverse)
+    rank = len(y)
+    for head, value in zip(factors.heads[rank:], scaled[rank:], strict=True):
+        missed = max(missed, abs(value - _dot(head, y)))
+    rest, x = y.copy(), [0.0] * (columns - rank)
+    for k in reversed(range(rank)):
+        value, low, j = rest[k] * factors.inverse[k], factors.lows[k], factors.order[k]
+        multipliers[j] = value / factors.scale[j]
+        rest[low:k] = [a - value * b for a, b in zip(rest[low:k], factors.heads[k], strict=True)]
+        x.insert(0, y[k])
+        _subtract(factors.factors[k] * _dot(factors.vectors[k], x), factors.vectors[k], x)
+    residual = missed / max(map(abs, scaled)) if missed > 0.0 else 0.0
+    return x, multipliers, [float(rank), factors.conditioning, residual]
 
 
 def _rubbing(
-    matrix: Lists, exerted: Lists, right: list[float], columns: int, most: float, *, plain: bool
+    matrix: Lists, exerted: Sequence[Sequence[float]], right: list[float], columns: int, most: float, *, plain: bool
 ) -> Found:
     """Return x = C^T lambda, lambda, A x = r: of least norm together, lambda times lengths, if A C^T is singular."""
-    count = len(right)
     lengths = [1.0 if plain else math.sqrt(_dot(row, row)) for row in exerted]
     shortest = max(SHORTEST * max(lengths), _NEARLY_ZERO)
     lengths = [length if length > shortest else shortest for length in lengths]
     unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]
-    square = [[_dot(a, c) for c in unit] for a in matrix]
-    factors = _factors_of(square, count, most)
-    carried, _, report = _solved(factors, right, count)
-    if factors is not None and _has_rank(factors.rank, matrix, unit, most):
-        pairs = zip(factors.diagonal, factors.order, strict=False)  # what is left of rows is measured by the rows of A
-        left = (abs(x) * factors.lengths[j] / math.sqrt(_dot(matrix[j], matrix[j])) for x, j in pairs)
-        report = [report[0], min(left, default=0.0), report[2]]
-    elif report[0] < count:
-        upper = [[*row, *[0.0] * count] for row in matrix]
-        lower = [[*(float(i == k) for k in range(columns)), *(-c[i] for c in unit)] for i in range(columns)]
-        both, _, report = solve_lists(upper + lower, right + [0.0] * columns, columns + count, most + columns)
-        carried, report = both[columns:], [report[0] - columns, *report[1:]]
+    found = _alone(matrix, unit, right, columns, most) if len(right) <= columns else None
+    carried, report = found or _together(matrix, unit, right, columns, most)
     x = [0.0] * columns
     for z, row in zip(carried, unit, strict=True):
         x = [a + z * b for a, b in zip(x, row, strict=True)]
     return x, [z / length for z, length in zip(carried, lengths, strict=True)], report
 
 
-def _has_rank(rank: int, matrix: Lists, unit: Lists, most: float) -> bool:
-    """Return whether A C^T is regular, or A and C have its rank: then x is unique, and lambda of least norm follows."""
-    count, columns = np.shape(matrix)
-    if rank == count or count > columns:
-        return rank == count
-    exerted = np.array(unit)
-    forces = _longest_first(*scaled_rows(exerted), exact(exerted), most + 1)
-    by_rounding = forces.rank > most and abs(forces.diagonal[-1]) <= CLEAR
-    return len(independent_rows(np.array(matrix), most)) == rank == forces.rank - by_rounding
+def _alone(
+    matrix: Lists, unit: Lists, right: list[float], columns: int, most: float
+) -> tuple[list[float], list[float]] | None:
+    """Return lambda from A C^T lambda = r and the report; None where A C^T has another rank than A and C.
 
-
-def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
-    """Return which rows of a finite matrix (s, n) are independent, the longest taken first, in increasing order."""
-    factors = _longest_first(*scaled_rows(matrix), exact(matrix), most)
-    return sorted(factors.order[: factors.rank])
-
-
-def _few_in_order(matrix: list[list[float]]) -> _Factors | None:
-    """Return what `_in_order` does, None also where a row is small beside others; three times as quickly."""
-    largest = [max(map(abs, row)) for row in matrix]
-    if not min(largest) > CLEAR * max(largest):
-        return None
-    units = [[x / size for x in row] for row, size in zip(matrix, largest, strict=True)]
-    lengths = [math.sqrt(_dot(row, row)) for row in units]
-    left = [[x / length for x in row] for row, length in zip(units, lengths, strict=True)]
-    found = _Factors([], list(range(len(left))), [], [], [a * b for a, b in zip(largest, lengths, strict=True)])
-    heads: list[list[float]] = [[] for _ in left]
-    for k, row in enumerate(left):
-        length, first = math.sqrt(_dot(row, row)), row[0]
-        if not length > CLEAR:
+    Else x is unique, and lambda of least norm follows.
+    """
+    count = len(right)
+    square = [[*[_dot(a, c) for c in unit], *[0.0] * (columns - count)] for a in matrix]
+    factors = _factorised(square, columns, most, row_spans(square))
+    if factors is not None:
+        if factors.rank < count and not _same_rank(factors.rank, matrix, unit, most):
             return None
-        found.diagonal.append(-length if first > 0.0 else length)
-        found.factors.append(1.0 / (length * (length + abs(first))))
-        vector = [first - found.diagonal[k], *row[1:]]
-        found.rows.append([*heads[k], *vector])
-        for j in range(k + 1, len(left)):
-            by = found.factors[k] * _dot(vector, left[j])
-            head, *left[j] = [a - by * b for a, b in zip(left[j], vector, strict=True)]
-            heads[j].append(head)
-    return found
+        factors.conditioning = _least_left(factors, matrix)
+    carried, _, report = _solved(factors, right, columns)
+    return carried[:count], report
 
 
-@np.errstate(all="ignore")
-def _factored(matrix: Floats, most: float) -> _Factors | None:
-    """Return the factors of any rows, None where a number is not finite."""
-    lengths, rows = scaled_rows(matrix)
-    if not np.isfinite(lengths).all():
-        return None
-    factors = _in_order(lengths, rows) if len(rows) <= min(rows.shape[1], most) else None
-    return factors or _longest_first(lengths, rows, exact(matrix), most)
+def _together(
+    matrix: Lists, unit: Lists, right: list[float], columns: int, most: float
+) -> tuple[list[float], list[float]]:
+    """Return lambda from [A 0; E -C^T] (x, lambda) = (r, 0), of least norm with x, and the report."""
+    count = len(right)
+    upper = [[*row, *[0.0] * count] for row in matrix]
+    lower = [[*(float(i == k) for k in range(columns)), *(-c[i] for c in unit)] for i in range(columns)]
+    factors = _factorised(upper + lower, columns + count, most + columns, ())
+    both, _, report = _solved(factors, right + [0.0] * columns, columns + count)
+    return both[columns:], [report[0] - columns, *report[1:]]
 
 
-def _in_order(lengths: Floats, rows: Floats) -> _Factors | None:
-    """Return the factors of the rows as they come, None where one of them might depend on those before it."""
-    turned, factors = np.linalg.qr(rows.T, mode="raw")
-    diagonal = turned.diagonal().tolist()
-    if not all(abs(length) > CLEAR for length in diagonal):
-        return None
-    np.fill_diagonal(turned, 1.0)
-    return _Factors(turned.tolist(), list(range(len(rows))), diagonal, factors.tolist(), lengths.tolist())
+def _same_rank(rank: int, matrix: Lists, unit: Lists, most: float) -> bool:
+    """Return whether A and C have this rank, but for rounding beyond `most`."""
+    for more, rows in enumerate((matrix, unit)):
+        found = _longest_first(np.array(rows), most + more)
+        by_rounding = found.rank > most and abs(found.inverse[int(most)]) * CLEAR >= 1.0
+        if (most if by_rounding else found.rank) != rank:
+            return False
+    return True
 
 
-def _longest_first(lengths: Floats, rows: Floats, tolerance: float, most: float) -> _Factors:
-    rows, order = rows.copy(), list(range(len(rows)))
-    diagonal, factors = list[float](), list[float]()
-    for k in range(min(rows.shape)):
-        rest = rows[k:, k:]
-        left = np.sqrt((rest * rest).sum(axis=1)).tolist()
-        longest = max(left)
-        if longest <= tolerance * (abs(diagonal[0]) if k else longest) or k >= most:
-            break
-        chosen = next(i for i, length in enumerate(left) if length >= (1.0 - TIE) * longest)
-        order.insert(k, order.pop(k + chosen))
-        if chosen:
-            rows[k : k + chosen + 1] = np.roll(rows[k : k + chosen + 1], 1, axis=0)
-        length, first = left[chosen], float(rest[0, 0])
-        diagonal.append(-length if first > 0.0 else length)
-        factors.append(1.0 / (length * (length + abs(first))))
-        rest[0, 0] = first - diagonal[k]
-        rest[1:] -= np.multiply.outer(rest[1:] @ rest[0], factors[k] * rest[0])
-    return _Factors(rows.tolist(), order, diagonal, factors, lengths.tolist())
+def _least_left(factors: _Factors, matrix: Lists) -> float:
+    """Return the smallest part of a kept row of A that A C^T leaves, beside its other rows."""
+    least = math.inf if factors.rank else 0.0
+    for j, inverse in zip(factors.order, factors.inverse, strict=False):
+        length = math.sqrt(_dot(matrix[j], matrix[j]))
+        least = min(least, factors.scale[j] / abs(inverse) / length) if length else least
+    return least
 
 
-def _dot(first: Iterable[float], second: Iterable[float]) -> float:
-    """Return the product of as many numbers as the shorter one has."""
-    return sum(map(mul, first, second), 0.0)
+def _dot(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return the product of as many numbers as the shorter one has, added from left to right."""
+    total = 0.0
+    for product in map(mul, first, second):
+        total += product
+    return total
 
 
-def _forward(factors: _Factors, right: list[float]) -> list[float]:
-    """Solve R^T y = r over the kept rows."""
-    y = list[float]()
-    for row, value, diagonal in zip(factors.rows, right, factors.diagonal, strict=False):
-        y.append((value - _dot(y, row)) / diagonal)
-    return y
-
-
-def _backward(factors: _Factors, y: list[float]) -> list[float]:
-    """Solve R lambda = y."""
-    rest, multipliers = y, list[float]()
-    for k in reversed(range(factors.rank)):
-        value = rest[k] / factors.diagonal[k]
-        rest = [a - b * value for a, b in zip(rest[:k], factors.rows[k], strict=False)]
-        multipliers.append(value)
-    return multipliers[::-1]
-
-
-def _rotated(factors: _Factors, y: list[float], size: int) -> list[float]:
-    """Return Q (y, 0)."""
-    x = [0.0] * (size - factors.rank)
-    for k in reversed(range(factors.rank)):
-        x, vector = [y[k], *x], factors.rows[k][k:]
-        by = factors.factors[k] * _dot(vector, x)
-        x = [a - by * b for a, b in zip(x, vector, strict=True)]
-    return x
-
-
-def _report(factors: _Factors, right: list[float], y: list[float]) -> list[float]:
-    """Return the report, for right-hand sides in the order of the factors."""
-    rank = factors.rank
-    kept = [factors.lengths[j] for j in factors.order[:rank]]
-    least = min(*map(abs, factors.diagonal), min(kept) / max(kept)) if rank else 0.0
-    largest = max(map(abs, right), default=0.0)
-    beside = zip(right[rank:], factors.rows[rank:], strict=True)
-    residual = max((abs(value - _dot(y, row)) for value, row in beside), default=0.0)
-    return [float(rank), least, residual / largest if largest else 0.0]
+def _subtract(amount: float, vector: list[float], row: list[float]) -> None:
+    """Take `amount` times a vector from the row that begins where it does, and is as long or longer."""
+    row[: len(vector)] = [a - amount * b for a, b in zip(row, vector, strict=False)]

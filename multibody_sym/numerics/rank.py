@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats, row_sums
 from multibody_sym.numerics.elimination import Elimination, blocks, eliminated
 
 ROUNDING: Final = 2e-14
@@ -73,7 +73,7 @@ def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
     empty = largest <= ROUNDING * longest
     largest[empty] = longest or 1.0
     rows = np.where(empty[:, None], 0.0, matrix / largest[:, None])
-    lengths = np.sqrt((rows * rows).sum(axis=1))
+    lengths = np.sqrt(row_sums(rows * rows))
     lengths[empty] = 1.0
     return largest * lengths, rows / lengths[:, None]
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.least_norm import solve, solve_some
+from multibody_sym.numerics.least_norm import solve_lists, solve_some
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
 from multibody_sym.program.statements import (
     Assign,
@@ -68,19 +68,19 @@ def _call(statement: Call, values: _Values) -> None:
 
 
 def _solve(statement: Solve, values: _Values) -> None:
-    columns, most = len(statement.solution), values[statement.most]
-    right = [values[atom] for atom in statement.right]
-    if statement.acting:
+    order, most = statement.order, values[statement.most]
+    right, acting = ([values[atom] for atom in x] for x in (statement.right, statement.acting))
+    if acting:
         matrix, exerted = (
             [{k: values[atom] for k, atom in row} for row in rows] for rows in (statement.matrix, statement.exerted)
         )
-        found = solve_some(matrix, right, columns, most, [values[atom] for atom in statement.acting], exerted)
+        found = solve_some(matrix, right, len(order), most, acting, exerted)
     else:
-        whole = [[values[atom] for atom in row] for row in statement.matrix.lists(columns)]
-        every = solve(np.array(whole, dtype=float).reshape(len(right), columns), np.array(right, dtype=float), most)
-        found = every.solution.tolist(), every.multipliers.tolist(), every.report.tolist()
-    for leaves, result in zip(targets(statement), found, strict=True):
-        values.update(zip(leaves, result, strict=True))
+        whole = [[values[row[k]] for k in order] for row in statement.matrix.lists(len(order))]
+        found = solve_lists(whole, right, len(order), most, statement.spans)
+    solution = [statement.solution[k] for k in order]
+    for leaves, numbers in zip((solution, statement.multipliers, statement.report), found, strict=True):
+        values.update(zip(leaves, numbers, strict=True))
 
 
 def _scan(statement: Scan, values: _Values) -> None:

@@ -15,11 +15,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import ClassVar, Final, Protocol, assert_never
 
 import numpy as np
 
 from multibody_sym.errors import MultibodyError
+from multibody_sym.numerics.least_norm import Span
+from multibody_sym.program.profile import column_order, spans_of
 from multibody_sym.program.progressions import Integers, Progression, Window
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
@@ -177,6 +180,18 @@ class Solve:
     report: tuple[Node, ...]
     acting: tuple[Node, ...] = ()
     exerted: Rows = NO_ROWS
+
+    @cached_property
+    def order(self) -> list[int]:
+        """The columns in the order in which they are eliminated, which every backend keeps."""
+        count = len(self.solution)
+        return list(range(count)) if self.acting else column_order(self.matrix.columns, count)
+
+    @cached_property
+    def spans(self) -> list[Span]:
+        """Where rows in this order may differ from zero; nothing where those that act are found as it runs."""
+        rows = self.matrix.lists(len(self.order))
+        return [] if self.acting else spans_of([[row[k] for k in self.order] for row in rows])
 
 
 @dataclass(frozen=True)

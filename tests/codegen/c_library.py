@@ -10,9 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from c_solve import solve_in_c
 
-from multibody_sym.numerics.least_norm import Solution
 from multibody_sym.program.program import Program
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
@@ -71,10 +69,6 @@ class Library:
         entry.call(_pointers(given), _pointers(found))
         assert all(a[-1] == 777.0 for a in given + found)
         return [a[:-1].reshape(o.shape) for a, o in zip(found, program.outputs, strict=True)]
-
-    def solve(self, matrix: np.ndarray, right: np.ndarray, most: float) -> Solution:
-        """Return what the solve in C returns."""
-        return solve_in_c(self.library, matrix, right, most)
 
 
 def _pointers(arrays: Sequence[np.ndarray]) -> ctypes.Array[DOUBLES]:  # type: ignore[valid-type]

@@ -17,7 +17,6 @@ from random_programs import ARITHMETIC, FUNCTIONS, Maker
 from multibody_sym.codegen import c_function
 from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.selftest import spread_samples
-from multibody_sym.program import interpreter
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, ProgramError
@@ -42,36 +41,27 @@ def assert_same_bits(library: Library, programs: dict[str, Program], makers: dic
                 assert np.array_equal(np.signbit(found[found == 0]), np.signbit(wanted[wanted == 0])), name
 
 
-@pytest.fixture
-def solved_in_c(monkeypatch: pytest.MonkeyPatch):
-    """Let the interpreter solve with the library's own routines, whose sums are rounded in another order."""
-    return lambda library: monkeypatch.setattr(interpreter, "solve", library.solve)
-
-
 @pytest.mark.parametrize("level", ["-O0", pytest.param("-O1", marks=pytest.mark.long), "-O2", "-O3"])
-def test_arithmetic_has_the_bits_of_the_interpreter_at_every_level(tmp_path, solved_in_c, level) -> None:
+def test_arithmetic_has_the_bits_of_the_interpreter_at_every_level(tmp_path, level) -> None:
     programs, makers = batch(1000, ARITHMETIC, count=6)
     library = Library(c_source(programs), tmp_path, level)
-    solved_in_c(library)
     assert_same_bits(library, programs, makers)
 
 
 @pytest.mark.parametrize("longest", [400, 7])
-def test_all_operations_have_the_bits_of_the_interpreter(tmp_path, solved_in_c, monkeypatch, longest) -> None:
+def test_all_operations_have_the_bits_of_the_interpreter(tmp_path, monkeypatch, longest) -> None:
     """-fno-builtin: both sides call the same functions; else the compiler evaluates those of constants by itself."""
     monkeypatch.setattr(c_function, "_LONGEST", longest)
     programs, makers = batch(2000, ARITHMETIC + FUNCTIONS, count=5)
     library = Library(c_source(programs), tmp_path, "-O2", "-fno-builtin")
-    solved_in_c(library)
     assert_same_bits(library, programs, makers)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(10_000, 10_000 + 40 * BATCH, BATCH))
-def test_many_more_have_the_bits_of_the_interpreter(tmp_path, solved_in_c, first) -> None:
+def test_many_more_have_the_bits_of_the_interpreter(tmp_path, first) -> None:
     programs, makers = batch(first, ARITHMETIC + FUNCTIONS)
     library = Library(c_source(programs), tmp_path, "-O2", "-fno-builtin")
-    solved_in_c(library)
     assert_same_bits(library, programs, makers)
 
 

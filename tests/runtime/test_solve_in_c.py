@@ -11,8 +11,8 @@ from hand_models import OSCILLATOR
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from multibody_sym.codegen.profile import column_order, row_spans
 from multibody_sym.numerics.least_norm import solve
+from multibody_sym.program.profile import column_order, spans_of
 from multibody_sym.program.statements import Rows
 from multibody_sym.scalars.node import as_node
 
@@ -158,8 +158,8 @@ def test_what_is_zero_by_structure_may_be_left_out(in_c, seed, size, filled, twi
         matrix[-1] = -3.0 * matrix[0]
     right = matrix @ rng.standard_normal(size)
     nodes = [[as_node(float(x)) for x in row] for row in matrix]
-    order = column_order(Rows.of(nodes), size)
-    spans = row_spans([[row[k] for k in order] for row in nodes])
+    order = column_order(Rows.of(nodes).columns, size)
+    spans = spans_of([[row[k] for k in order] for row in nodes])
     x, multipliers, report = in_c(matrix[:, order], right, spans=spans)
     wanted = solve(matrix, right)
     assert report[0] == wanted.report[0]
