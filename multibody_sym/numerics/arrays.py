@@ -18,5 +18,5 @@ UNDEFINED: Final = (ValueError, ArithmeticError)
 
 def row_sums(values: Floats) -> Floats:
     """Return the sum of each row, its elements added from left to right as C does; NumPy's `sum` adds in parts."""
-    zeros = np.zeros((len(values), 1))
-    return np.asarray(np.add.accumulate(np.hstack([zeros, values]), axis=1)[:, -1], dtype=float)
+    sums: Floats = values.cumsum(axis=1)[:, -1] + 0.0 if values.shape[1] else np.zeros(len(values))
+    return sums
