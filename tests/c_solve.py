@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from multibody_sym.numerics.least_norm import Solution, Span
+from multibody_sym.numerics.least_norm import Solution, Span, row_spans
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 GUARD = 12345.0
@@ -46,7 +46,7 @@ def solve_in_c(
 ) -> Solution:
     """Return what mbs_factorise and mbs_substitute return; no array is written beyond its end."""
     s, n = matrix.shape
-    spans = [Span(0, n, 0, n)] * s if spans is None else spans
+    spans = row_spans(matrix.tolist()) if spans is None else spans
     inside = [matrix[k, span.first : span.end] for k, span in enumerate(spans)]
     table = (CSpan * max(1, s))(*[CSpan(x.first, x.end, x.low, x.high) for x in spans])
     pattern = ctypes.byref(CPattern(s, n, table))
@@ -97,6 +97,13 @@ def _sparse(matrix: np.ndarray) -> tuple[object, object]:
     rows = CRows(s, n, (ctypes.c_int * len(begins))(*begins), (ctypes.c_int * max(1, len(flat)))(*flat))
     elements = [float(x) for row, each in zip(matrix, places, strict=True) for x in row[each]]
     return ctypes.byref(rows), (ctypes.c_double * max(1, len(elements)))(*elements)
+
+
+def assert_same_bits(found: Solution, wanted: Solution) -> None:
+    """Assert that all numbers are the same, zeros with their signs, nan wherever it stands."""
+    for a, b in zip(vars(found).values(), vars(wanted).values(), strict=True):
+        np.testing.assert_array_equal(a, b)
+        np.testing.assert_array_equal(np.signbit(a[a == 0.0]), np.signbit(b[b == 0.0]))
 
 
 def _pointer(array: np.ndarray) -> ctypes._Pointer[ctypes.c_double]:
