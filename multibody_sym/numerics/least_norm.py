@@ -232,10 +232,15 @@ def _reported(
     least = min((report[1] for report in reports if report[0]), default=0.0)
     if len(reports) == 1:
         return [rank, least, reports[0][2]]
-    largest = list[float]()
+    if not any(report[2] for report in reports):
+        return [float(rank), least, 0.0]
+    lengths = dict[int, float]()
     for places, names in islands:
-        lists = {j: [rows[j].get(k, 0.0) for k in names] for j in places if right[j]}
-        largest.append(max((abs(right[j]) / math.sqrt(_dot(x, x)) for j, x in lists.items()), default=0.0))
+        for j in places:
+            row = [rows[j].get(k, 0.0) for k in names]
+            lengths[j] = math.sqrt(_dot(row, row))
+    longest = max(lengths.values()) or 1.0
+    largest = [max(abs(right[j]) / (lengths[j] or longest) for j in places) for places, _ in islands]
     left = max((report[2] * size for report, size in zip(reports, largest, strict=True)), default=0.0)
     return [float(rank), least, left / max(largest) if left else 0.0]
 

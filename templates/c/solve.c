@@ -537,31 +537,38 @@ static void substitute_island(const island *s, double *report)
     }
 }
 
-/* The largest right side of the rows, these taken as of length one. */
-static double largest_right(const island *s)
+/* The length of row r of an island, whose elements begin at *row; that moves on behind them. */
+static double length_of(const island *s, int r, const double **row)
 {
-    double largest = 0.0;
-    const double *row = s->matrix;
-    for (int r = 0; r < s->pattern.rows; ++r) {
-        int count = *s->kind == OWN ? s->pattern.spans[r].end - s->pattern.spans[r].first : s->pattern.columns;
-        if (s->right[r] != 0.0)
-            largest = fmax(largest, fabs(s->right[r]) / sqrt(mbs_dot(count, row, row)));
-        row += count;
-    }
-    return largest;
+    const mbs_span *span = s->pattern.spans + r;
+    int count = *s->kind == OWN ? span->end - span->first : s->pattern.columns;
+    double length = sqrt(mbs_dot(count, *row, *row));
+    *row += count;
+    return length;
 }
 
-/* The largest residual of all islands, relative to the largest right side. */
+/* The largest residual of all islands relative to the largest right side, rows taken as of length one: those of length
+   zero count as of the longest one's. */
 static double residual_of_all(double *factors, mbs_span *spans, int rubs)
 {
-    double *space = factors + 1, left = 0.0, largest = 0.0;
-    for (int number = 0; number < factors[0]; ++number) {
-        island s = island_at(space, spans, rubs);
-        double own = largest_right(&s);
-        left = fmax(left, *s.residual * own);
-        largest = fmax(largest, own);
-        space = s.end;
-        spans += s.pattern.rows;
+    double longest = 0.0, left = 0.0, largest = 0.0;
+    for (int pass = 0; pass < 2; ++pass) {
+        double *space = factors + 1;
+        mbs_span *first = spans;
+        for (int number = 0; number < factors[0]; ++number) {
+            island s = island_at(space, first, rubs);
+            const double *row = s.matrix;
+            double most = 0.0;
+            for (int r = 0; r < s.pattern.rows; ++r) {
+                double length = length_of(&s, r, &row);
+                longest = pass ? longest : fmax(longest, length);
+                most = pass ? fmax(most, fabs(s.right[r]) / (length > 0.0 ? length : longest > 0.0 ? longest : 1.0)) : 0.0;
+            }
+            left = fmax(left, *s.residual * most);
+            largest = fmax(largest, most);
+            space = s.end;
+            first += s.pattern.rows;
+        }
     }
     return left / largest;
 }
