@@ -1,4 +1,4 @@
-"""The Python target: Programs as a Python module, for where there is no C compiler; same results, many times slower."""
+"""The Python target: Programs as a Python module, for where there is no C compiler; same bits, many times slower."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The integration loop of runtime.c in Python: the same steps and, to round-off, the same trajectory."""
+"""The integration loop of runtime.c in Python: the same steps and, to the bit, the same trajectory."""
 
 from __future__ import annotations
 
