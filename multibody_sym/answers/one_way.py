@@ -32,11 +32,6 @@ class Acting(OneWayForces):
         """All tensions of ropes, by what they are asked by."""
         return Instant(self.motion, self.udot, self.multipliers).tensions
 
-    def begins(self, part: FrictionPart) -> list[S]:
-        """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""
-        starts = next((sliding.starts for _, sliding in self.slidings(part)), None)
-        return [] if starts is None else self.motion.state.values(starts)
-
     @property
     def beyond(self) -> str:
         """What the forces (floats) would do that the mode does not allow, by element; empty where they may be so."""

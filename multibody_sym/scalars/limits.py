@@ -1,7 +1,7 @@
 """What contacts and friction allow, over any scalar: numbers, Nodes, exact quotients, expressions of sympy.
 
     presses        N = sum of |n|, or the length of these normal forces as a vector
-    sticks         |F| <= static N
+    sticks         static N - |F| >= 0
     slides         F = -kinetic N v/|v|
     creeps         F = -kinetic N v / sqrt(v . v + least^2), as with a coefficient that vanishes with the speed
     grips          T1 <= k T2 on a rough wheel, with k = exp(mu wrap)
@@ -12,11 +12,17 @@ A rope's friction on a wheel is T1 - T2 over N, the mean of both, so that its co
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Literal
 
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S
+
+Kind = Literal["force", "gap", "cone", "slip", "side"]
+"""What must not be negative: a normal force; the distance of what is apart; what friction that sticks leaves of its
+cone; slip along the way that it takes; a reaction towards the side on which it presses."""
+OF_FORCES: Final[tuple[Kind, ...]] = ("force", "cone", "side")
+"""The kinds that are measured by forces; the others are by motion."""
 
 _BOUNDLESS: Final = 1e-17
 """What stands for 2 - coefficient over floats where k is beyond 1e16, and that rounds to 0."""
@@ -40,6 +46,21 @@ def pressing(forces: Sequence[S], sides: Sequence[int], *, norm: bool = False) -
 def most(static: S, N: S) -> S:
     """Return how large friction can be."""
     return static * N
+
+
+def room(static: S, N: S, friction: Sequence[S]) -> S:
+    """Return by how much friction along its rows is below that, negative beyond it."""
+    return most(static, N) - length(friction)
+
+
+def towards(side: S, force: S) -> S:
+    """Return a reaction towards the side on which it presses, minus its size where it presses on none (0) yet."""
+    return side * force - (1 - side * side) * absolute(force)
+
+
+def along(way: Sequence[S], rates: Sequence[S]) -> S:
+    """Return the rate along a direction of the rates along rows."""
+    return sum(x * rate for x, rate in zip(way, rates, strict=True))
 
 
 def sliding(kinetic: S, velocity: Sequence[S], speed: S = 1) -> list[S]:

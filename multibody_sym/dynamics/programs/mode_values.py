@@ -9,11 +9,12 @@ from typing import Final
 from multibody_sym.dynamics.programs.switching import SwitchingValues
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.relative import STARTING
-from multibody_sym.model.mechanism.every_mode import ModeNodes, friction_parts, has_end, has_rim, sided
+from multibody_sym.model.mechanism.every_mode import ModeNodes, friction_parts, has_end, has_rim
+from multibody_sym.model.mechanism.limits import sided
 from multibody_sym.model.mechanism.one_way import FrictionPart
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, where
-from multibody_sym.scalars.limits import length, sliding
+from multibody_sym.scalars.functions import where
+from multibody_sym.scalars.limits import along, length, sliding, towards
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
 from multibody_sym.scalars.vectors import S
 
@@ -66,7 +67,7 @@ class ModeValues:
                 for k in sided(element):
                     row = element.normals[k]
                     side, force = self.modes.side(element, row), values.multiplier(row.name)
-                    found[f"turns {row.name}"] = (1 - side * side) * absolute(force) - side * force
+                    found[f"turns {row.name}"] = -towards(side, force)
                 continue
             found[f"normal {element.name}"] = chosen(
                 self.modes.acts(normal), values.opens(normal), values.closes(normal)
@@ -78,12 +79,12 @@ class ModeValues:
         for element, part in friction_parts(self.motion.mechanism):
             speeds = [as_node(values.row(row).phidot) for row in part.rows]
             slip, way = self.modes.slip(part), f"slip {part.name}"
-            held = values.slips(element, part)
+            held = -values.room(element, part)
             if len(part.rows) == 1:
                 found[way] = chosen(slip * slip, -slip * speeds[0], held)
                 continue
             found[way] = chosen(slip, -length(self._slip_velocity(part, speeds)), held)
-            onward = sum((v * x for v, x in zip(speeds, self.modes.direction(part), strict=True)), ZERO)
+            onward = along(self.modes.direction(part), speeds)
             found |= {f"onward {part.name}": onward, f"back {part.name}": -onward}
         return found
 

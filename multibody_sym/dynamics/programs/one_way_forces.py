@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from operator import add
 
@@ -13,6 +13,7 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import RowMotion, coefficients, friction_factors, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, is_point
 from multibody_sym.model.mechanism.every_mode import ModeNodes
+from multibody_sym.model.mechanism.limits import Limit
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
     ACTIVE,
@@ -121,7 +122,26 @@ class OneWayForces:
 
     def room(self, element: OneWay, part: FrictionPart) -> S:
         """Return by how much the friction of a part is below that, negative beyond it."""
-        return self.most(element, part) - limits.length(self.friction(part))
+        return limits.room(self._static(part), self.pressing(element, part), self.friction(part))
+
+    def value(self, limit: Limit, rate: Callable[[Row], S]) -> S:
+        """Return what must not be negative, where rows move at a `rate`."""
+        element, part = limit.element, limit.part
+        normal = element.normals[limit.normal]
+        if limit.kind == "gap":
+            return rate(normal)
+        if limit.kind == "force":
+            return self.multiplier(normal.name)
+        if part is None:
+            return limits.towards(side_of(self.mechanism, element, normal), self.multiplier(normal.name))
+        if limit.kind == "cone":
+            return self.room(element, part)
+        return limits.along(self.begins(part) or [slip_of(self.mechanism, part)], [rate(row) for row in part.rows])
+
+    def begins(self, part: FrictionPart) -> list[S]:
+        """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""
+        starts = next((sliding.starts for _, sliding in self.slidings(part)), None)
+        return [] if starts is None else self.motion.state.values(starts)
 
     def tension_ratio(self, part: FrictionPart) -> S:
         """Return how many times one tension of a rope on a rough wheel the other one can be."""

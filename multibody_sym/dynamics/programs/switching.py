@@ -20,7 +20,7 @@ to rest where its friction has no direction, so that they keep steps short.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from typing import Final, Literal
 
@@ -29,38 +29,38 @@ from multibody_sym.kinematics.contacts import gap, reach
 from multibody_sym.kinematics.flat_rims import flattened
 from multibody_sym.kinematics.relative import separation, slip_velocity
 from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.every_mode import has_end, has_rim, sided
+from multibody_sym.model.mechanism.every_mode import has_end, has_rim
+from multibody_sym.model.mechanism.limits import Limit, limits_in
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, minimum
-from multibody_sym.scalars.limits import length
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.functions import minimum
+from multibody_sym.scalars.limits import OF_FORCES, Kind, along, length
 from multibody_sym.scalars.vectors import S, dot
 
 Ends = Literal[
     "closes", "opens", "leaves", "lies flat", "turns", "slips", "stops", "stops in space", "moves on", "turns back"
 ]  # fmt: skip
 
+ENDS: Final[Mapping[Kind, Ends]] = {
+    "force": "opens", "gap": "closes", "side": "turns", "cone": "slips", "slip": "stops"
+}  # fmt: skip
 _STILL: Final = 1e-6
 """The rate (1/s) of r . v / r^2 below which a corner that lies on another body does not move but for rounding."""
 _TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other side", "stops in space": "stops"}
 
 
 @dataclass(frozen=True)
-class Switching:
-    """A switching function: what ends, of which element, and of which of its friction parts or normals."""
+class Switching(Limit):
+    """A switching function: what ends where a limit is passed, or near it."""
 
-    ends: Ends
-    element: OneWay
-    part: FrictionPart | None = None
-    normal: int = 0
+    ends: Ends = "opens"
 
     @property
     def limits(self) -> bool:
         """Whether it is one of forces."""
-        return self.ends in ("opens", "turns", "slips")
+        return self.kind in OF_FORCES
 
     @property
     def shortens(self) -> bool:
@@ -77,36 +77,23 @@ def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
     """Return the switching functions of a mechanism in a mode, those that keep steps short first; none without one."""
     if mechanism.mode is None:
         return ()
-    found = [one for element in mechanism.one_way for one in _of(mechanism, element)]
+    found = [one for element in mechanism.one_way for one in _of(mechanism.mode, element)]
     return tuple(sorted(found, key=lambda one: not one.shortens))
 
 
-def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
-    assert mechanism.mode is not None
-    sides, slips = mechanism.mode.sides, mechanism.mode.slips
-    if element.unilateral:
-        active, idle = sides.get(element.name, INACTIVE) != INACTIVE, element.name in mechanism.mode.idle
-        if idle and not active:  # it takes no part
-            return
-        yield Switching("opens" if active and not idle else "closes", element)
-        if idle or not active:
-            return
-        if has_end(element):
-            yield Switching("leaves", element)
-        if has_rim(element):
-            yield Switching("lies flat", element)
-    yield from (Switching("turns", element, normal=k) for k in sided(element) if not element.unilateral)
-    rubbing = [part for part in element.frictions if part.static is not ZERO or part.enough]
-    if not element.unilateral and sides.get(element.name, INACTIVE) == INACTIVE:
+def _of(mode: Mode, element: OneWay) -> Iterator[Switching]:
+    if element.unilateral and element.name in mode.idle and not mode.sides.get(element.name):  # it takes no part
         return
-    for part in (part for part in rubbing if part.regularised is None):
-        if slips.get(part.name, STICKS) != STICKS:
-            yield Switching("stops" if len(part.rows) == 1 else "stops in space", element, part)
-            if part.name in mechanism.mode.directions:
-                yield Switching("moves on", element, part)
-                yield Switching("turns back", element, part)
-        elif not part.enough and part.name not in mechanism.mode.carried:
-            yield Switching("slips", element, part)
+    for limit in limits_in(mode, element):
+        part = limit.part
+        in_space = part is not None and limit.kind == "slip" and len(part.rows) > 1
+        yield Switching(**vars(limit), ends="stops in space" if in_space else ENDS[limit.kind])
+        if limit.kind == "force" and has_end(element):
+            yield Switching("gap", element, ends="leaves")
+        if limit.kind == "force" and has_rim(element):
+            yield Switching("gap", element, ends="lies flat")
+        if in_space and part is not None and part.name in mode.directions:
+            yield from (Switching("slip", element, part, ends=ends) for ends in ("moves on", "turns back"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,18 +105,13 @@ class SwitchingValues(OneWayForces):
         return [self._value(one) for one in functions]
 
     def _value(self, one: Switching) -> S:
-        mechanism, element, normal = self.motion.mechanism, one.element, one.element.normals
-        assert mechanism.mode is not None
-        of_normal = {"closes": self.closes, "leaves": self.leaves, "opens": self.opens, "lies flat": self.lies_flat}
+        of_normal = {"closes": self.closes, "leaves": self.leaves, "lies flat": self.lies_flat}
         if one.ends in of_normal:
-            return of_normal[one.ends](normal[0])
-        if one.ends == "turns":
-            side, force = self.side(element, normal[one.normal]), self.multiplier(normal[one.normal].name)
-            return -side * force if side else absolute(force)
-        assert one.part is not None
-        if one.ends == "slips":
-            return self.slips(element, one.part)
-        return self._of_slip(one.ends, one.part, mechanism.mode.slips[one.part.name])
+            return of_normal[one.ends](one.element.normals[one.normal])
+        if one.ends in ("moves on", "turns back", "stops in space"):
+            assert one.part is not None
+            return self._in_space(one.ends, one.part)
+        return -self.value(one, lambda row: self.row(row).phidot)
 
     def side(self, element: OneWay, normal: Row) -> int:
         """Return the sign of the force of a normal row, 0 where it has none yet: it may press either way."""
@@ -157,21 +139,12 @@ class SwitchingValues(OneWayForces):
         """Return what becomes positive where a row that acts would have to pull, or to push."""
         return -self.multiplier(row.name)
 
-    def slips(self, element: OneWay, part: FrictionPart) -> S:
-        """Return what becomes positive where a part that sticks exceeds its static limit."""
-        return -self.room(element, part)
-
-    def _of_slip(self, ends: Ends, part: FrictionPart, sense: int) -> S:
+    def _in_space(self, ends: Ends, part: FrictionPart) -> S:
         speeds = [self.row(row).phidot for row in part.rows]
-        sliding = next((sliding for _, sliding in self.slidings(part)), None)
-        if ends in ("moves on", "turns back"):
-            assert sliding is not None
-            assert sliding.starts is not None
-            ways = zip(speeds, self.motion.state.values(sliding.starts), strict=True)
-            return (1 if ends == "moves on" else -1) * sum(v * way for v, way in ways)
-        if ends == "stops":
-            return -sense * speeds[0]
-        return -length(speeds if sliding is None else slip_velocity(sliding, speeds, self.motion))
+        if ends == "stops in space":
+            sliding = next((sliding for _, sliding in self.slidings(part)), None)
+            return -length(speeds if sliding is None else slip_velocity(sliding, speeds, self.motion))
+        return (1 if ends == "moves on" else -1) * along(self.begins(part), speeds)
 
     def _reach(self, row: Row) -> list[S]:
         return reach(row, self.motion) if isinstance(row, ContactRow) else []

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Tip
+from multibody_sym.model.mechanism.limits import sided
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import direction_names, in_mode, share_name, way_name
 from multibody_sym.model.mechanism.one_way import INACTIVE, FrictionPart, Mode, OneWay
@@ -20,7 +21,7 @@ from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.least_norm import PLAIN
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ONE, ZERO, Node, slot
+from multibody_sym.scalars.node import ONE, Node, slot
 
 MODES: Final = "modes"
 """The array of these numbers."""
@@ -77,12 +78,6 @@ def functions(mechanism: Mechanism) -> Iterator[str]:
         if len(part.rows) > 1:
             yield f"onward {part.name}"
             yield f"back {part.name}"
-
-
-def sided(element: OneWay) -> list[int]:
-    """Return which normals of an element whose reactions are of either sign press by their size, each alone."""
-    parts = [part for part in element.frictions if part.static is not ZERO and not (part.enough or part.norm)]
-    return [k for k in range(len(element.normals)) if any(k in part.normals for part in parts)]
 
 
 def may_share(mechanism: Mechanism) -> bool:
