@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.dynamics.programs.one_way_forces import is_active, side_of, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, side_of, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import force_name
@@ -25,6 +25,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
+from multibody_sym.model.mechanism.limits import Limit, limits_in
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.one_way import (
@@ -74,30 +75,38 @@ class Inequality:
 
 def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
     """Yield the inequalities of the mode of a solved start over Nodes, at this instant or one with other forces."""
-    mechanism, touching, moving = acting.mechanism, solved.decided.touching, solved.decided.moving
-    for element in mechanism.one_way:
-        if element.unilateral:
-            yield from _normal(acting, element, touching)
-        else:
-            yield from _sides(acting, element)
-        for part in element.frictions if is_active(mechanism, element) else ():
-            if part.rubs:
-                yield from _friction(acting, element, part, part.name in moving)
+    for element in acting.mechanism.one_way:
+        for limit in limits_in(mode_of(acting.mechanism), element):
+            if limit.part is None:
+                yield from _of_normal(acting, limit, solved.decided.touching)
+            elif limit.kind == "slip":
+                yield from _slipping(acting, limit, limit.part, limit.part.name in solved.decided.moving)
+            elif isinstance(limit.part.rows[0], RopeSlipRow):
+                yield from _gripping(acting, limit.part, limit.part.rows[0])
+            else:
+                yield _sticking(acting, element, limit.part)
     yield from _groups(acting)
     yield from _between_corners(acting, Acting.at(solved.numbers))
     yield from _taut_ropes(acting)
 
 
-def _normal(acting: Acting, element: OneWay, touching: Collection[str]) -> Iterator[Inequality]:
-    name, (force, fails) = element.name, _PRESSES[element.kind]
-    rows = (element.normals[0].name,)
-    if is_active(acting.mechanism, element):
-        told = f"{force_name(name, force)} >= 0"
-        yield Inequality("least", _nodes(acting.normal(element)), told, f"{name} {fails}", rows)
-    elif name in touching:
-        opening = acting.acceleration(element.normals[0])
-        told = f"{name} opens: its gap's acceleration >= 0"
-        yield Inequality("least", _nodes(opening), told, _begun(element), rows)
+def _of_normal(acting: Acting, limit: Limit, touching: Collection[str]) -> Iterator[Inequality]:
+    """Yield that a force presses, that what touches opens, or on which side a reaction presses that rubs."""
+    name, row = limit.element.name, limit.element.normals[limit.normal]
+    if limit.kind == "force":
+        force, fails = _PRESSES[limit.element.kind]
+        told, broken = f"{force_name(name, force)} >= 0", f"{name} {fails}"
+    elif limit.kind == "gap":
+        if name not in touching:
+            return
+        told, broken = f"{name} opens: its gap's acceleration >= 0", _begun(limit.element)
+    else:
+        side = side_of(acting.mechanism, limit.element, row)
+        if not side:
+            return
+        told = f"{force_name(row.name, 'multiplier')} {'>=' if side > 0 else '<='} 0"
+        broken = f"{name} presses on the other side"
+    yield Inequality("least", _nodes(acting.value(limit, acting.acceleration)), told, broken, (row.name,))
 
 
 def _begun(element: OneWay) -> str:
@@ -107,35 +116,18 @@ def _begun(element: OneWay) -> str:
     return f"{element.name} {'becomes ' if element.kind == 'rope' else ''}{element.words[0]}"
 
 
-def _sides(acting: Acting, element: OneWay) -> Iterator[Inequality]:
-    """Yield on which side each reaction presses that rubs, but for those that press with the length of a vector."""
-    alone = {k for part in element.frictions if not part.norm or len(element.normals) == 1 for k in part.normals}
-    for row in (element.normals[k] for k in sorted(alone)):
-        side = side_of(acting.mechanism, element, row)
-        if side:
-            force = acting.multiplier(row.name)
-            told = f"{force_name(row.name, 'multiplier')} {'>=' if side > 0 else '<='} 0"
-            broken = f"{element.name} presses on the other side"
-            yield Inequality("least", _nodes(force if side > 0 else -force), told, broken, (row.name,))
-
-
-def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
-    name, rows = part.name, tuple(row.name for row in part.rows)
-    slip = slip_of(acting.mechanism, part)
-    if slip == STICKS:
-        if isinstance(part.rows[0], RopeSlipRow):
-            yield from _gripping(acting, part, part.rows[0])
-        elif not part.enough:
-            yield _sticking(acting, element, part, rows)
-    elif slip == ALONG_VELOCITY and not moves and acting.begins(part):
-        told = f"{name} slides: its acceleration along its direction > 0"
-        yield Inequality("more", _nodes(acting.starting(part)), told, f"{name} does not slide", rows)
-    elif slip != ALONG_VELOCITY:
-        rate = acting.row(part.rows[0]).phidot if moves else acting.acceleration(part.rows[0])
-        what = "velocity" if moves else "acceleration"
+def _slipping(acting: Acting, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
+    name, slip = part.name, slip_of(acting.mechanism, part)
+    what = "velocity" if moves else "acceleration"
+    if slip != ALONG_VELOCITY:
         told = f"{name} slides: its {what} along the tangent {'>' if slip > 0 else '<'} 0"
         broken = f"{name} does not slide {WAYS['+' if slip > 0 else '-']}"
-        yield Inequality("more", _nodes(rate if slip > 0 else -rate), told, broken, rows)
+    elif moves or not acting.begins(part):
+        return
+    else:
+        told, broken = f"{name} slides: its {what} along its direction > 0", f"{name} does not slide"
+    rate = acting.value(limit, (lambda row: acting.row(row).phidot) if moves else acting.acceleration)
+    yield Inequality("more", _nodes(rate), told, broken, tuple(row.name for row in part.rows))
 
 
 def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
@@ -156,12 +148,13 @@ def _asked(rope: str) -> str:
     return text(quantity("tension", (rope,)))
 
 
-def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[str, ...]) -> Inequality:
+def _sticking(acting: Acting, element: OneWay, part: FrictionPart) -> Inequality:
     (static,) = coefficients(acting.motion, part.rows, [part.static])
     if element.unilateral:
         told = _limited(element.name, component_names(element, part), static)
     else:
         told = _limited(part.name, components_of(part, FRICTION), static)
+    rows = tuple(row.name for row in part.rows)
     return _cone(acting.friction(part), acting.most(element, part), told, part.name, rows)
 
 
@@ -320,8 +313,9 @@ def slipping(solved: Solved) -> Iterator[Condition]:
     try:
         other = closed_forms(static, solved.symbolic)
         instant = Instant(motion_of(static, solved.symbolic.state), *unknowns(static))
+        acting = Acting.at(instant)
         for part in starting:
-            rate = as_node(Acting.at(instant).starting(part))
+            rate = as_node(acting.forward(part, acting.acceleration))
             (here,) = forms.of([book_form(other.of([rate])[0])])
             yield Condition(here, True, f"{part.name} sticks")
     except NoClosedFormError as reason:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, is_active, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, mode_of
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart
+from multibody_sym.model.mechanism.limits import limits_in
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S
@@ -36,13 +36,11 @@ class Acting(OneWayForces):
     def beyond(self) -> str:
         """What the forces (floats) would do that the mode does not allow, by element; empty where they may be so."""
         least = _ROUNDING * max((abs(float(x)) for x in self.multipliers), default=0.0)
-        for element in (x for x in self.mechanism.one_way if is_active(self.mechanism, x)):
-            if element.unilateral and float(self.normal(element)) < -least:
-                return f"{element.name} would pull" if element.kind != "rope" else f"{element.name} would push"
-            for part in element.frictions:
-                sticks = not part.enough and slip_of(self.mechanism, part) == STICKS
-                if sticks and float(self.room(element, part)) < -least:
-                    return f"{part.name} would need more friction than there is"
+        for limit in (x for element in self.mechanism.one_way for x in limits_in(mode_of(self.mechanism), element)):
+            if limit.kind in ("force", "cone") and float(self.value(limit, self.acceleration)) < -least:
+                if limit.part is not None:
+                    return f"{limit.part.name} would need more friction than there is"
+                return f"{limit.element.name} would {'push' if limit.element.kind == 'rope' else 'pull'}"
         return ""
 
     # --- motion ---------------------------------------------------------------------------------------------------
@@ -51,9 +49,3 @@ class Acting(OneWayForces):
         """Return H udot - gamma of a row: how fast it opens or slips faster."""
         moved = self.row(row)
         return sum((h * a for h, a in zip(moved.jacobian, self.udot, strict=True)), -moved.gamma)
-
-    def starting(self, part: FrictionPart) -> S:
-        """Return how fast what begins to slide does so faster, the way that it slides."""
-        slip, direction = slip_of(self.mechanism, part), self.begins(part)
-        rates = [self.acceleration(row) for row in part.rows]
-        return sum((d * a for d, a in zip(direction, rates, strict=True)), 0) if direction else slip * rates[0]

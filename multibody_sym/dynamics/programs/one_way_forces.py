@@ -134,8 +134,10 @@ class OneWayForces:
             return self.multiplier(normal.name)
         if part is None:
             return limits.towards(side_of(self.mechanism, element, normal), self.multiplier(normal.name))
-        if limit.kind == "cone":
-            return self.room(element, part)
+        return self.room(element, part) if limit.kind == "cone" else self.forward(part, rate)
+
+    def forward(self, part: FrictionPart, rate: Callable[[Row], S]) -> S:
+        """Return how fast a part slips the way that it does, or begins to in space, where rows move at a `rate`."""
         return limits.along(self.begins(part) or [slip_of(self.mechanism, part)], [rate(row) for row in part.rows])
 
     def begins(self, part: FrictionPart) -> list[S]:
