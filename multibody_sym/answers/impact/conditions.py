@@ -67,10 +67,10 @@ class _Mode:
         """The speeds of all rows as they strike, after what is given has pushed."""
         return {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()} | self.course.striking
 
-    def most(self, element: OneWay, part: FrictionPart) -> S:
-        """Return how large the impulse of friction can be while a part sticks."""
+    def pressed(self, element: OneWay, part: FrictionPart) -> tuple[S, S]:
+        """Return the coefficient of a part that sticks, and the impulse that presses it."""
         (static,) = coefficients(self.nodes.before, part.rows, [part.static])
-        return limits.most(static, pressing(self.nodes, element, part, self.rows.sides))
+        return static, pressing(self.nodes, element, part, self.rows.sides)
 
     def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
         """Return the speeds of opening by the names of elements."""
@@ -100,7 +100,7 @@ def _needed(mode: _Mode) -> Iterator[Needed]:
     for element in mode.rows.rough:
         if not any(part.norm for part in element.frictions):
             for row in element.normals:
-                pressed = mode.rows.sides[row.name] * row_impulses(mode.nodes, [row.name])[0]
+                pressed = limits.towards(mode.rows.sides[row.name], *row_impulses(mode.nodes, [row.name]))
                 yield Needed(as_node(pressed), f"{element.name} is pressed from the other side")
         for part in rubbing(element):
             yield from _of_friction(mode, element, part)
@@ -118,7 +118,7 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[N
         yield from _slipping(mode, element, part, slip)
     elif not part.enough:
         (along,) = row_impulses(mode.nodes, [row])
-        yield Needed(as_node(along), f"{part.name} slips", limit=as_node(mode.most(element, part)))
+        yield Needed(as_node(along), f"{part.name} slips", limit=as_node(limits.most(*mode.pressed(element, part))))
 
 
 def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> Iterator[Needed]:
@@ -141,4 +141,4 @@ def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Need
     """Yield that what sticks in the end stays within its cone."""
     if not part.enough and mode.rows.slips.get(part.name, 0) == 0:
         along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
-        yield Needed(as_node(mode.most(element, part) - along), f"{part.name} slips")
+        yield Needed(as_node(limits.room(*mode.pressed(element, part), [along])), f"{part.name} slips")

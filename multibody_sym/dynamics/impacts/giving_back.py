@@ -16,7 +16,7 @@ from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
 from multibody_sym.dynamics.impacts.elimination import moved_by
 from multibody_sym.dynamics.laws.problem import Friction
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.limits import most, pressing
+from multibody_sym.scalars.limits import pressing, room
 
 
 def give_back(account: Account, closed: Collection[int], before: Account) -> None:
@@ -29,10 +29,11 @@ def give_back(account: Account, closed: Collection[int], before: Account) -> Non
     for k in parts:
         own, normals = _rows(some, k)
         part, size = some.problem.parts[k], float(np.linalg.norm(z[own]))
-        room = math.inf if part.enough else most(part.static, pressing(z[normals].tolist(), [1] * len(normals))) - size
+        N = pressing(z[normals].tolist(), [1] * len(normals))
         if size > 0.0:
             back = account.problem.given_back(some.parts[k]) * size
-            stored[own] = z[own] * max(min(back, room), 0.0) / size
+            left = math.inf if part.enough else room(part.static, N, [size])
+            stored[own] = z[own] * max(min(back, left), 0.0) / size
     if not stored.any():
         return
     own = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction)]

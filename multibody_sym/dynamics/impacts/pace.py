@@ -20,7 +20,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.limits import most, sliding
+from multibody_sym.scalars.limits import room, sliding
 
 AT_REST = 1e-12
 """Part of the largest speed below which v_t is rounding."""
@@ -55,7 +55,7 @@ def _tangential(K: Floats, part: FrictionLaw, v: Floats, small: float) -> tuple[
     speed = float(np.linalg.norm(v))
     if not speed > small:
         held = least_squares(K[1:, 1:], -K[1:, 0])
-        if part.enough or float(np.linalg.norm(held)) <= most(part.static, 1.0 + AT_REST):
+        if part.enough or room(part.static, 1.0 + AT_REST, [float(np.linalg.norm(held))]) >= 0.0:
             return held, STICKS
         v = np.sign(K[1, :1]) if len(v) == 1 else departing(K, part.kinetic)
         speed = 1.0

@@ -218,7 +218,7 @@ class _Stopping:
             return ended(contact.slipping(s))
 
         return self.choose(
-            limits.most(contact.static, ktt) - absolute(knt),
+            limits.room(contact.static, ktt, [knt]),
             lambda: self._stuck(*ended(contact.held), stop),
             lambda: self.choose(
                 knt, lambda: back(1), lambda: back(-1), broken=("it slips back the other way",) * 2
@@ -265,7 +265,7 @@ class _Stopping:
             return p, along
         returned: S = contact.returned
         size = absolute(along)
-        room = limits.most(contact.static, p) - size
+        room = limits.room(contact.static, p, [along])
         most = sqrt(limits.most(contact.kinetic, stop) * absolute(contact.v[1]) / contact.K[2])
 
         def limited(back: S) -> Pair:

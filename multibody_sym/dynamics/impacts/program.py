@@ -33,7 +33,7 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import where
 from multibody_sym.scalars.functions import absolute
-from multibody_sym.scalars.limits import length, most
+from multibody_sym.scalars.limits import room
 from multibody_sym.scalars.node import ZERO, Node, as_node, less
 from multibody_sym.scalars.vectors import S
 
@@ -117,8 +117,8 @@ class StruckMode:
                 yield "speed", f"{part.name} rests", -sum((absolute(x) for x in after_all), ZERO)
             elif not part.enough and element.unilateral and part.normals == (0,):
                 static: S = coefficients(motion, part.rows, [part.static])[0] if motion else part.static
-                size, N = length([impulses.get(name, ZERO) for name in names]), impulses.get(normal, ZERO)
-                yield "impulse", f"{part.name} sticks", most(static, N) - size
+                along, N = [impulses.get(name, ZERO) for name in names], impulses.get(normal, ZERO)
+                yield "impulse", f"{part.name} sticks", room(static, N, along)
 
     def wanted(self, before: Motion, pushed: Motion) -> dict[int, S]:
         """Return the jumps of rows: normal speeds are reversed, what sticks or begins stops, motions jump as given.
