@@ -17,9 +17,10 @@ import numpy as np
 from multibody_sym.dynamics.laws.on_a_line import may_hold
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.reduction import Reduced
-from multibody_sym.dynamics.laws.scaled import Flags, Kind, Limits, Modes, Part, Places, Scaled, limits_of
+from multibody_sym.dynamics.laws.scaled import Flags, Limits, Modes, Part, Places, Scaled, limits_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import OF_FORCES, Kind
 
 MOST: Final = 10_000
 LOOSE: Final = 1e-6
@@ -264,7 +265,7 @@ def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _T
     limits, force = list(limits_of(problem, modes, mu, z, a)), loose * np.abs(z).max(axis=1, initial=0.0)
     gap = loose * (np.abs(a).max(axis=1, initial=0.0) + np.abs(problem.r).max(initial=0.0)) + loose * force
     motion = _fit(limits, ("gap", "slip"), gap)
-    fits = solved.consistent & motion & _fit(limits, ("force", "cone", "side"), force)
+    fits = solved.consistent & motion & _fit(limits, OF_FORCES, force)
     hopeless = np.zeros(len(modes), dtype=bool)
     if not norms and not turning and solved.single.any():
         way = solved.ways @ small.Z.T, solved.ways @ small.K.T

@@ -9,9 +9,10 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.mode_solve import Trial, across_slip, active_rows
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
-from multibody_sym.dynamics.laws.scaled import Kind, Modes, Part, Scaled, limits_of, over_parts
+from multibody_sym.dynamics.laws.scaled import Modes, Part, Scaled, limits_of, over_parts
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import Kind
 
 ACCEPTED: Final = 1e-10
 """Inequalities hold to this part of the terms of their row, and of the largest force."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, beyond, limits_of, over_parts
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scalars.limits import OF_FORCES
 
 
 def may_hold(
@@ -54,5 +55,5 @@ def _limits(problem: Scaled, mu: Floats, modes: Modes, z: Floats, a: Floats) -> 
     one_sided = ~over_parts(np.logical_or, problem.two_sided[table.normals], table.starts)
     cones = [replace(cone, values=-beyond(x, N, mu), asked=cone.asked & one_sided) for x in (rubs, -rubs)]
     limits = [force, side, *cones, gap, slip]
-    forces = np.repeat([x.kind not in ("gap", "slip") for x in limits], [len(x.places) for x in limits])
+    forces = np.repeat([x.kind in OF_FORCES for x in limits], [len(x.places) for x in limits])
     return np.hstack([np.where(x.asked, x.values, 0.0) for x in limits]), forces

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,11 @@ from multibody_sym.dynamics.laws.problem import STICKS, Equality, FrictionLaw, L
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDING
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import Kind, most
 
 Places = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 Array = TypeVar("Array", Floats, Flags)
-Kind = Literal["force", "gap", "cone", "slip", "side"]
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,18 @@ class Part:
         if self.norm:
             return np.asarray(self.base * pressing.get(self.number, np.zeros(len(self.normals))), dtype=float)
         return signed(self.base, sides[..., self.normals])
+
+    def bound(self, mu: float, weights: Floats, count: int) -> Floats:
+        """Return (m) by the forces how large its friction can be, mu N, for factors of its normals in N."""
+        row = np.zeros(count)
+        row[self.normals] = most(mu, weights)
+        return row
+
+    def cone(self, bound: Floats, ways: Floats) -> Floats:
+        """Return (k, m) by the forces what a bound (m) leaves of friction in directions (k, number of its rows)."""
+        rows = np.tile(bound, (len(ways), 1))
+        rows[:, self.rows] -= ways
+        return rows
 
 
 @dataclass(frozen=True)
@@ -226,7 +238,7 @@ def beyond(friction: Floats, pressing: Floats, mu: Floats) -> Floats:
 
     Either is exact to the rounding of forces: where a coefficient is large, that of N counts mu times in mu N.
     """
-    return np.asarray((friction - mu * pressing) / np.maximum(mu, 1.0), dtype=float)
+    return np.asarray((friction - most(mu, pressing)) / np.maximum(mu, 1.0), dtype=float)
 
 
 def _without_rounding(rows: Floats) -> Floats:

@@ -18,11 +18,12 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.judgement import force_tolerance
 from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
-from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled, limits_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.inner_point import Cone, inner_point
 from multibody_sym.numerics.native import linear_program, nonnegative_least_squares
 from multibody_sym.numerics.rank import ROUNDED, null_space, row_space
+from multibody_sym.scalars.limits import Kind
 
 _EDGES: Final = 16
 _CUBE: Final = np.array([way for way in product((1.0, 0.0, -1.0), repeat=3) if any(way)])
@@ -95,7 +96,7 @@ def _nearest(problem: Scaled, trial: Trial, scale: float, along: Ways) -> tuple[
     """
     present, slopes = _limits(problem, trial, _INNER)
     forces = trial.forces @ trial.idle
-    bounds = [np.vstack(_cone(problem, problem.parts[k], trial, _INNER, along)) for k in along]
+    bounds = [_cone(problem, problem.parts[k], trial, _INNER, along) for k in along]
     rows, free, count = np.vstack(bounds), trial.idle.shape[1], len(along)
     excess = np.repeat(np.eye(count), [len(each) for each in bounds], axis=0)
     left = np.block([[-slopes, np.zeros((len(slopes), count))], [-rows @ forces, -excess]])
@@ -138,7 +139,7 @@ def _in_circles(problem: Scaled, trial: Trial, scale: float, t: Floats, along: W
     values, ways, cones = [present / scale], [slopes], [Cone((), (k,), (1.0,)) for k in range(len(present))]
     count = len(present)
     for part in _bounded(problem, trial, along):
-        row, own = _pressing(problem, part, trial, along), np.eye(problem.count)[part.rows]
+        row, own = _bound(problem, part, trial, along), np.eye(problem.count)[part.rows]
         both = np.vstack([own, row])
         values.append(both @ trial.z / scale)
         ways.append(both @ forces)
@@ -248,28 +249,21 @@ def _limits(problem: Scaled, trial: Trial, edges: float | None, along: Ways | No
 
     Circles have edges so far from their middles (of their radius), or are left out.
     """
-    mode, count = trial.mode, problem.count
-    unit = np.eye(count)
-    closed = mode.sides[problem.unilateral] > 0
-    of_z = [unit[problem.unilateral[closed]]]
-    of_a = [unit[problem.unilateral[~closed]]]
-    for part in _bounded(problem, trial, along or {}):
-        if edges is not None or not part.in_space:
-            of_z += _cone(problem, part, trial, edges, along or {})
-    for part in problem.parts:
-        slip = mode.slips[part.number]
-        if not slip or not trial.mu[part.number]:
-            continue
-        if not part.norm:
-            pressed = part.normals[problem.two_sided[part.normals]]
-            of_z.append(unit[pressed] * np.where(mode.sides[pressed] < 0, -1.0, 1.0)[:, None])
-        if part.rests and not part.in_space:
-            of_a.append(slip * unit[part.rows])
-    forces, gaps = np.vstack(of_z), np.vstack(of_a)
     z, x = trial.forces @ trial.idle, trial.moved
-    slopes = np.vstack([forces @ z, gaps @ (problem.A @ x + problem.D @ z)])
+    here = limits_of(problem, trial.mode, trial.mu, trial.z, trial.a)
+    changes = limits_of(problem, trial.mode, trial.mu, z.T, (problem.A @ x + problem.D @ z).T)
+    found = dict[Kind, tuple[Floats, Floats]]()
+    for now, change in zip(here, changes, strict=True):
+        asked = now.asked & (problem.table.sizes == 1) if now.kind == "slip" else now.asked
+        found[now.kind] = now.values[asked], change.values[:, asked].T
+    parts = [part for part in _bounded(problem, trial, along or {}) if edges is not None or not part.in_space]
+    none = np.zeros((0, problem.count))
+    cones = np.vstack([none, *(_cone(problem, part, trial, edges, along or {}) for part in parts)])
+    found["cone"] = cones @ trial.z, cones @ z
+    in_order = [found[kind] for kind in ("force", "cone", "side", "gap", "slip")]
+    values, slopes = (np.concatenate(each) for each in zip(*in_order, strict=True))
     slopes[np.abs(slopes) <= SEEN * np.abs(z).max(axis=0, initial=0.0)] = 0.0  # rounding of what is changed
-    return np.concatenate([forces @ trial.z, gaps @ trial.a]), slopes
+    return values, slopes
 
 
 def _stuck(problem: Scaled, trial: Trial) -> list[Part]:
@@ -283,16 +277,13 @@ def _bounded(problem: Scaled, trial: Trial, along: Ways) -> list[Part]:
     return [part for part in _stuck(problem, trial) if not part.norm or part.number in along]
 
 
-def _pressing(problem: Scaled, part: Part, trial: Trial, along: Ways) -> Floats:
+def _bound(problem: Scaled, part: Part, trial: Trial, along: Ways) -> Floats:
     """Return (m) by the forces what those of a part that sticks may be at most."""
-    row = np.zeros(problem.count)
-    row[part.normals] = trial.mu[part.number] * part.weights(trial.mode.sides, along)
-    return row
+    return part.bound(float(trial.mu[part.number]), part.weights(trial.mode.sides, along), problem.count)
 
 
-def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None, along: Ways) -> list[Floats]:
-    """Return what must be >= 0 of a part that sticks."""
-    row = _pressing(problem, part, trial, along)
+def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None, along: Ways) -> Floats:
+    """Return (k, m) by the forces what must be >= 0 of a part that sticks."""
     if edges is None or not part.in_space:
         ways, factor = np.array([[1.0], [-1.0]]), 1.0
     elif len(part.rows) == 2:
@@ -300,9 +291,4 @@ def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None, along:
         ways, factor = np.column_stack([np.cos(angles), np.sin(angles)]), edges
     else:
         ways, factor = _POLYHEDRON, _INSIDE if edges < 1.0 else 1.0
-    made = []
-    for way in ways:
-        limit = factor * row
-        limit[part.rows] -= way
-        made.append(limit[None])
-    return made
+    return part.cone(factor * _bound(problem, part, trial, along), ways)

@@ -165,10 +165,9 @@ class _Forces:
 
     def _limits(self, element: str, part: Part) -> Iterator[_Bound]:
         """Yield the static limits of a part, slip either way."""
-        for slip in (1, -1):
-            row = slip * self._unit(part.rows[0])
-            weights = part.weights(self.modes.sides, {part.number: part.along(self.z)})
-            row[part.normals] += self.mu[part.number] * weights
+        weights = part.weights(self.modes.sides, {part.number: part.along(self.z)})
+        bound = part.bound(float(self.mu[part.number]), weights, len(self.z))
+        for slip, row in zip((1, -1), part.cone(bound, np.array([[-1.0], [1.0]])), strict=True):
             yield _Bound(row, element, carried={self.posed.parts[part.number].name: slip})
 
     def _is_bare(self, element: OneWay, z: Floats) -> bool:
