@@ -82,7 +82,7 @@ def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:
     if found.kind in ("force", "gap"):
         mode.sides[found.place] = 1 - mode.sides[found.place]
     elif found.kind == "side":
-        mode.sides[found.place] = -1 if mode.sides[found.place] > 0 else 1
+        mode.sides[found.place] = -1 if mode.sides[found.place] >= 0 else 1
     elif found.kind == "slip":
         mode.slips[found.place] = STICKS
     else:

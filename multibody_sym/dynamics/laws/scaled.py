@@ -312,4 +312,4 @@ def limits_of(problem: Scaled, mode: Modes, mu: Floats, z: Floats, a: Floats) ->
     yield Limits("cone", parts, -over, sticks & ~table.held)
     yield Limits("slip", parts, problem.forward(mode, a), rubs & ~sticks & table.rests)
     sided = (rubs & ~sticks & ~table.norm)[..., table.owners] & problem.two_sided[normals]
-    yield Limits("side", normals, sides[..., normals] * z[..., normals], sided)
+    yield Limits("side", normals, signed(z[..., normals], sides[..., normals]), sided)

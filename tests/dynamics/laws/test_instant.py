@@ -152,6 +152,16 @@ def test_a_guide_rubs_by_the_size_of_its_reaction() -> None:
         assert state.mode.sides[0] == np.sign(reaction)
 
 
+@pytest.mark.parametrize("load", [2.0, -2.0])
+@pytest.mark.parametrize("every", [True, False])
+def test_friction_resists_from_a_mode_in_which_nothing_pressed(load: float, every: bool) -> None:
+    """A slider in a guide that carried nothing so far: whichever side presses next, friction takes energy out."""
+    laws, friction = (Equality(), Friction(0)), FrictionLaw((1,), (0,), 0.5, 0.5, (1.0,))
+    asked = problem([[0.0, 1.0], [1.0, 0.0]], [1.0, 1.0], [0.0, load], laws, (friction,))
+    found = find(asked, LawMode((0, 0), (1,), (None,)), every=every)
+    assert [state.z.tolist() for state in found.states] == [[-load, -1.0]]
+
+
 @pytest.mark.parametrize("velocity", [0.0, 1.0])
 def test_what_sticks_before_is_found_from_the_previous_state(velocity: float) -> None:
     asked = incline(np.pi / 6, 0.7, 0.5, velocity)
