@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, side_of, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, side_of, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import force_name
@@ -25,7 +25,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
-from multibody_sym.model.mechanism.limits import Limit, limits_in
+from multibody_sym.model.mechanism.limits import Limit
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.one_way import (
@@ -75,16 +75,15 @@ class Inequality:
 
 def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
     """Yield the inequalities of the mode of a solved start over Nodes, at this instant or one with other forces."""
-    for element in acting.mechanism.one_way:
-        for limit in limits_in(mode_of(acting.mechanism), element):
-            if limit.part is None:
-                yield from _of_normal(acting, limit, solved.decided.touching)
-            elif limit.kind == "slip":
-                yield from _slipping(acting, limit, limit.part, limit.part.name in solved.decided.moving)
-            elif isinstance(limit.part.rows[0], RopeSlipRow):
-                yield from _gripping(acting, limit.part, limit.part.rows[0])
-            else:
-                yield _sticking(acting, element, limit.part)
+    for limit in acting.mode_limits:
+        if limit.part is None:
+            yield from _of_normal(acting, limit, solved.decided.touching)
+        elif limit.kind == "slip":
+            yield from _slipping(acting, limit, limit.part, limit.part.name in solved.decided.moving)
+        elif isinstance(limit.part.rows[0], RopeSlipRow):
+            yield from _gripping(acting, limit.part, limit.part.rows[0])
+        else:
+            yield _sticking(acting, limit.element, limit.part)
     yield from _groups(acting)
     yield from _between_corners(acting, Acting.at(solved.numbers))
     yield from _taut_ropes(acting)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, mode_of
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.model.mechanism.limits import limits_in
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S
@@ -36,7 +35,7 @@ class Acting(OneWayForces):
     def beyond(self) -> str:
         """What the forces (floats) would do that the mode does not allow, by element; empty where they may be so."""
         least = _ROUNDING * max((abs(float(x)) for x in self.multipliers), default=0.0)
-        for limit in (x for element in self.mechanism.one_way for x in limits_in(mode_of(self.mechanism), element)):
+        for limit in self.mode_limits:
             if limit.kind in ("force", "cone") and float(self.value(limit, self.acceleration)) < -least:
                 if limit.part is not None:
                     return f"{limit.part.name} would need more friction than there is"

@@ -23,7 +23,7 @@ from multibody_sym.dynamics.laws.assemble import Scale, one_way_rows
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import placed, rows_at, started
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import ACTIVE, INACTIVE, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import ACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.native import linear_program
 from multibody_sym.numerics.rank import SLOPES, leading_columns
@@ -238,7 +238,7 @@ def stands(search: Search, q: Floats) -> bool:
         return False
     least = -_PRESSES * float(np.abs(forces).max(initial=0.0))
     for element in (x for x in mechanism.one_way if x.unilateral):
-        closed = mechanism.mode.sides.get(element.name, INACTIVE) != INACTIVE
+        closed = mechanism.mode.acts(element)
         how, row = rows.standing(element), element.normals[0].name
         if how == "inside" or (closed and (how == "open" or (row in names and not forces[names.index(row)] >= least))):
             return False

@@ -17,7 +17,7 @@ from multibody_sym.answers.worked.grips import gripping_ratio, is_grip
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, OneWay
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 
@@ -56,7 +56,7 @@ def refuted(equations: Equations) -> Iterator[Refuted]:
     if mode is None:
         return
     parts = parts_at_rest(equations)
-    slips = {part.friction.name: mode.slips.get(part.friction.name, STICKS) for part in parts}
+    slips = {part.friction.name: mode.slip(part.friction) for part in parts}
     for tried in _assumptions(slips):
         found = (_contradiction(equations, parts, assumed) for assumed in tried)
         told = next((each for each in found if each is not None), None)
@@ -70,7 +70,7 @@ def parts_at_rest(equations: Equations) -> list[Part]:
     return [
         Part(element, part)
         for element in (equations.mechanism.one_way if mode is not None else ())
-        if mode is not None and (not element.unilateral or mode.sides.get(element.name, INACTIVE) != INACTIVE)
+        if mode is not None and (not element.unilateral or mode.acts(element))
         for part in element.frictions
         if len(part.rows) == 1 and not part.enough and _rests(equations, part)
     ]

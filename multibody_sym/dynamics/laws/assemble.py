@@ -399,9 +399,8 @@ class PosedLaws:
         sides = [1] * len(self.names)
         for element in self.elements:
             for row in element.normals:
-                name = row.name if len(element.normals) > 1 else element.name
-                sides[self.places[row.name]] = mode.sides.get(name, INACTIVE)
-        slips = tuple(mode.slips.get(part.name, STICKS) for part in self.parts)
+                sides[self.places[row.name]] = mode.side(element, row)
+        slips = tuple(map(mode.slip, self.parts))
         for part, slip in zip(self.parts, slips, strict=True):
             for row in part.rows:
                 sides[self.places[row.name]] = int(slip == STICKS)

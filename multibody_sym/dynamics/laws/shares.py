@@ -94,7 +94,7 @@ def _along(law: FrictionLaw, slip: int, direction: tuple[float, ...] | None) -> 
 
 
 def _elements(posed: PosedLaws, mode: Mode) -> list[OneWay]:
-    return [x for x in posed.elements if x.unilateral and mode.sides.get(x.name) and x.name not in mode.idle]
+    return [x for x in posed.elements if x.unilateral and mode.acts(x) and x.name not in mode.idle]
 
 
 def _parts(posed: PosedLaws, mode: Mode) -> Iterator[tuple[OneWay, str, FrictionLaw]]:

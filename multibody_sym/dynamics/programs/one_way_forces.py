@@ -13,14 +13,12 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import RowMotion, coefficients, friction_factors, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, is_point
 from multibody_sym.model.mechanism.every_mode import ModeNodes
-from multibody_sym.model.mechanism.limits import Limit
+from multibody_sym.model.mechanism.limits import Limit, limits_in
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
     ACTIVE,
     FRICTION,
-    INACTIVE,
     PRESSING,
-    STICKS,
     FrictionPart,
     Mode,
     OneWay,
@@ -46,18 +44,17 @@ def is_active(mechanism: Mechanism, element: OneWay) -> bool:
     """Return whether an element acts: friction in joints always does, and any may `in_every_mode`."""
     if mechanism.mode_numbers or not element.unilateral:
         return True
-    return mode_of(mechanism).sides.get(element.name, INACTIVE) != INACTIVE
+    return mode_of(mechanism).acts(element)
 
 
 def slip_of(mechanism: Mechanism, part: FrictionPart) -> int:
     """Return how a part slips: 0 sticks, 1 and -1, 2 in space."""
-    return mode_of(mechanism).slips.get(part.name, STICKS)
+    return mode_of(mechanism).slip(part)
 
 
 def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
     """Return the sign that the force of a normal row has in the mode, 0 where it is zero or does not act."""
-    sides = mode_of(mechanism).sides
-    return ACTIVE if element.unilateral else sides.get(normal.name, sides.get(element.name, INACTIVE))
+    return ACTIVE if element.unilateral else mode_of(mechanism).side(element, normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +120,12 @@ class OneWayForces:
     def room(self, element: OneWay, part: FrictionPart) -> S:
         """Return by how much the friction of a part is below that, negative beyond it."""
         return limits.room(self._static(part), self.pressing(element, part), self.friction(part))
+
+    @property
+    def mode_limits(self) -> Iterator[Limit]:
+        """The limits of all elements in the mode."""
+        for element in self.mechanism.one_way:
+            yield from limits_in(mode_of(self.mechanism), element)
 
     def value(self, limit: Limit, rate: Callable[[Row], S]) -> S:
         """Return what must not be negative, where rows move at a `rate`."""

@@ -82,7 +82,7 @@ def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
 
 
 def _of(mode: Mode, element: OneWay) -> Iterator[Switching]:
-    if element.unilateral and element.name in mode.idle and not mode.sides.get(element.name):  # it takes no part
+    if element.unilateral and element.name in mode.idle and not mode.acts(element):  # it takes no part
         return
     for limit in limits_in(mode, element):
         part = limit.part

@@ -16,7 +16,7 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, T
 from multibody_sym.model.mechanism.limits import sided
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import direction_names, in_mode, share_name, way_name
-from multibody_sym.model.mechanism.one_way import INACTIVE, FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.least_norm import PLAIN
@@ -227,8 +227,7 @@ def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watche
     acts = 1.0 if mode.shares is None else PLAIN
     found = {_acts(row.name): acts for row in entered.rows}
     for element in mechanism.one_way:
-        side = mode.sides.get(element.name, INACTIVE)
-        found |= {_side(row.name): float(mode.sides.get(row.name, side)) for row in element.normals}
+        found |= {_side(row.name): float(mode.side(element, row)) for row in element.normals}
     parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
     for sliding in _sliding(entered.rows):
         part = parts[tuple(row.name for row in sliding.rows)]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import Kind
 from multibody_sym.scalars.node import ZERO
@@ -32,17 +32,16 @@ class Limit:
 
 def limits_in(mode: Mode, element: OneWay) -> Iterator[Limit]:
     """Yield the limits of an element in a mode. What touches and carries nothing is limited by its distance alone."""
-    acts = mode.sides.get(element.name, INACTIVE) != INACTIVE
     if element.unilateral:
-        carries = acts and element.name not in mode.idle
+        carries = mode.acts(element) and element.name not in mode.idle
         yield Limit("force" if carries else "gap", element)
         if not carries:
             return
     else:
         yield from (Limit("side", element, normal=k) for k in sided(element))
-    for part in element.frictions if acts else ():
+    for part in element.frictions if mode.acts(element) else ():
         if part.regularised is None and part.rubs:
-            if mode.slips.get(part.name, STICKS) != STICKS:
+            if mode.slip(part) != STICKS:
                 yield Limit("slip", element, part)
             elif part.static is not ZERO and not part.enough and part.name not in mode.carried:
                 yield Limit("cone", element, part)

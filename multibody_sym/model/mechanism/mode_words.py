@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from multibody_sym.model.declaration.states import STRIKES, VERBS
-from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, Mode, OneWay
 
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
 
@@ -39,7 +39,7 @@ def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
 
 
 def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
-    active = not element.unilateral or mode.sides.get(element.name, INACTIVE) != INACTIVE
+    active = not element.unilateral or mode.acts(element)
     rubbing = [part for part in element.frictions if part.rubs]
     own = next((part for part in rubbing if part.name == element.name), None)
     if own is None or not active:
@@ -49,7 +49,7 @@ def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
 
 
 def _word(element: OneWay, part: FrictionPart, mode: Mode) -> str:
-    slip = mode.slips.get(part.name, STICKS)
+    slip = mode.slip(part)
     rests, moves = _rubbing(element, part)
     return rests if slip == STICKS else moves + _ENDINGS[slip]
 

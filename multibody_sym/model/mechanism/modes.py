@@ -108,12 +108,12 @@ def is_direction(name: str) -> bool:
 
 def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
     """Yield the rows of an element: those of normals, with sliding friction, and those of friction that sticks."""
-    side = mode.sides.get(element.name, INACTIVE)
-    if (side == INACTIVE and element.unilateral) or element.name in mode.idle:
+    acts = mode.acts(element)
+    if (element.unilateral and not acts) or element.name in mode.idle:
         return
     sliding = [part for part in element.frictions if _slides(part, mode)]
     for place, normal in enumerate(element.normals):
-        pressed = side if len(element.normals) == 1 else mode.sides.get(normal.name, side)
+        pressed = mode.side(element, normal)
         frictions = tuple(
             _by_length(element, part, normal, _sliding(part, mode, parameters, ACTIVE))
             if part.norm
@@ -122,7 +122,7 @@ def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> It
             if place in part.normals and (part.norm or pressed != INACTIVE)
         )
         yield SlidingRow(normal.name, normal, frictions) if frictions else normal
-    for part in element.frictions if element.unilateral or side != INACTIVE else ():
+    for part in element.frictions if acts else ():
         sticks = not _slides(part, mode) and part.name not in mode.carried
         if sticks and (part.enough or part.static is not ZERO):
             yield from (row for row in part.rows if row.name not in mode.carried)
@@ -145,7 +145,7 @@ def _slides(part: FrictionPart, mode: Mode) -> bool:
 
 def slip_of(part: FrictionPart, mode: Mode) -> int:
     """Return how the force of a friction part goes: as it slips, or as if where it is at its static limit."""
-    return mode.slips.get(part.name, STICKS) or mode.carried.get(part.name, STICKS)
+    return mode.slip(part) or mode.carried.get(part.name, STICKS)
 
 
 def _by_length(element: OneWay, part: FrictionPart, normal: Row, sliding: Sliding) -> Sliding:

@@ -200,6 +200,18 @@ class Mode:
     idle: tuple[str, ...] = ()
     shares: Shares | None = None
 
+    def acts(self, element: OneWay) -> bool:
+        """Return whether an element touches, is taut or is pressed."""
+        return self.sides.get(element.name, INACTIVE) != INACTIVE
+
+    def side(self, element: OneWay, normal: Row) -> int:
+        """Return the side on which the force of a normal row presses, 0 where it has none."""
+        return self.sides.get(normal.name, self.sides.get(element.name, INACTIVE))
+
+    def slip(self, part: FrictionPart) -> int:
+        """Return how a part slips."""
+        return self.slips.get(part.name, STICKS)
+
     def alike(self, other: Mode) -> bool:
         """Return whether two modes are the same, whatever each element carries in them."""
         return replace(self, shares=None) == replace(other, shares=None)

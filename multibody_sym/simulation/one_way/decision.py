@@ -407,14 +407,13 @@ def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
     """
     two_sided = [x for x in facts.laws.mechanism.one_way if not x.unilateral]
     sided = [(x, row) for x in two_sided for part in x.frictions if not part.norm for row in x.normals_of(part)]
-    names = [row.name if len(x.normals) > 1 else x.name for x, row in sided]
-    return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
+    return any(before.side(*each) and not mode.side(*each) for each in sided)
 
 
 def _lets_go(facts: Facts, mode: Mode) -> bool:
     """Tell whether something slips that any normal force will hold: none presses, and it is about to open or hold."""
     parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
-    return any(part.enough and mode.slips.get(part.name, STICKS) != STICKS for part in parts)
+    return any(part.enough and mode.slip(part) != STICKS for part in parts)
 
 
 def _stops(mode: Mode | None, before: Mode) -> bool:

@@ -18,7 +18,6 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
@@ -135,7 +134,7 @@ def slip_stopped(now: Stretch, facts: Facts) -> Blow | None:
     """Return the impact in which slip stops where m, from an instant of a mode on, only fades; None if it does not."""
     way = _way_from(now, facts)
     posed = facts.posed([x.name for x in facts.laws.unilateral if x.name in now.active])
-    rows = [part.rows for part in posed.parts if now.mode.slips.get(part.name, STICKS)]
+    rows = [part.rows for part in posed.parts if now.mode.slip(part)]
     slides = [each[0].name for each in rows]
     if way is None or any(len(each) > 1 for each in rows):  # slip turns in space
         return None

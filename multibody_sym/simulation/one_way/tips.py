@@ -353,7 +353,7 @@ def _axes(facts: Facts, tip: Tip) -> Floats:
 
 def remembered_normals(at: Facts, mode: Mode) -> tuple[float, ...]:
     """Return the normals of points that are held where they met: which speeds a mode holds at rest depends on them."""
-    held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.sides.get(x.name, INACTIVE) != INACTIVE]
+    held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.acts(x)]
     places = at.laws.mechanism.parameters.places
     return tuple(float(at.laws.parameters[places[_entry(name, k)]]) for name in held for k in range(3))
 
