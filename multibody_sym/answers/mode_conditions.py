@@ -25,12 +25,13 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.declaration.states import WAYS
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
-from multibody_sym.model.mechanism.limits import Limit
+from multibody_sym.model.mechanism.limits import Limit, taut_ropes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.one_way import (
     ALONG_VELOCITY,
     FRICTION,
+    PRESSING,
     STICKS,
     FrictionPart,
     OneWay,
@@ -38,7 +39,6 @@ from multibody_sym.model.mechanism.one_way import (
     components_of,
 )
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
-from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.numerics.outline import outline
 from multibody_sym.records import dataclass
@@ -50,7 +50,7 @@ from multibody_sym.scalars.vectors import ZERO_VECTOR, S, cross, dot, subtract
 Kind = Literal["least", "more", "within", "circle"]
 """a >= 0; a > 0; |a| <= b; sqrt(a^2 + b^2) <= c."""
 
-_PRESSES: Final = {"contact": ("normal", "opens"), "rope": ("tension", "slackens"), "stop": ("force", "lets go")}
+_OPENS: Final = {"contact": "opens", "rope": "slackens", "stop": "lets go"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +93,8 @@ def _of_normal(acting: Acting, limit: Limit, touching: Collection[str]) -> Itera
     """Yield that a force presses, that what touches opens, or on which side a reaction presses that rubs."""
     name, row = limit.element.name, limit.element.normals[limit.normal]
     if limit.kind == "force":
-        force, fails = _PRESSES[limit.element.kind]
-        told, broken = f"{force_name(name, force)} >= 0", f"{name} {fails}"
+        kind = limit.element.kind
+        told, broken = f"{force_name(name, PRESSING[kind])} >= 0", f"{name} {_OPENS[kind]}"
     elif limit.kind == "gap":
         if name not in touching:
             return
@@ -176,11 +176,9 @@ def _nodes(*terms: object) -> tuple[Node, ...]:
 
 def _taut_ropes(acting: Acting) -> Iterator[Inequality]:
     """Yield what ropes need to stay taut that hold both ways as declared."""
-    one_way = {row.name for element in acting.mechanism.one_way for row in element.rows}
-    for row in acting.mechanism.rows:
-        if isinstance(row, RopeRow) and row.name not in one_way:
-            told = f"{text(quantity('tension', (row.name,)))} >= 0"
-            yield Inequality("least", _nodes(acting.multiplier(row.name)), told, f"{row.name} slackens", (row.name,))
+    for _, row in taut_ropes(acting.mechanism):
+        told = f"{text(quantity('tension', (row.name,)))} >= 0"
+        yield Inequality("least", _nodes(acting.multiplier(row.name)), told, f"{row.name} slackens", (row.name,))
 
 
 def pivots(mechanism: Mechanism, forms: ClosedForms) -> Iterator[Condition]:

@@ -17,8 +17,8 @@ from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import force_name
 from multibody_sym.expressions.values import Value
+from multibody_sym.model.mechanism.limits import taut_ropes
 from multibody_sym.model.mechanism.mechanism import normal_forces
-from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, quantity
 
@@ -118,21 +118,16 @@ def told_conditions(solved: Solved, conditions: list[Condition], given: Iterable
 
 def _verify_taut(solved: Solved, reactions: Reactions) -> None:
     """Raise NoSolutionError where a rope that cannot slacken would push."""
-    for k, row in enumerate(solved.mechanism.rows):
-        if isinstance(row, RopeRow) and row.name not in _elements(solved):
-            rope, component = row.told
-            tension = reactions[rope][component].value
-            if tension is not None and tension < _least(solved):
-                raise NoSolutionError(
-                    f"rope {rope} would push with {-tension:.6g} N: as declared it cannot slacken, and a rope "
-                    "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
-                    where=Where(path=solved.mechanism.row_path(k)),
-                    number="N106",
-                )
-
-
-def _elements(solved: Solved) -> set[str]:
-    return {row.name for element in solved.mechanism.one_way for row in element.rows}
+    for k, row in taut_ropes(solved.mechanism):
+        rope, component = row.told
+        tension = reactions[rope][component].value
+        if tension is not None and tension < _least(solved):
+            raise NoSolutionError(
+                f"rope {rope} would push with {-tension:.6g} N: as declared it cannot slacken, and a rope "
+                "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
+                where=Where(path=solved.mechanism.row_path(k)),
+                number="N106",
+            )
 
 
 def _least(solved: Solved) -> float:
@@ -142,9 +137,7 @@ def _least(solved: Solved) -> float:
 
 def _not_decided(solved: Solved, reactions: Reactions) -> Iterator[str]:
     """Yield for each rope with a tension that is not unique that it may be slack."""
-    for row in solved.mechanism.rows:
-        if not isinstance(row, RopeRow) or row.name in _elements(solved):
-            continue
+    for _, row in taut_ropes(solved.mechanism):
         rope, component = row.told
         if reactions[rope][component].value is None:
             yield f"{text(quantity('tension', (row.name,)))} >= 0 is not decided: the tension is not unique"

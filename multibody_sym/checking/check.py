@@ -39,9 +39,9 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.constraints import Rope
 from multibody_sym.model.declaration.contacts import copies
 from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.limits import taut_ropes
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody, normal_forces
-from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.driving_inputs import with_driving_inputs
@@ -392,8 +392,8 @@ def _pushing(resolved: Mechanism, multipliers: Mapping[str, float], not_unique: 
     """Return the ropes that would have to push at the start, as far as their tensions are unique."""
     return [
         f"rope {row.name} would have to push with {-multipliers[row.name]:.6g} N at the start: it goes slack"
-        for row in resolved.rows
-        if isinstance(row, RopeRow) and multipliers[row.name] < 0.0 and row.name not in not_unique
+        for _, row in taut_ropes(resolved)
+        if multipliers[row.name] < 0.0 and row.name not in not_unique
     ]
 
 

@@ -22,6 +22,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.ropes import wrap_angle
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.model.mechanism.every_mode import every_row
+from multibody_sym.model.mechanism.limits import taut_ropes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
@@ -116,16 +117,11 @@ class Statics:
     def limits(self, choice: Choice, cuts: Cuts | None = None) -> tuple[Limit, ...]:
         """Return all limits, with the sides that press of joints; `cuts` in place of the first ones."""
         found: list[Limit] = []
-        for k, row in enumerate(self.mechanism.rows):
-            if row.multiplier == "rope" and k not in self._of_one_way:
-                found.append(Limit("slackens", row.name, row.name, ((k, ONE),)))
+        for k, row in taut_ropes(self.mechanism):
+            found.append(Limit("slackens", row.name, row.name, ((k, ONE),)))
         for element in self.mechanism.one_way:
             found += self._of_element(element, choice, cuts or self.cuts)
         return tuple(found)
-
-    @property
-    def _of_one_way(self) -> frozenset[int]:
-        return frozenset(self.place(row) for element in self.mechanism.one_way for row in element.rows)
 
     def _of_element(self, element: OneWay, choice: Choice, cuts: Cuts) -> Iterator[Limit]:
         group = element.group or element.name

@@ -14,7 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import Kind
 from multibody_sym.scalars.node import ZERO
@@ -51,3 +53,11 @@ def sided(element: OneWay) -> list[int]:
     """Return which normals of an element whose reactions are of either sign press by their size, each alone."""
     parts = [part for part in element.frictions if part.static is not ZERO and not (part.enough or part.norm)]
     return [k for k in range(len(element.normals)) if any(k in part.normals for part in parts)]
+
+
+def taut_ropes(mechanism: Mechanism) -> Iterator[tuple[int, RopeRow]]:
+    """Yield by number the rows of ropes that hold both ways, as declared: they must not push."""
+    own = {row.name for element in mechanism.one_way for row in element.rows}
+    for k, row in enumerate(mechanism.rows):
+        if isinstance(row, RopeRow) and row.name not in own:
+            yield k, row
