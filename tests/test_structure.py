@@ -113,6 +113,31 @@ def test_what_friction_allows_stands_once():
     assert products == LIMITS_STAND_IN
 
 
+def test_what_friction_leaves_of_its_cone_is_a_difference_in_one_place():
+    """`room`; over arrays that of `laws`, whose coefficients may be large, and that of remembered switches."""
+    differences = {
+        str(path)
+        for path, found in nodes().items()
+        for node in found
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
+        if any(is_call_of(x, "most") for x in (node.left, node.right))
+    }
+    assert differences == {"scalars/limits.py", "dynamics/laws/scaled.py", "simulation/one_way/turns.py"}
+
+
+def test_which_limits_a_mode_has_is_told_in_one_place():
+    """Conditions and forces that are open read its list; switching functions are made of it."""
+    makers = {str(path) for path, found in nodes().items() for node in found if is_call_of(node, "Limit")}
+    readers = {str(path) for path, found in nodes().items() for node in found if is_call_of(node, "limits_in")}
+    assert makers == {"model/mechanism/limits.py"}
+    assert readers == {"dynamics/programs/one_way_forces.py", "dynamics/programs/switching.py"}
+
+
+def is_call_of(node: ast.AST, name: str) -> bool:
+    function = node.func if isinstance(node, ast.Call) else None
+    return isinstance(function, ast.Name) and function.id == name
+
+
 def is_of(node: ast.AST, *names: str) -> bool:
     return isinstance(node, ast.Attribute) and node.attr in names
 

@@ -20,7 +20,7 @@ from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Qu
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import RestEnd
-from multibody_sym.analysis.rest.statics import Balance, Direction, Limit, Statics, statics
+from multibody_sym.analysis.rest.statics import Balance, Direction, RestLimit, Statics, statics
 from multibody_sym.analysis.rest.touching import out_of_touch
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -236,7 +236,7 @@ class _Resultant:
         return rank(np.vstack([matrix, sums]), _DEPENDENT) == rank(matrix, _DEPENDENT)
 
 
-def _together(limits: Sequence[Limit]) -> _Resultant | None:
+def _together(limits: Sequence[RestLimit]) -> _Resultant | None:
     """Return what slips as one: alone, or all in one direction, as the feet do of what is not turned; None for none.
 
     Where all slip along d by one coefficient, |sum of t| = sum of mu N, however these are shared.
@@ -294,7 +294,7 @@ def _leave_one_motion(rows: Sequence[Sequence[Quotient]], count: int) -> bool:
     return rank(np.array([[float(x.sample) for x in row] for row in rows]).reshape(-1, count), _DEPENDENT) == count - 1
 
 
-def _beside_tangents(limits: Sequence[Limit]) -> list[int]:
+def _beside_tangents(limits: Sequence[RestLimit]) -> list[int]:
     """Return for what slips along one of its two tangents the multiplier along the other, by number."""
     return [
         next(row for row, x in zip(limit.curve.rubbing, limit.along, strict=True) if x == 0.0)

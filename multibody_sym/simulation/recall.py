@@ -10,7 +10,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
-from multibody_sym.model.mechanism.mechanism import Coordinate, Limit, Mechanism, Speed
+from multibody_sym.model.mechanism.mechanism import Coordinate, JointLimit, Mechanism, Speed
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.runtime import loading
@@ -26,7 +26,7 @@ _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
     ParameterEntry: frozenset({"value", "dimension"}),
     Coordinate: frozenset({"initial", "given", "known"}),
     Speed: frozenset({"initial", "given", "known"}),
-    Limit: frozenset({"lower", "upper", "velocity"}),
+    JointLimit: frozenset({"lower", "upper", "velocity"}),
     Mode: frozenset({"directions", "shares"}),
 }
 """What no Program follows from: a title, what is handed over as numbers and its unit, what is looked at after a run."""

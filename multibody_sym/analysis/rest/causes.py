@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.analysis.rest.statics import Limit, Statics
+from multibody_sym.analysis.rest.statics import RestLimit, Statics
 from multibody_sym.analysis.rest.touching import stands
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
@@ -28,7 +28,7 @@ _TURNING: Final = ", turning"
 NOTHING: Final = "nothing holds it at other values"
 
 
-def causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> tuple[str, ...]:
+def causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> tuple[str, ...]:
     """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart.
 
     Smooth contacts are named where nothing else gives way.
@@ -40,7 +40,7 @@ def causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> 
     return tuple(found) or (NOTHING,)
 
 
-def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> Iterator[str]:
+def _causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
     for limit in limits:
         if limit.way == "slips":
             yield f"slips at {_slipping(statics, limit)}{_TURNING if _turns(limit, limits) else ''}"
@@ -54,13 +54,13 @@ def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) ->
             yield from _opening(statics, limit, limits, motion)
 
 
-def _turns(slip: Limit, limits: Sequence[Limit]) -> bool:
+def _turns(slip: RestLimit, limits: Sequence[RestLimit]) -> bool:
     """Return whether what slips at a contact does so along several directions: it turns."""
     ways = [x.along for x in limits if x.group == slip.group and x.along is not None]
     return len(ways) > 1 and float(np.ptp(np.array(ways), axis=0).max()) > _LEVEL
 
 
-def _slipping(statics: Statics, limit: Limit) -> str:
+def _slipping(statics: Statics, limit: RestLimit) -> str:
     """Return where something slips: what is declared, or its part where that has parts that are no corners."""
     elements = [element for element in statics.mechanism.one_way if (element.group or element.name) == limit.group]
     if len(elements) > 1:
@@ -68,7 +68,7 @@ def _slipping(statics: Statics, limit: Limit) -> str:
     return limit.part
 
 
-def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Motion | None) -> Iterator[str]:
+def _opening(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
     """Yield what happens where a contact opens: its body lifts off, or tips about what stays of it.
 
     Nothing where that are three corners: on these it stands, and something else gives way.
@@ -95,7 +95,7 @@ def _name(statics: Statics, body: int) -> str:
 
 
 def _tipping(
-    statics: Statics, motion: Motion, parts: tuple[Sequence[OneWay], Sequence[OneWay]], limits: Sequence[Limit]
+    statics: Statics, motion: Motion, parts: tuple[Sequence[OneWay], Sequence[OneWay]], limits: Sequence[RestLimit]
 ) -> int:
     """Return which of the two bodies of a contact turns most where its parts open, of `parts` the first.
 
@@ -115,7 +115,7 @@ def _tipping(
     return next(body for body in bodies if turning[body] >= (1.0 - _LEVEL) * most)
 
 
-def _loose(statics: Statics, motion: Motion, limits: Sequence[Limit]) -> Iterator[Row]:
+def _loose(statics: Statics, motion: Motion, limits: Sequence[RestLimit]) -> Iterator[Row]:
     """Yield the rows that do not hold where limits are passed, as what does not touch and what has no friction."""
     passed = {(limit.way == "slips", limit.part) for limit in limits}
     closed = {element.name for element in _closed(statics, motion)}

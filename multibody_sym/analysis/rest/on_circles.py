@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.rest.rest_ends import RestEnd
-from multibody_sym.analysis.rest.statics import Direction, Limit
+from multibody_sym.analysis.rest.statics import Direction, RestLimit
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt
@@ -45,7 +45,7 @@ _BEYOND: Final = 1e-9
 """The part of the largest force by which friction on a circle may seem to be beyond it."""
 
 
-def sharpened(at: Callable[[Sequence[Limit]], ConditionsAt], end: RestEnd, limits: Sequence[Limit]) -> RestEnd:
+def sharpened(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, limits: Sequence[RestLimit]) -> RestEnd:
     """Return an end of tangents with what gives way there gathered, on the circles themselves where that is found.
 
     `at` returns the conditions for limits as a function of the parameter.
@@ -60,7 +60,7 @@ def sharpened(at: Callable[[Sequence[Limit]], ConditionsAt], end: RestEnd, limit
     return found if found is not None and _holds(at(limits)(found.value), limits, found) else one
 
 
-def _holds(conditions: Conditions | None, limits: Sequence[Limit], end: RestEnd) -> bool:
+def _holds(conditions: Conditions | None, limits: Sequence[RestLimit], end: RestEnd) -> bool:
     """Return whether forces on the circles of an end, and within all other limits, balance there."""
     if conditions is None:
         return False
@@ -78,7 +78,7 @@ def _holds(conditions: Conditions | None, limits: Sequence[Limit], end: RestEnd)
     return contradiction(whole) is None and not any(beyond(nearest(whole), conditions, limits))
 
 
-def beyond(forces: Floats, conditions: Conditions, limits: Sequence[Limit]) -> Iterator[tuple[str, Direction]]:
+def beyond(forces: Floats, conditions: Conditions, limits: Sequence[RestLimit]) -> Iterator[tuple[str, Direction]]:
     """Yield what rubs beyond its circle, and along which direction, in forces within the tangents."""
     size, seen = float(np.abs(forces).max(initial=0.0)), set[str]()
     for row, limit in zip(conditions.cone, limits, strict=True):
@@ -92,13 +92,13 @@ def beyond(forces: Floats, conditions: Conditions, limits: Sequence[Limit]) -> I
             yield limit.part, (x, y)
 
 
-def gathered(at: Callable[[Sequence[Limit]], ConditionsAt], end: RestEnd, limits: Sequence[Limit]) -> RestEnd:
+def gathered(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, limits: Sequence[RestLimit]) -> RestEnd:
     """Return an end with one limit for each part that gives way: slip along one direction, or no force at all.
 
     Tangents of one circle that are not one direction meet where there is no force: what they limit opens.
     """
-    slips: dict[str, list[tuple[Limit, float]]] = {}
-    found = dict[Limit, float]()
+    slips: dict[str, list[tuple[RestLimit, float]]] = {}
+    found = dict[RestLimit, float]()
     for limit, share in zip(end.limits, end.shares, strict=True):
         if limit.way == "slips":
             slips.setdefault(limit.part, []).append((limit, share))
@@ -120,7 +120,7 @@ def gathered(at: Callable[[Sequence[Limit]], ConditionsAt], end: RestEnd, limits
     return replace(end, limits=tuple(found), shares=tuple(found.values()))
 
 
-def _direction(several: Sequence[tuple[Limit, float]]) -> tuple[Direction, float]:
+def _direction(several: Sequence[tuple[RestLimit, float]]) -> tuple[Direction, float]:
     """Return the direction in which limits of one friction are passed together, and how far."""
     x = y = 0.0
     for number, (limit, share) in enumerate(several):
@@ -143,8 +143,8 @@ class _Newton:
 
     at: ConditionsAt
     end: RestEnd
-    of: Callable[[Sequence[Limit]], ConditionsAt]
-    limits: Sequence[Limit]
+    of: Callable[[Sequence[RestLimit]], ConditionsAt]
+    limits: Sequence[RestLimit]
 
     @cached_property
     def first(self) -> Conditions:
@@ -268,7 +268,7 @@ class _Newton:
             return None
         return replace(self.end, value=float(X[0]), limits=tuple(turned), on_circles=True)
 
-    def contradicts(self, X: Floats, turned: Sequence[Limit]) -> bool:
+    def contradicts(self, X: Floats, turned: Sequence[RestLimit]) -> bool:
         """Return whether forces that were taken to be none could not resist the motion y either.
 
         If one of them can, rest is possible beyond, with forces of others than those that give way here.
@@ -289,7 +289,7 @@ class _Newton:
         return bool(left <= _RESISTED * float(np.abs(weights).max(initial=0.0)))
 
 
-def _against(limit: Limit, pulled: Floats) -> Limit:
+def _against(limit: RestLimit, pulled: Floats) -> RestLimit:
     """Return the tangent of a limit's circle where a motion pulls most."""
     if limit.along is None or limit.curve is None:
         return limit

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.analysis.rest.statics import Limit, Statics, statics
+from multibody_sym.analysis.rest.statics import RestLimit, Statics, statics
 from multibody_sym.analysis.rest.touching import crossed, height, out_of_touch, size_of, ways_of, with_planes
 from multibody_sym.dynamics.constraints.closing import normalize
 from multibody_sym.dynamics.laws.assemble import TOUCHING
@@ -166,7 +166,7 @@ class Position:
         """Return the declared contact, rope or stop at which bodies would cross each other, if any."""
         return crossed(self.statics, motion, row_motions(motion)) or self.inside_out(motion)
 
-    def conditions(self, values: dict[str, float], limits: Sequence[Limit], moves: bool) -> Conditions | None:
+    def conditions(self, values: dict[str, float], limits: Sequence[RestLimit], moves: bool) -> Conditions | None:
         """Return the conditions of rest in floats for values of parameters; None where there is no such position."""
         moved = self.moved(values, moves)
         try:

@@ -14,7 +14,7 @@ import numpy as np
 from multibody_sym.analysis.rest.on_circles import beyond, sharpened
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, turn_with, united
-from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
+from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, RestLimit
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
@@ -54,7 +54,7 @@ class Ranges:
     kind: Kind
     ranges: tuple[Range, ...]
     searched: tuple[float, float]
-    against: tuple[Limit, ...] | None = None
+    against: tuple[RestLimit, ...] | None = None
 
 
 def ranges_of_rest(position: Position, name: str, others: Mapping[str, float] | None = None) -> Ranges:
@@ -76,7 +76,7 @@ class Search:
     others: Mapping[str, float]
     moves: bool
 
-    def at(self, limits: Sequence[Limit]) -> ConditionsAt:
+    def at(self, limits: Sequence[RestLimit]) -> ConditionsAt:
         """Return the conditions as a function of the parameter."""
         known: dict[float, Conditions | None] = {}
 
@@ -119,7 +119,7 @@ class Search:
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         return Ranges(self.name, kind, tuple(united_ranges), told, None if united_ranges else self.against())
 
-    def against(self) -> tuple[Limit, ...] | None:
+    def against(self) -> tuple[RestLimit, ...] | None:
         """Return the limits that contradict balance, for the first choice of what presses for which some do.
 
         Those of friction only where others do not: what lifts off is past those of friction, too.
@@ -339,7 +339,7 @@ class Search:
             sharp = [sharpened(self.at, end, limits) for pair in found for end in pair]
         return list(zip(sharp[::2], sharp[1::2], strict=True))
 
-    def left_of(self, known: Range, limits: Sequence[Limit], choice: Choice) -> list[Range]:
+    def left_of(self, known: Range, limits: Sequence[RestLimit], choice: Choice) -> list[Range]:
         """Return what is left of a range when circles are cut again; without bound it stays so.
 
         It is looked at from a little beyond its ends: at an end itself what a new cut takes away is less than is told
@@ -368,7 +368,7 @@ class Search:
         cuts: dict[str, tuple[Direction, ...]],
         ends: Sequence[RestEnd],
         sharp: Sequence[RestEnd],
-        limits: Sequence[Limit],
+        limits: Sequence[RestLimit],
     ) -> bool:
         """Add the directions in which circles are pressed upon at ends; return whether there is a new one.
 
@@ -383,7 +383,7 @@ class Search:
                     changed = True
         return changed
 
-    def pressed(self, end: RestEnd, limits: Sequence[Limit]) -> Iterator[tuple[str, Direction]]:
+    def pressed(self, end: RestEnd, limits: Sequence[RestLimit]) -> Iterator[tuple[str, Direction]]:
         """Yield the directions in which circles are pressed upon at an end: by forces, and in what contradicts.
 
         Corners of one contact may each take what another one is kept from: all are pressed as their sum is, too.
@@ -468,7 +468,7 @@ def _affine(values: Sequence[Floats]) -> bool:
     return all(_alike(x + (y - x) * (probe - a) / (b - a), value) for probe, value in zip(_PROBES, values, strict=True))
 
 
-def _rest_end(end: End, limits: Sequence[Limit], choice: Choice) -> RestEnd:
+def _rest_end(end: End, limits: Sequence[RestLimit], choice: Choice) -> RestEnd:
     against = end.gives_way
     if against is None:
         return RestEnd(end.value)

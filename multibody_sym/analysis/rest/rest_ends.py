@@ -7,7 +7,7 @@ from dataclasses import field, replace
 from math import pi
 from typing import Final
 
-from multibody_sym.analysis.rest.statics import Choice, Limit
+from multibody_sym.analysis.rest.statics import Choice, RestLimit
 from multibody_sym.records import dataclass
 
 _ONE: Final = 1e-12
@@ -24,7 +24,7 @@ class RestEnd:
 
     value: float
     equal: tuple[int, ...] = ()
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[RestLimit, ...] = ()
     choice: Choice = field(default_factory=Choice)
     shares: tuple[float, ...] = ()
     on_circles: bool = False

@@ -55,7 +55,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Limit:
+class RestLimit:
     """The sum of factors times multipliers (by number) that is >= 0 at rest, and what happens to what beyond it.
 
     `part` is the friction part or the element, `group` the declared element that it belongs to; `along` the direction
@@ -71,7 +71,7 @@ class Limit:
     curve: Curve | None = None
     idle: tuple[int, ...] = ()
 
-    def turned_to(self, along: Direction) -> Limit:
+    def turned_to(self, along: Direction) -> RestLimit:
         """Return the tangent of the same circle in another direction."""
         assert self.curve is not None
         normals = tuple(term for term in self.terms if term[0] not in self.curve.rubbing)
@@ -114,30 +114,30 @@ class Statics:
 
     # --- limits -------------------------------------------------------------------------------------------------
 
-    def limits(self, choice: Choice, cuts: Cuts | None = None) -> tuple[Limit, ...]:
+    def limits(self, choice: Choice, cuts: Cuts | None = None) -> tuple[RestLimit, ...]:
         """Return all limits, with the sides that press of joints; `cuts` in place of the first ones."""
-        found: list[Limit] = []
+        found: list[RestLimit] = []
         for k, row in taut_ropes(self.mechanism):
-            found.append(Limit("slackens", row.name, row.name, ((k, ONE),)))
+            found.append(RestLimit("slackens", row.name, row.name, ((k, ONE),)))
         for element in self.mechanism.one_way:
             found += self._of_element(element, choice, cuts or self.cuts)
         return tuple(found)
 
-    def _of_element(self, element: OneWay, choice: Choice, cuts: Cuts) -> Iterator[Limit]:
+    def _of_element(self, element: OneWay, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
         group = element.group or element.name
         if element.unilateral:
             way = _WAYS.get(element.kind, "opens")
             idle = tuple(self.place(row) for part in element.frictions for row in part.rows)
-            yield Limit(way, group, element.name, ((self.place(element.normals[0]), ONE),), idle=idle)
+            yield RestLimit(way, group, element.name, ((self.place(element.normals[0]), ONE),), idle=idle)
         for normal in () if element.unilateral else element.normals:
             place = self.place(normal)
             if place in choice.sides:
-                yield Limit("turns", group, element.name, ((place, as_node(choice.sides[place])),))
+                yield RestLimit("turns", group, element.name, ((place, as_node(choice.sides[place])),))
         for part in element.frictions:
             if not part.enough:
                 yield from self._of_friction(element, part, choice, cuts)
 
-    def _of_friction(self, element: OneWay, part: FrictionPart, choice: Choice, cuts: Cuts) -> Iterator[Limit]:
+    def _of_friction(self, element: OneWay, part: FrictionPart, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
         normals = [(k, most(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
@@ -148,7 +148,7 @@ class Statics:
         for way in ways:
             against = tuple((k, negate(as_node(x))) for k, x in zip(rows, way, strict=False) if x)
             along = way if len(rows) == 2 else None
-            yield Limit("slips", element.group or element.name, part.name, (*normals, *against), along, curve)
+            yield RestLimit("slips", element.group or element.name, part.name, (*normals, *against), along, curve)
 
     def _pressing(self, element: OneWay, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
         """Yield the multipliers that make the normal force of friction, each with its factor."""
@@ -179,7 +179,7 @@ class Statics:
 
     # --- balance ------------------------------------------------------------------------------------------------
 
-    def balance(self, motion: Motion, limits: Sequence[Limit], rows: Sequence[RowMotion]) -> Balance:
+    def balance(self, motion: Motion, limits: Sequence[RestLimit], rows: Sequence[RowMotion]) -> Balance:
         """Return the conditions at a state at rest; `rows` are all rows there, None for what is out of touch."""
         forces = applied_generalized_forces(motion, applied(motion))
         needed = inverse_dynamics(motion, [0] * len(forces))

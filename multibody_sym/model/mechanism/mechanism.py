@@ -63,7 +63,7 @@ class Speed:
 
 
 @dataclass(frozen=True)
-class Limit:
+class JointLimit:
     """The range of a joint's `coordinate`, and the largest size of its `speed`, by name; None is no limit."""
 
     joint: str
@@ -180,7 +180,7 @@ class Mechanism:
     fades: tuple[Node, ...]
     loads: tuple[Load, ...]
     rows: tuple[Row, ...]
-    limits: tuple[Limit, ...]
+    limits: tuple[JointLimit, ...]
     cuts: tuple[CutJoint, ...]
     symbols: Mapping[Node, Node]
     minimum_norm: bool

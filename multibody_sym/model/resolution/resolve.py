@@ -16,7 +16,7 @@ from multibody_sym.model.declaration.system import System, expressions_in, verif
 from multibody_sym.model.declaration.tables import Table, input_dimensions
 from multibody_sym.model.mechanism.impacts import StruckImpacts
 from multibody_sym.model.mechanism.mass import GROUND, used_up
-from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
+from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, JointLimit, Mechanism, Speed, TreeBody
 from multibody_sym.model.mechanism.mode_words import possible_words
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
@@ -319,7 +319,7 @@ def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVe
     return ParameterVector(tuple(entries))
 
 
-def _limits(system: System, slots: Mapping[Node, Node]) -> list[Limit]:
+def _limits(system: System, slots: Mapping[Node, Node]) -> list[JointLimit]:
     made = []
     for name, joint in system.joints.items():
         found = getattr(joint, "limits", None)
@@ -327,5 +327,5 @@ def _limits(system: System, slots: Mapping[Node, Node]) -> list[Limit]:
             continue
         (coordinate,), (speed,) = coordinate_names(name, joint), speed_names(name, joint)
         if symbol(coordinate) in slots:
-            made.append(Limit(name, coordinate, speed, found.lower, found.upper, found.velocity))
+            made.append(JointLimit(name, coordinate, speed, found.lower, found.upper, found.velocity))
     return made
