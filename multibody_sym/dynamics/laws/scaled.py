@@ -54,8 +54,7 @@ class Part:
 
     def pressed(self, z: Floats) -> Floats:
         """Return N (..) of forces z (.., m)."""
-        loads = self.loads(z)
-        return np.asarray(np.linalg.norm(loads, axis=-1) if self.norm else np.abs(loads).sum(axis=-1), dtype=float)
+        return _pressed(self.loads(z), np.zeros(1, dtype=np.intp), self.norm)[..., 0]
 
     def along(self, z: Floats, least: float = 0.0) -> Floats:
         """Return (.., k) the direction of these forces as a vector, zeros where it is no longer than `least`."""
@@ -164,9 +163,7 @@ class Scaled:
 
     def pressed(self, z: Floats) -> Floats:
         """Return N (.., p) of all parts."""
-        loads, starts = self.loads(z), self.table.starts
-        lengths = np.sqrt(over_parts(np.add, loads * loads, starts))
-        return np.where(self.table.norm, lengths, over_parts(np.add, np.abs(loads), starts))
+        return _pressed(self.loads(z), self.table.starts, self.table.norm)
 
     def rubbing(self, z: Floats) -> Floats:
         """Return (.., p) how large the friction of all parts is."""
@@ -260,6 +257,12 @@ def _part(number: int, part: FrictionLaw, sizes: Floats) -> Part:
     velocity = np.array([*part.velocity, *[0.0] * (len(rows) - len(part.velocity))], dtype=float)
     base, numbers = sizes[rows[0]] / sizes[normals], (part.static, part.kinetic)
     return Part(number, rows, normals, base, velocity, *numbers, part.norm, part.enough, part.held)
+
+
+def _pressed(loads: Floats, starts: Places, norm: Flags | bool) -> Floats:
+    """Return N (.., p) of parts whose forces of normals (.., k) begin at some places."""
+    lengths = np.sqrt(over_parts(np.add, loads * loads, starts))
+    return np.where(norm, lengths, over_parts(np.add, np.abs(loads), starts))
 
 
 def over_parts(combine: np.ufunc, values: Array, starts: Places) -> Array:
