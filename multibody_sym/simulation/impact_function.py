@@ -137,7 +137,7 @@ class Modes:
                 number="N108",
             )
         names = tuple(x.name for x in mode.rows.acting)
-        key = (names, tuple(sorted(mode.rows.slips.items())), mode.acting)
+        key = (names, tuple(sorted(mode.rows.mode.slips.items())), mode.acting)
         if key not in self.known:
             compiled = _compiled(mode, impact_program(mode), native=self.native, backend=self.backend)
             arguments = Arguments(blow.mechanism, compiled, np.array(self.posed.begin.parameters))

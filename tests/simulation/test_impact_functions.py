@@ -116,12 +116,12 @@ def test_a_scanned_chain_finds_the_mode_of_each_state(section: str) -> None:
         if there.impacts > 1:
             continue
         rows = struck_rows(blow, there)
-        if len(posed.blow.elements) > 1 and any(len(there.course(k)) > 1 for k in range(len(rows.slips))):
+        if len(posed.blow.elements) > 1 and any(len(there.course(k)) > 1 for k in range(len(rows.mode.slips))):
             with pytest.raises(mbs.NoSolutionError, match="slip stops or turns round"):
                 function(0.0, q, u)
             continue
         found = function(0.0, q, u).u
-        modes.add((tuple(x.name for x in rows.acting), tuple(rows.slips.values())))
+        modes.add((tuple(x.name for x in rows.acting), tuple(rows.mode.slips.values())))
         after = u + accelerations_of(blow.dynamics, there.x)
         assert found == pytest.approx(after, abs=1e-10 * np.abs(after).max()), there.phases
     assert len(modes) > 2

@@ -14,7 +14,7 @@ from multibody_sym.answers.validity import told_conditions
 from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.rows import coefficients
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, OneWay
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, Node, as_node
@@ -70,7 +70,7 @@ class _Mode:
     def pressed(self, element: OneWay, part: FrictionPart) -> tuple[S, S]:
         """Return the coefficient of a part that sticks, and the impulse that presses it."""
         (static,) = coefficients(self.nodes.before, part.rows, [part.static])
-        return static, pressing(self.nodes, element, part, self.rows.sides)
+        return static, pressing(self.nodes, element, part, self.rows.mode.sides)
 
     def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
         """Return the speeds of opening by the names of elements."""
@@ -100,7 +100,7 @@ def _needed(mode: _Mode) -> Iterator[Needed]:
     for element in mode.rows.rough:
         if not any(part.norm for part in element.frictions):
             for row in element.normals:
-                pressed = limits.towards(mode.rows.sides[row.name], *row_impulses(mode.nodes, [row.name]))
+                pressed = limits.towards(mode.rows.mode.side(element, row), *row_impulses(mode.nodes, [row.name]))
                 yield Needed(as_node(pressed), f"{element.name} is pressed from the other side")
         for part in rubbing(element):
             yield from _of_friction(mode, element, part)
@@ -113,7 +113,7 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[N
     if len(part.rows) > 1:
         yield from _in_space(mode, element, part)
         return
-    slip = mode.rows.slips.get(part.name, 0)
+    slip = mode.rows.mode.slip(part)
     if slip:
         yield from _slipping(mode, element, part, slip)
     elif not part.enough:
@@ -139,6 +139,6 @@ def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> It
 
 def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Needed]:
     """Yield that what sticks in the end stays within its cone."""
-    if not part.enough and mode.rows.slips.get(part.name, 0) == 0:
+    if not part.enough and mode.rows.mode.slip(part) == STICKS:
         along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
         yield Needed(as_node(limits.room(*mode.pressed(element, part), [along])), f"{part.name} slips")

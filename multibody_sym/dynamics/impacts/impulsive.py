@@ -8,7 +8,7 @@ mechanism like any other, whose accelerations, multipliers and reactions are jum
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -178,19 +178,18 @@ def plane_element(blow: Blow) -> OneWay | None:
 class StruckRows:
     """Which rows act in an impact, of the mechanism at rest, and by how much each jumps (by number).
 
-    `acting` are the elements that strike, `slips` how each friction part slides all the while (0: not so); those
-    `along` their rows have impulses of their own there. `rough` are the joints that rub, `joints` their rows, the last
-    of all, and `sides` the signs with which what they define presses. Where friction changes on the way the impulses of
-    rows are `given`: what they are is among the jumps.
+    `acting` are the elements that strike, `rough` the joints that rub, `joints` their rows, the last of all. The `mode`
+    says how each friction part slides all the while (0: not so, and then it has impulses of its own along its rows),
+    and from which side what joints define presses. Where friction changes on the way the impulses of rows are `given`:
+    what they are is among the jumps.
     """
 
     mechanism: Mechanism
     jumps: Mapping[int, float]
     acting: tuple[OneWay, ...]
-    slips: Mapping[str, int]
+    mode: Mode
     rough: tuple[OneWay, ...] = ()
     joints: tuple[Row, ...] = ()
-    sides: Mapping[str, int] = field(default_factory=dict)
     given: frozenset[str] = frozenset()
 
 
@@ -223,7 +222,7 @@ def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
     mechanism = blow.resting([*rows, *joints], given)
     jumps = {k: _jump(blow, struck, places[row.name]) for k, row in enumerate(mechanism.rows)}
     jumps |= {k: float(struck.impulses[places[row.name]]) for k, row in enumerate(mechanism.rows) if row.name in given}
-    return StruckRows(mechanism, jumps, acting, slips, rough, joints, mode.sides, given)
+    return StruckRows(mechanism, jumps, acting, replace(mode, slips=slips), rough, joints, given)
 
 
 def _changes(struck: Struck) -> bool:

@@ -107,7 +107,7 @@ class StruckMode:
     ) -> Iterator[tuple[str, str, S]]:
         normal = element.normals[0].name
         for part in rubbing(element):
-            slip, names = self.rows.slips.get(part.name, 0), [row.name for row in part.rows]
+            slip, names = self.rows.mode.slip(part), [row.name for row in part.rows]
             if slip:
                 yield "speed", f"{part.name} slips as at the start", slip * after.get(names[0], ZERO)
                 if first is not None:
