@@ -69,9 +69,8 @@ class ModeValues:
                     side, force = self.modes.side(element, row), values.multiplier(row.name)
                     found[f"turns {row.name}"] = -towards(side, force)
                 continue
-            found[f"normal {element.name}"] = chosen(
-                self.modes.acts(normal), values.opens(normal), values.closes(normal)
-            )
+            opens, closes = -values.normal(element), values.closes(normal)
+            found[f"normal {element.name}"] = chosen(self.modes.acts(normal), opens, closes)
             if has_end(element):
                 found[f"edge {element.name}"] = values.leaves(normal)
             if has_rim(element):

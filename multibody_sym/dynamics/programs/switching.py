@@ -135,10 +135,6 @@ class SwitchingValues(OneWayForces):
         assert isinstance(row, ContactRow)
         return flattened(row, self.motion)
 
-    def opens(self, row: Row) -> S:
-        """Return what becomes positive where a row that acts would have to pull, or to push."""
-        return -self.multiplier(row.name)
-
     def _in_space(self, ends: Ends, part: FrictionPart) -> S:
         speeds = [self.row(row).phidot for row in part.rows]
         if ends == "stops in space":
