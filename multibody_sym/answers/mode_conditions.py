@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.dynamics.programs.one_way_forces import is_active, side_of, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.quantities import force_name
@@ -100,7 +100,7 @@ def _of_normal(acting: Acting, limit: Limit, touching: Collection[str]) -> Itera
             return
         told, broken = f"{name} opens: its gap's acceleration >= 0", _begun(limit.element)
     else:
-        side = side_of(acting.mechanism, limit.element, row)
+        side = acting.mode.side(limit.element, row)
         if not side:
             return
         told = f"{force_name(row.name, 'multiplier')} {'>=' if side > 0 else '<='} 0"
@@ -116,7 +116,7 @@ def _begun(element: OneWay) -> str:
 
 
 def _slipping(acting: Acting, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
-    name, slip = part.name, slip_of(acting.mechanism, part)
+    name, slip = part.name, acting.mode.slip(part)
     what = "velocity" if moves else "acceleration"
     if slip != ALONG_VELOCITY:
         told = f"{name} slides: its {what} along the tangent {'>' if slip > 0 else '<'} 0"
@@ -185,7 +185,7 @@ def pivots(mechanism: Mechanism, forms: ClosedForms) -> Iterator[Condition]:
     """Yield that the apparent mass which a sliding contact's force meets has the sign that it has."""
     names = [row.name for row in mechanism.rows]
     for element in mechanism.one_way:
-        slides = element.unilateral and any(slip_of(mechanism, part) != STICKS for part in element.frictions)
+        slides = element.unilateral and any(mode_of(mechanism).slip(part) != STICKS for part in element.frictions)
         if slides and is_active(mechanism, element):
             try:
                 given = forms.give(names.index(element.normals[0].name))
@@ -206,7 +206,7 @@ def _groups(acting: Acting) -> Iterator[Inequality]:
     """Yield that corners which all stick do not slip together: their single forces may not be unique, their sum is."""
     for name, elements in _corner_groups(acting):
         parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
-        sticking = all(slip_of(acting.mechanism, part) == STICKS for part in parts)
+        sticking = all(acting.mode.slip(part) == STICKS for part in parts)
         if len(elements) > 1 and len(parts) == len(elements) and sticking:
             yield _sticking_together(acting, name, elements, parts)
 
@@ -218,7 +218,7 @@ def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
     """
     for name, elements in _corner_groups(acting):
         parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
-        if len(elements) < 2 or not all(slip_of(acting.mechanism, x) == STICKS and len(x.rows) == 2 for x in parts):
+        if len(elements) < 2 or not all(acting.mode.slip(x) == STICKS and len(x.rows) == 2 for x in parts):
             continue
         rows = [*(x.normals[0] for x in elements), *(row for part in parts for row in part.rows)]
         wrenches = [(acting.multiplier(row.name), acting.row(row).of_body) for row in rows]
@@ -320,7 +320,7 @@ def slipping(solved: Solved) -> Iterator[Condition]:
 
 
 def _slips_in_line(mechanism: Mechanism, part: FrictionPart) -> bool:
-    return slip_of(mechanism, part) in (1, -1)
+    return mode_of(mechanism).slip(part) in (1, -1)
 
 
 def declared(solved: Solved) -> Iterator[Condition]:

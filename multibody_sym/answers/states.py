@@ -11,7 +11,7 @@ from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.mode_conditions import inequalities
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.reactions import unit_of
-from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.states import WAYS
@@ -104,7 +104,7 @@ def _verb(word: str) -> str:
 
 
 def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, needed: Mapping[str, Value]) -> str:
-    slip = slip_of(acting.mechanism, part)
+    slip = acting.mode.slip(part)
     if slip != STICKS:
         moving = part.name in solved.decided.moving
         if isinstance(part.rows[0], RopeSlipRow):
@@ -176,8 +176,8 @@ def _directions(acting: Acting) -> Iterator[tuple[str, tuple[float, ...]]]:
     """Yield in which direction each part slides in space, along its two tangents."""
     for element in acting.mechanism.one_way:
         for part in element.frictions if is_active(acting.mechanism, element) else ():
-            if slip_of(acting.mechanism, part) == ALONG_VELOCITY:
-                given = mode_of(acting.mechanism).directions.get(part.name)
+            if acting.mode.slip(part) == ALONG_VELOCITY:
+                given = acting.mode.directions.get(part.name)
                 velocity = [float(acting.row(row).phidot) for row in part.rows]
                 speed = sum(v * v for v in velocity) ** 0.5
                 yield part.name, given if given is not None else tuple(v / speed for v in velocity)

@@ -47,16 +47,6 @@ def is_active(mechanism: Mechanism, element: OneWay) -> bool:
     return mode_of(mechanism).acts(element)
 
 
-def slip_of(mechanism: Mechanism, part: FrictionPart) -> int:
-    """Return how a part slips: 0 sticks, 1 and -1, 2 in space."""
-    return mode_of(mechanism).slip(part)
-
-
-def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
-    """Return the sign that the force of a normal row has in the mode, 0 where it is zero or does not act."""
-    return ACTIVE if element.unilateral else mode_of(mechanism).side(element, normal)
-
-
 @dataclass(frozen=True, eq=False)
 class OneWayForces:
     """The elements of a mechanism in its mode, in motion, with the multipliers (ns) of its rows."""
@@ -68,6 +58,11 @@ class OneWayForces:
     def mechanism(self) -> Mechanism:
         """The mechanism in its mode."""
         return self.motion.mechanism
+
+    @property
+    def mode(self) -> Mode:
+        """That mode."""
+        return mode_of(self.mechanism)
 
     @cached_property
     def _places(self) -> Mapping[str, int]:
@@ -94,7 +89,7 @@ class OneWayForces:
 
     def side(self, element: OneWay, normal: Row) -> int:
         """Return the sign with which the force of a normal row counts."""
-        return side_of(self.mechanism, element, normal) or ACTIVE
+        return ACTIVE if element.unilateral else self.mode.side(element, normal) or ACTIVE
 
     def friction(self, part: FrictionPart) -> list[S]:
         """Return the friction of a part along its rows (1, or 2 in space).
@@ -125,7 +120,7 @@ class OneWayForces:
     def mode_limits(self) -> Iterator[Limit]:
         """The limits of all elements in the mode."""
         for element in self.mechanism.one_way:
-            yield from limits_in(mode_of(self.mechanism), element)
+            yield from limits_in(self.mode, element)
 
     def value(self, limit: Limit, rate: Callable[[Row], S]) -> S:
         """Return what must not be negative, where rows move at a `rate`."""
@@ -136,12 +131,12 @@ class OneWayForces:
         if limit.kind == "force":
             return self.multiplier(normal.name)
         if part is None:
-            return limits.towards(side_of(self.mechanism, element, normal), self.multiplier(normal.name))
+            return limits.towards(self.mode.side(element, normal), self.multiplier(normal.name))
         return self.room(element, part) if limit.kind == "cone" else self.forward(part, rate)
 
     def forward(self, part: FrictionPart, rate: Callable[[Row], S]) -> S:
         """Return how fast a part slips the way that it does, or begins to in space, where rows move at a `rate`."""
-        return limits.along(self.begins(part) or [slip_of(self.mechanism, part)], [rate(row) for row in part.rows])
+        return limits.along(self.begins(part) or [self.mode.slip(part)], [rate(row) for row in part.rows])
 
     def begins(self, part: FrictionPart) -> list[S]:
         """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""

@@ -24,7 +24,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from typing import Final, Literal
 
-from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, side_of
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
 from multibody_sym.kinematics.contacts import gap, reach
 from multibody_sym.kinematics.flat_rims import flattened
 from multibody_sym.kinematics.relative import separation, slip_velocity
@@ -32,7 +32,7 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.every_mode import has_end, has_rim
 from multibody_sym.model.mechanism.limits import Limit, limits_in
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.one_way import ACTIVE, FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import minimum
@@ -115,7 +115,7 @@ class SwitchingValues(OneWayForces):
 
     def side(self, element: OneWay, normal: Row) -> int:
         """Return the sign of the force of a normal row, 0 where it has none yet: it may press either way."""
-        return side_of(self.mechanism, element, normal)
+        return ACTIVE if element.unilateral else self.mode.side(element, normal)
 
     def closes(self, row: Row) -> S:
         """Return what becomes positive where a row touches that does not act."""
