@@ -33,14 +33,20 @@ def length(values: Sequence[S]) -> S:
     return absolute(values[0]) if len(values) == 1 else sqrt(sum(x * x for x in values))
 
 
-def pressing(forces: Sequence[S], sides: Sequence[int], *, norm: bool = False) -> S:
+def pressing(forces: Sequence[S], sides: Sequence[S], *, norm: bool = False) -> S:
     """Return N of normal forces with the signs that they have on their sides, 0 where that is not known.
 
     The length of a vector of which one component alone does not vanish identically is that by its side.
     """
     if norm and sum(x is not ZERO for x in forces) > 1:
         return length(forces)
-    return sum(x if side > 0 else -x if side else absolute(x) for x, side in zip(forces, sides, strict=True))
+    return sum(_size(x, side) for x, side in zip(forces, sides, strict=True))
+
+
+def _size(force: S, side: S) -> S:
+    if isinstance(side, int):
+        return force if side > 0 else -force if side else absolute(force)
+    return side * force + (1 - side * side) * absolute(force)
 
 
 def most(static: S, N: S) -> S:

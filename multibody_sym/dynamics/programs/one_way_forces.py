@@ -82,10 +82,8 @@ class OneWayForces:
         normals = element.normals_of(part)
         forces = [self.multiplier(row.name) for row in normals]
         in_programs = self.mechanism.mode_numbers and any(isinstance(x, Node) for x in forces)  # numbers have a mode
-        if in_programs and not (element.unilateral or part.norm):
-            sides = [ModeNodes(self.mechanism).side(element, row) for row in normals]
-            return sum(((side + 1 - side * side) * x for side, x in zip(sides, forces, strict=True)), ZERO)
-        return limits.pressing(forces, [self.side(element, row) for row in normals], norm=part.norm)
+        side = ModeNodes(self.mechanism).side if in_programs and not part.norm else self.side
+        return limits.pressing(forces, [side(element, row) for row in normals], norm=part.norm)
 
     def side(self, element: OneWay, normal: Row) -> int:
         """Return the sign with which the force of a normal row counts."""
