@@ -450,3 +450,24 @@ def test_a_kink_that_is_hardly_passed_is_left_again(depth: float, method: str) -
     run = mbs.simulate(mbs.loads(THROWN), t_end=2, parameters={"h": 5 - depth}, method=method, samples=2)
     allowed = 1e-6 if method == "RK45" else 1e-9
     assert run["y"][-1] == pytest.approx(5 - depth - v * left - 5 * left**2, abs=allowed)
+
+
+LED_ON_A_SLIDER = """
+bodies: {b: {mass: 1}, c: {mass: 1}}
+joints:
+  J: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {u: 30}}
+  K: {type: prismatic, parent: b, child: c, axis: x, q: s}
+forces:
+  rub: {type: friction, joint: J, static: 0.5}
+  hold: {type: friction, joint: K, static: 0.2}
+  down: {type: force, on: c, value: [0, 4.81, 0]}
+  up: {type: force, on: b, value: [0, "14.81 + where(t < 0.5, 0, LOAD)", 0]}
+"""
+
+
+@pytest.mark.parametrize("load", [20, -20])
+def test_a_load_from_either_side_brakes_a_slider_that_nothing_pressed(load):
+    """10 N brake the slider, of which 1 N is given by the block: it slips forward on it, and at no time back."""
+    run = simulated(LED_ON_A_SLIDER.replace("LOAD", str(load)), t_end=1.0)
+    assert run.u[-1] == pytest.approx([30 - 9 * 0.5, 8 * 0.5], rel=1e-9)
+    assert told(run) == [("rub", "slide+"), ("hold", "slide+")]
