@@ -123,14 +123,13 @@ class OneWayForces:
     def value(self, limit: Limit, rate: Callable[[Row], S]) -> S:
         """Return what must not be negative, where rows move at a `rate`."""
         element, part = limit.element, limit.part
+        if part is not None:
+            return self.room(element, part) if limit.kind == "cone" else self.forward(part, rate)
         normal = element.normals[limit.normal]
         if limit.kind == "gap":
             return rate(normal)
-        if limit.kind == "force":
-            return self.multiplier(normal.name)
-        if part is None:
-            return limits.towards(self.mode.side(element, normal), self.multiplier(normal.name))
-        return self.room(element, part) if limit.kind == "cone" else self.forward(part, rate)
+        force = self.multiplier(normal.name)
+        return force if limit.kind == "force" else limits.towards(self.mode.side(element, normal), force)
 
     def forward(self, part: FrictionPart, rate: Callable[[Row], S]) -> S:
         """Return how fast a part slips the way that it does, or begins to in space, where rows move at a `rate`."""
