@@ -303,22 +303,6 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class RunFailure:
-    """Why a run ended early: `status` at `time`, in a `component`.
-
-    NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
-    get small, or that Newton's iteration moves most; NO_SLOPE: the one whose rate has no finite derivative;
-    NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED,
-    NO_MODE: nothing is found in which the run could go on; CHATTERS: a force jumps to and fro and time does not go on;
-    and SINGULAR: rows become dependent there.
-    """
-
-    status: Status
-    time: float
-    component: int | None
-
-
-@dataclass(frozen=True)
 class Reason:
     """Why a run could not go on, in words; `ends`: the motion of the model has no continuation there, as it is shown.
 
@@ -327,6 +311,23 @@ class Reason:
 
     text: str
     ends: bool = False
+
+
+@dataclass(frozen=True)
+class RunFailure:
+    """Why a run ended early: `status` at `time`, in a `component`.
+
+    NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
+    get small, or that Newton's iteration moves most; NO_SLOPE: the one whose rate has no finite derivative;
+    NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED,
+    NO_MODE: nothing is found in which the run could go on, for a `reason`; CHATTERS: a force jumps to and fro and time
+    does not go on; and SINGULAR: rows become dependent there.
+    """
+
+    status: Status
+    time: float
+    component: int | None
+    reason: Reason | None = None
 
 
 @dataclass(frozen=True)

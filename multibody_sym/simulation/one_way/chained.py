@@ -105,8 +105,7 @@ class OneWayRun:
 
     `stretches` are its modes, one a leg, `changes` what switches did in the order of time, `blows` all impacts, `lost`
     what these took (J), by element, `lost_at_start` (J) what they took in all before the first sample, `jumps` those
-    after which a stretch went on: its number, the time, and the state after it; `answers` what `jump` said. `trouble`
-    says why a run could not go on.
+    after which a stretch went on: its number, the time, and the state after it; `answers` what `jump` said.
     """
 
     prepared: PreparedRuns
@@ -114,7 +113,6 @@ class OneWayRun:
     stretches: list[Stretch] = field(default_factory=list)
     lost: dict[str, float] = field(default_factory=dict)
     lost_at_start: float = 0.0
-    trouble: Reason | None = None
     legs: list[Leg] = field(default_factory=list)
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)
@@ -138,8 +136,8 @@ class OneWayRun:
         self._go_the_same_ways()
         entered = self._entered(found, None)
         if isinstance(entered, RunFailure):
-            assert self.trouble is not None
-            raise NoSolutionError(f"{self.trouble.text} at the start")
+            assert entered.reason is not None
+            raise NoSolutionError(f"{entered.reason.text} at the start")
         self.lost_at_start = sum(self.lost.values())
         return entered
 
@@ -201,9 +199,9 @@ class OneWayRun:
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event | Stopped:
         """Return the run in the mode that follows at a switch, or why there is none."""
         cause = self.stretches[-1].cause(switch.index)
-        self.trouble = self.switches.hindered(switch.begun.time, switch.x, cause, reversed(self.changes))
-        if self.trouble is not None:
-            return RunFailure(Status.NO_MODE, switch.begun.time, None)
+        reason = self.switches.hindered(switch.begun.time, switch.x, cause, reversed(self.changes))
+        if reason is not None:
+            return RunFailure(Status.NO_MODE, switch.begun.time, None, reason)
         if cause.ends == "moves on" and cause.part is not None:
             return self._on_its_way(switch, cause.part)
         if cause.ends == "stops in space" and cause.part is not None:
@@ -236,12 +234,12 @@ class OneWayRun:
         found = self.switches.beyond(now, jam.facts)
         if found.mode is None:
             why = found.why_none
-            self.trouble = Reason(
+            reason = Reason(
                 f"friction jams: the force at {jam.row} grows without bound, for with its friction it hardly moves "
                 f"what it presses (Painleve's paradox), and behind that {why.text}",
                 why.ends,
             )
-            return RunFailure(Status.NO_MODE, t, None)
+            return RunFailure(Status.NO_MODE, t, None, reason)
         return self._later(found, switch)
 
     def _later(self, found: Decided, switch: Switch) -> Problem | RunFailure | Event | Stopped:
@@ -337,8 +335,7 @@ class OneWayRun:
         """Return the run in the mode that was found, noting what has changed."""
         t = found.facts.t if switch is None else switch.begun.time
         if found.mode is None:
-            self.trouble = found.why_none
-            return RunFailure(Status.NO_MODE, t, None)
+            return RunFailure(Status.NO_MODE, t, None, found.why_none)
         problem, program = self.prepared.first_problem if switch is None else self._behind(found, switch.begun)
         returns = 0 if switch is None or found.blow is not None else self._returns.to(t, key_of(found.mode))
         if switch is not None and returns > _GIVEN_UP:
@@ -347,11 +344,11 @@ class OneWayRun:
             if beyond is not None:
                 return self._entered(beyond, switch)
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
-            self.trouble = Reason(
+            reason = Reason(
                 f"no state of {changing or 'what touches'} was found that lasts: {returns} times the same one followed "
                 f"within {self._returns.soon:.3g} s, the last ones kept up to 1e-8 of the forces beyond their limits,"
             )
-            return RunFailure(Status.NO_MODE, t, None)
+            return RunFailure(Status.NO_MODE, t, None, reason)
         if returns >= _RETURNS:
             pairs = zip(program.switchings, problem.margins, strict=True)
             kept = (_KEPT * margin if x is not None and x.limits else margin for x, margin in pairs)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.problem import Jump, Loop, Problem, Reason
+from multibody_sym.runtime.problem import Jump, Loop, Problem
 from multibody_sym.simulation.runs.runnable import Runnable
 
 if TYPE_CHECKING:  # few runs need any of it
@@ -84,9 +84,6 @@ class RunInModes(Protocol):
 
     @property
     def project(self) -> bool: ...
-
-    @property
-    def trouble(self) -> Reason | None: ...
 
     @property
     def answers(self) -> Sequence[Answer]: ...

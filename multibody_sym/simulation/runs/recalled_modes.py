@@ -19,7 +19,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.loading import Compiled
-from multibody_sym.runtime.problem import Event, Loop, Problem, Progress, Reason, Statistics
+from multibody_sym.runtime.problem import Event, Loop, Problem, Progress, Statistics
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runs.modes import Answer, Beginning, Departed, EnergyAccount, FrictionWork, RunInModes
 from multibody_sym.simulation.runs.problems import problem_of, values_of
@@ -118,7 +118,6 @@ class RecalledModes:
     stabilised: tuple[float, float] | None
     project: bool
     legs: list[Leg] = field(default_factory=list)
-    trouble: Reason | None = None
     _answered: int = 0
 
     @staticmethod

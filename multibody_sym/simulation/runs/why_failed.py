@@ -292,9 +292,8 @@ def _happened(run: Trajectory, failure: RunFailure) -> Reason:
     if failure.status is Status.SINGULAR:
         return _singular(run, failure.time)
     if failure.status is Status.NO_MODE:
-        assert run.modes is not None
-        assert run.modes.trouble is not None
-        return replace(run.modes.trouble, text=f"{run.modes.trouble.text} {when}")
+        assert failure.reason is not None
+        return replace(failure.reason, text=f"{failure.reason.text} {when}")
     assert failure.status in _BROKEN
     found = _contradiction(run, failure.time)
     if found is not None:
