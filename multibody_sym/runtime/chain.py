@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Final
+from typing import Final, Generic, TypeVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from multibody_sym.runtime.integration import loop_for
 from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress, RunFailure, Statistics
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Leg:
     """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`, by so many `steps`.
 
@@ -29,12 +29,17 @@ class Leg:
     """
 
     of: Problem
-    first: int
-    end: int
-    until: float
+    first: int = 0
+    end: int = 0
+    until: float = 0.0
     steps: int = 0
     since: Passage | None = None
     before: int = 0
+
+    @property
+    def start(self) -> float:
+        """The time at which it begins."""
+        return self.of.start if self.since is None else self.since.time
 
     @cached_property
     def problem(self) -> Problem:
@@ -45,91 +50,107 @@ class Leg:
         q, u = passed.x[:nq], passed.x[nq:]
         return replace(self.of, begun=Begun(passed.time, self.first), q0=q, u0=u, margins=passed.margins)
 
-    @staticmethod
-    def entered(of: Problem, since: Passage) -> Leg:
-        """Return the part of a run that has just passed into a mode."""
-        return Leg(of, since.written, since.written, since.time, 0, since, since.steps)
 
-    def passed(self, end: int, until: float, steps: int) -> Leg:
-        """Return it as far as it has come, by the steps of its loop."""
-        return Leg(self.of, self.first, end, until, steps - self.before, self.since, self.before)
+LegT = TypeVar("LegT", bound=Leg)
+
+
+def come(leg: LegT, end: int, until: float, steps: int) -> LegT:
+    """Return a leg as far as it has come, by the steps of its loop."""
+    return replace(leg, end=end, until=until, steps=steps - leg.before)
+
+
+def entered(leg: LegT, of: Problem, at: Progress) -> LegT:
+    """Return a leg that begins where a run has come to, in a problem."""
+    return replace(leg, of=of, first=at.written, end=at.written, until=at.time, steps=0, since=None, before=0)
+
+
+def passed_into(leg: LegT, since: Passage) -> LegT:
+    """Return a leg in the mode of one, which the loop has just passed into once more."""
+    written, steps = since.written, since.steps
+    return replace(leg, first=written, end=written, until=since.time, steps=0, since=since, before=steps)
 
 
 @dataclass(frozen=True)
 class Switch:
-    """Where a part of a run ended: the state x (nq + nu,) at `begun`, by switching function `index` of the mode."""
+    """Where a leg ended: the state x (nq + nu,) at `begun`, by switching function `index` of its mode.
+
+    Where no step leads on, as rows come to depend on each other, that is `NO_STEP`.
+    """
 
     begun: Begun
     x: Floats
     index: int
 
 
-@dataclass(frozen=True)
-class Stopped:
-    """A stop that a run meets as it goes on in another `problem`, which tells the state there: it has hardly begun."""
+NO_STEP: Final = -1
 
-    event: Event
-    problem: Problem
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Where a leg went on, by its number: the state `after` a jump of speeds, by that of the switching function."""
+
+    leg: int
+    time: float
+    index: int
+    after: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class End(Generic[LegT]):
+    """Where a run ends as it might go on in another leg: it fails, or meets a stop, before that `leg` or `behind` it.
+
+    Behind it the leg tells the state there: it has hardly begun.
+    """
+
+    failure: RunFailure | None = None
+    stop: Event | None = None
+    leg: LegT | None = None
+    behind: bool = False
 
 
 _AT_SAMPLE: Final = 1e-9
 """The part of the time between samples within which a run stops at the one before."""
 
-Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event | Stopped"]
-"""Returns how a run goes on after a switch, which must be a problem begun there; why it cannot; or the stop it met:
-before what the switch does, or behind it."""
+NextLeg = Callable[[LegT, Switch], "LegT | End[LegT] | None"]
+"""Returns the leg that follows where one ended, or the end of the run; None where no step leads on and nothing else."""
 
 
-Across = Callable[[Problem, Switch], "Problem | RunFailure | Event | Stopped | None"]
-"""The same where no step leads on, as rows come to depend on each other; None where nothing else does."""
-
-
-def chain(onward: Onward, legs: list[Leg], across: Across | None = None) -> Loop:
-    """Return the loop of a run that goes on as `onward` says, and `across`, if it is given.
-
-    Its parts are added to `legs`, the one under way last.
-    """
+def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
+    """Return the loop of a run from leg to leg: to the first of `legs` it adds others, the one under way last."""
 
     def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         done = Progress(0, problem.start, problem.x0, Statistics(), None)
-        legs.append(Leg(problem, 0, 0, problem.start))
+        legs[-1] = entered(legs[-1], problem, done)
         while True:
             latest = done
             for progress in loop_for(problem)(problem, samples):
                 problem = legs[-1].of  # the loop may have gone on from mode to mode
                 latest = _joined(done, progress, problem)
-                legs[-1] = legs[-1].passed(latest.written, latest.time, progress.statistics.steps)
+                legs[-1] = come(legs[-1], latest.written, latest.time, progress.statistics.steps)
                 if _switched(progress, problem) is None and not _is_singular(latest, problem):
                     yield latest
-            index = _switched(progress, problem)
-            at = Begun(latest.time, latest.written)
-            following = None
-            if across is not None and _is_singular(latest, problem):
-                following = across(problem, Switch(at, latest.x, -1))
-            if following is not None:
-                latest = replace(latest, failure=None)
-            elif index is None or latest.failure is not None:
-                if _is_singular(latest, problem):
+            at, following = Begun(latest.time, latest.written), None
+            if _is_singular(latest, problem):
+                following = next_leg(legs[-1], Switch(at, latest.x, NO_STEP))
+                if following is None:
                     yield latest
+                    return
+                latest = replace(latest, failure=None)
+            index = _switched(progress, problem)
+            if following is None and (index is None or latest.failure is not None):
                 return
             if problem.is_over(latest.time) or latest.written == len(samples):
                 yield _over(latest, latest.x, samples, legs)
                 return
-            following = following or onward(problem, Switch(at, latest.x, index or 0))
-            if isinstance(following, Event):
-                latest = _told(latest, problem, samples)
-                legs[-1] = replace(legs[-1], end=latest.written)
-                yield replace(latest, events=(*latest.events, following))
-                return
-            if isinstance(following, Stopped):
-                yield _stopped_behind(latest, following, samples, legs)
-                return
-            if isinstance(following, RunFailure):
-                yield replace(latest, failure=following)
+            following = following or next_leg(legs[-1], Switch(at, latest.x, index or 0))
+            assert following is not None  # a mode ends where another follows, or the run
+            if isinstance(following, End):
+                yield _ended(latest, following, problem, samples, legs)
                 return
             left = problem.max_steps - progress.statistics.steps
-            problem, done = replace(following, max_steps=max(left, 1)), latest
-            legs.append(Leg(problem, latest.written, latest.written, latest.time))
+            problem, done = replace(following.of, max_steps=max(left, 1)), latest
+            _end_where(following, legs)
+            legs.append(entered(following, problem, latest))
             if problem.is_over(problem.start):  # the end of the run is where it switched
                 yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
                 return
@@ -137,7 +158,25 @@ def chain(onward: Onward, legs: list[Leg], across: Across | None = None) -> Loop
     return loop
 
 
-def _over(latest: Progress, x: Floats, samples: Floats, legs: list[Leg]) -> Progress:
+def _end_where(following: LegT, legs: list[LegT]) -> None:
+    """Let the last leg end where another begins: that may be slightly before its last step ended, or behind it."""
+    legs[-1] = replace(legs[-1], until=following.start)
+
+
+def _ended(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, legs: list[LegT]) -> Progress:
+    """Return the progress at the end of a run, a sample telling where it stops."""
+    if end.leg is not None:
+        _end_where(end.leg, legs)
+    if end.stop is None:
+        return replace(latest, failure=end.failure)
+    if end.leg is not None and end.behind:
+        return _stopped_behind(latest, end.stop, end.leg, samples, legs)
+    latest = _told(latest, problem, samples)
+    legs[-1] = replace(legs[-1], end=latest.written)
+    return replace(latest, events=(*latest.events, end.stop))
+
+
+def _over(latest: Progress, x: Floats, samples: Floats, legs: list[LegT]) -> Progress:
     """Return the progress at the end of the run, what is left of the samples being the state there."""
     samples[latest.written :] = x
     legs[-1] = replace(legs[-1], end=len(samples), until=latest.time)
@@ -153,9 +192,9 @@ def _told(latest: Progress, problem: Problem, samples: Floats) -> Progress:
     return replace(latest, written=latest.written + 1)
 
 
-def _stopped_behind(latest: Progress, stop: Stopped, samples: Floats, legs: list[Leg]) -> Progress:
-    """Return the progress that ends behind a switch, the last sample telling the state there."""
-    until, first, problem = stop.event.time, latest.written, stop.problem
+def _stopped_behind(latest: Progress, stop: Event, leg: LegT, samples: Floats, legs: list[LegT]) -> Progress:
+    """Return the progress that ends behind a switch, in a leg, the last sample telling the state there."""
+    until, first, problem = stop.time, latest.written, leg.of
     passed = [each for each in problem.times()[first:].tolist() if each <= until]
     for k, time in enumerate(passed, first):
         samples[k] = shortly(problem, time)
@@ -164,8 +203,8 @@ def _stopped_behind(latest: Progress, stop: Stopped, samples: Floats, legs: list
     first = min(first, told.written - 1)
     samples[told.written - 1] = x
     legs[-1] = replace(legs[-1], end=first)
-    legs.append(Leg(problem, first, told.written, until))
-    return replace(told, events=(*told.events, stop.event))
+    legs.append(replace(leg, first=first, end=told.written, until=until))
+    return replace(told, events=(*told.events, stop))
 
 
 def shortly(problem: Problem, time: float) -> Floats:

@@ -18,7 +18,6 @@ PUSHING: Final = "rope would push"
 ENERGY: Final = "energy grows"
 TOO_FAR: Final = "too far for its steps"
 EDGES_CROSS: Final = "edges cross"
-SEVERAL: Final = "several states"
 
 _ROUNDING: Final = 1e-9
 _PART: Final = 0.1

@@ -27,7 +27,7 @@ from multibody_sym.simulation.trajectory import Trajectory
 if TYPE_CHECKING:
     from multibody_sym.simulation.families.family import Family
     from multibody_sym.simulation.families.members import Member
-    from multibody_sym.simulation.one_way.chained import PreparedRuns
+    from multibody_sym.simulation.one_way.mode_run import ModeRun
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers of some runs by name, of each as many."""
@@ -231,7 +231,7 @@ class Prepared:
     def verify(self) -> None:
         """Prepare now what a run takes. Raises InputError and NoSolutionError."""
         if self._problem and self._one_way is not None:
-            self._one_way.run().begin()
+            self._one_way()
 
     @cached_property
     def _start(self) -> tuple[System, tuple[Mapping[str, Any], ...]]:
@@ -246,7 +246,7 @@ class Prepared:
         return problem_of(self._ready, settings_of(self._ready))
 
     @cached_property
-    def _one_way(self) -> PreparedRuns | None:
+    def _one_way(self) -> Callable[[], ModeRun] | None:
         if not self._ready.state.declared.one_way:
             return None
         from multibody_sym.simulation.one_way.made import one_way_runs  # which few runs need
@@ -263,8 +263,8 @@ def ready_of(prepared: Prepared) -> Runnable:
 def beginning(prepared: Prepared) -> Beginning:
     """Return what a run of a prepared system begins with."""
     one_way = prepared._one_way
-    modes = None if one_way is None else one_way.run()
-    problem = prepared._problem.again() if modes is None else modes.begin()
+    modes = None if one_way is None else one_way()
+    problem = prepared._problem.again() if modes is None else modes.legs[0].of
     return Beginning(prepared._ready, problem, modes, prepared._start[1])
 
 

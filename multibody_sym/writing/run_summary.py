@@ -11,7 +11,8 @@ import numpy as np
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.quantities import force_name
 from multibody_sym.integrators.flow import Status
-from multibody_sym.simulation.oddities import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, SEVERAL, TOO_FAR
+from multibody_sym.model.mechanism.mode_words import SEVERAL
+from multibody_sym.simulation.oddities import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text

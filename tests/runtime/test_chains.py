@@ -12,7 +12,7 @@ from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.loop import steps_before
 from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime import chain as chains
-from multibody_sym.runtime.chain import chain
+from multibody_sym.runtime.chain import End, Leg, chain
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.problem import Problem, RunFailure
@@ -36,13 +36,13 @@ def dropped(loop, onward, monkeypatch, stop=99.0, method="dormand_prince", **opt
     start = (np.array([1.0]), np.zeros(1), np.array([G, stop]), np.zeros(0))
     terminal = {"terminal": (True, True), "margins": (0.0,)}
     problem = Problem(BOUNCING.load(), METHODS[method], 0.0, 1.2, *start, **terminal, **options)
-    legs = []
+    legs = [Leg(problem)]
     return integrate(problem, loop=chain(onward, legs)), legs
 
 
-def bounced(problem, switch):
+def bounced(leg, switch):
     q, u = np.zeros(1), -E * switch.x[1:]
-    return replace(problem, q0=q, u0=u, begun=switch.begun)
+    return Leg(replace(leg.of, q0=q, u0=u, begun=switch.begun))
 
 
 def height(t):
@@ -85,7 +85,7 @@ def test_a_stop_ends_a_chain_in_the_mode_it_is_in(loop, monkeypatch):
 @LOOPS
 def test_a_chain_that_cannot_go_on_keeps_what_it_had(loop, monkeypatch):
     failure = RunFailure(Status.NO_MODE, 0.4, None)
-    run, _ = dropped(loop, lambda problem, switch: failure, monkeypatch, samples=13)
+    run, _ = dropped(loop, lambda leg, switch: End(failure), monkeypatch, samples=13)
     assert run.failure == failure
     assert run.t_final == pytest.approx(math.sqrt(2 / G), rel=1e-14)
     assert len(run.t) == 5
@@ -137,8 +137,8 @@ def test_whole_steps_before_a_time():
 def test_a_switch_costs_little(monkeypatch):
     """A thousand bounces of a ball that loses nothing: most of the time of a switch is building C's structures."""
 
-    def again(problem, switch):
-        return replace(problem, q0=np.zeros(1), u0=np.array([0.01]), begun=switch.begun)
+    def again(leg, switch):
+        return Leg(replace(leg.of, q0=np.zeros(1), u0=np.array([0.01]), begun=switch.begun))
 
     began = time.process_time()
     _, legs = dropped(native_loop, again, monkeypatch)

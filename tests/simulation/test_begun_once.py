@@ -34,5 +34,5 @@ def test_a_run_looks_at_its_rows_once_and_compiles_one_set_of_programs(monkeypat
     assert len(rows) == 1
     assert len({id(key[0]) for key in keys}) == 1
     assert all(key[1].startswith("laws") for key in keys)
-    assert len({id(stretch.program.compiled) for stretch in run.modes.stretches}) == 1
+    assert len({id(leg.program.compiled) for leg in run.modes.legs}) == 1
     assert run["y"][-1] == pytest.approx(2.5 * 0.4 - 5 * 0.16, rel=1e-9)

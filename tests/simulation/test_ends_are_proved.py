@@ -8,7 +8,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.runtime import python_loop
-from multibody_sym.simulation.one_way import chained
+from multibody_sym.simulation.one_way import switches
 
 OVER = """
 multibody_sym: 1
@@ -53,7 +53,7 @@ forces: {push: {type: force, on: a, value: [6*sin(5*t), 0, 0]}}
 
 
 def test_states_that_follow_each_other_without_time_are_told_as_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chained.Returns, "to", lambda returns, time, mode: 21)
+    monkeypatch.setattr(switches.Returns, "to", lambda returns, time, mode: 21)
     with pytest.raises(mbs.RunError, match=r"no state of .* was found that lasts: 21 times the same one followed"):
         mbs.simulate(mbs.loads(STUCK), t_end=1, samples=3)
 

@@ -8,7 +8,7 @@ import multibody_sym as mbs
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.along import fine
-from multibody_sym.simulation.one_way.chained import OneWayRun
+from multibody_sym.simulation.one_way.mode_run import ModeRun
 
 PUSHED = """\
 multibody_sym: 1
@@ -25,7 +25,7 @@ contacts: {c: {between: [block, ground.floor], static: 0.3, kinetic: 0.3}}
 
 def test_parts_between_kinks_have_steps_of_their_own() -> None:
     run = mbs.simulate(mbs.loads(PUSHED), t_end=2.0)
-    assert isinstance(run.modes, OneWayRun)
+    assert isinstance(run.modes, ModeRun)
     (stretch,) = run.modes.along
     parts = list(stretch.smooth_parts())
     assert len(parts) == 32
@@ -46,6 +46,6 @@ def test_an_account_of_many_kinks_takes_a_few_times_the_steps_of_the_run(monkeyp
 
     monkeypatch.setattr(fine, "integrate", counted)
     run = mbs.simulate(mbs.loads(PUSHED.replace("50*t", "3000*t")), t_end=2.0)
-    assert isinstance(run.modes, OneWayRun)
+    assert isinstance(run.modes, ModeRun)
     assert abs(run.energy_residual) < 1e-9 * 1250
     assert steps < 5 * run.statistics["steps"]

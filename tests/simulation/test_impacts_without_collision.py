@@ -99,7 +99,7 @@ def test_a_run_may_begin_with_it(method: str) -> None:
     system = mbs.loads(text)
     run = mbs.simulate(system, method=method)
     assert run.modes is not None
-    assert run.modes.blows[0].impulses["c.normal"] == pytest.approx(p[0], rel=1e-7)
+    assert run.modes.blows[0].rows["c.normal"] == pytest.approx(p[0], rel=1e-7)
     assert run["u_y"][-1] == pytest.approx(u[1] - 9.81e-3, abs=1e-7)
     assert run["u_th"][-1] == pytest.approx(u[2], abs=1e-7)
     assert run.energy_residual == pytest.approx(0.0, abs=1e-12)
@@ -206,8 +206,8 @@ def test_with_a_restitution_what_jams_strikes_and_no_tolerance_decides_that() ->
     after = u + corner.change(sticks * (2.0 * compressed - until) / sticks[2])
     assert math.hypot(*sticks[:2]) < 1.5 * sticks[2]
     for blow in blows:
-        assert blow.u + blow.change == pytest.approx(after, abs=1e-4)
-        assert blow.impulses["c.corner4.normal"] == pytest.approx(2.0 * compressed, rel=1e-4)
+        assert blow.u + blow.jump == pytest.approx(after, abs=1e-4)
+        assert blow.rows["c.corner4.normal"] == pytest.approx(2.0 * compressed, rel=1e-4)
 
 
 def test_a_corner_that_never_slips_and_carries_nothing_beside_its_friction_is_no_jam() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.simulation.one_way import chained, remembered, switches
+from multibody_sym.simulation.one_way import mode_run, prepared, switches
 
 PAIR = """
 multibody_sym: 1
@@ -80,12 +80,12 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
         return called
 
     with monkeypatch.context() as patched:
-        patched.setattr(chained, "followed", counted("in Python", chained.followed))
+        patched.setattr(mode_run, "followed", counted("in Python", mode_run.followed))
         patched.setattr(switches, "decided", counted("searched", switches.decided))
-        patched.setattr(chained.OneWayRun, "turned", counted("in C", chained.OneWayRun.turned))
+        patched.setattr(mode_run, "_turned", counted("in C", mode_run._turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:
-        patched.setattr(remembered, "turn_of", lambda *_: None)
+        patched.setattr(prepared, "turn_of", lambda *_: None)
         other = mbs.simulate(system, **options)
     return first, other, taken
 

@@ -41,6 +41,6 @@ def test_a_rope_that_becomes_taut_with_another_began_no_flight_before(t_end: flo
     """It closes at a rate that is rounding: half a second ago was when it would have begun to."""
     one, both = (mbs.simulate(mbs.loads(ROPES + ropes), t_end=t_end) for ropes in (ONE, ONE + OTHER))
     assert both.q[-1] == pytest.approx(one.q[-1], abs=1e-9)
-    times = [leg.problem.start for leg in both.modes.stretches]
+    times = [leg.problem.start for leg in both.modes.legs]
     assert times == sorted(times)
     assert times[1:] == pytest.approx([0.909383737] * len(times[1:]), abs=1e-8)

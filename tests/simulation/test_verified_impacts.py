@@ -10,7 +10,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS
-from multibody_sym.simulation.along.jumps import Jump, passed
+from multibody_sym.simulation.along.jumps import passed
+from multibody_sym.simulation.one_way.impact import Blow
 
 JUMPS = tuple(INTEGRAL.values())
 
@@ -21,7 +22,7 @@ def ran(system: mbs.System, t_end: float) -> mbs.Trajectory:
     return mbs.simulate(system, t_end=t_end, samples=3, rtol=1e-10, atol=1e-12, backend="python")
 
 
-def worst(run: mbs.Trajectory, jumps: list[Jump] | None = None) -> dict[str, float]:
+def worst(run: mbs.Trajectory, jumps: list[Blow] | None = None) -> dict[str, float]:
     """Return by how much each theorem is missed at impacts, relative to its terms."""
     assert run.modes is not None
     laws = run.modes.switches.laws
@@ -70,7 +71,7 @@ def rubbing() -> mbs.Trajectory:
 def test_a_ball_that_rubs(rubbing: mbs.Trajectory) -> None:
     assert rubbing.modes is not None
     assert len(rubbing.modes.blows) >= 2
-    assert any(impulse for name, impulse in rubbing.modes.blows[0].impulses.items() if name != "c")
+    assert any(impulse for name, impulse in rubbing.modes.blows[0].rows.items() if name != "c")
     assert max(worst(rubbing).values()) < 1e-13
 
 
@@ -106,7 +107,7 @@ def test_what_is_wrong_is_seen(rubbing: mbs.Trajectory, name: str) -> None:
     if name == "work":
         wrong = replace(first, lost={name: x * 1.001 for name, x in first.lost.items()})
     else:
-        wrong = replace(first, impulses={row: 1.001 * x for row, x in first.impulses.items()})
+        wrong = replace(first, rows={row: 1.001 * x for row, x in first.rows.items()})
     assert worst(rubbing, [wrong])[name] > 1e-5
 
 

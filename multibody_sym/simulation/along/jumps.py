@@ -9,8 +9,9 @@ does work too: with b = dT/du at u = 0, the momenta that it gives, and the rates
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,21 +29,8 @@ from multibody_sym.numerics.rank import ROUNDED, least_squares
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
-
-@dataclass(frozen=True, eq=False)
-class Jump:
-    """An impact at time t and coordinates q (nq,), from speeds u (nu,) on by a `change` (nu,).
-
-    `impulses` by row (N s), the energy that was `lost` by element (J), and the parameters (np,) of the mechanism then.
-    """
-
-    t: float
-    q: Floats
-    u: Floats
-    change: Floats
-    impulses: Mapping[str, float]
-    lost: Mapping[str, float]
-    parameters: Floats
+if TYPE_CHECKING:
+    from multibody_sym.simulation.one_way.impact import Blow
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,30 +46,30 @@ class Passed:
     size: Floats
 
 
-def passed(mechanism: Mechanism, jump: Jump) -> Passed:
+def passed(mechanism: Mechanism, blow: Blow) -> Passed:
     """Return both sides of the theorems at an impact."""
-    struck = tuple(row for row in every_row(mechanism) if jump.impulses.get(row.name))
-    before = _motion(replace(mechanism, rows=struck), jump, jump.u)
-    rows, z = row_motions(before), [jump.impulses[row.name] for row in struck]
-    forces = np.array([row.forces for row in rows], dtype=float).reshape(len(rows), len(jump.u))
-    led = jump.u + least_squares(np.array(mass_matrix(before), dtype=float), forces.T @ np.array(z), ROUNDED)
-    after, reached = (_motion(mechanism, jump, u) for u in (jump.u + jump.change, led))
+    struck = tuple(row for row in every_row(mechanism) if blow.rows.get(row.name))
+    before = _motion(replace(mechanism, rows=struck), blow, blow.u)
+    rows, z = row_motions(before), [blow.rows[row.name] for row in struck]
+    forces = np.array([row.forces for row in rows], dtype=float).reshape(len(rows), len(blow.u))
+    led = blow.u + least_squares(np.array(mass_matrix(before), dtype=float), forces.T @ np.array(z), ROUNDED)
+    after, reached = (_motion(mechanism, blow, u) for u in (blow.u + blow.jump, led))
     (m0, size0), (m1, size1), (m2, _) = (_momenta(motion) for motion in (before, after, reached))
     T0, T1 = (float(kinetic_energy(motion)) for motion in (before, after))
-    prescribed = generalized_momenta(_motion(mechanism, jump, np.zeros_like(jump.u)))
-    given = [float(b * du) for b, du in zip(prescribed, jump.change.tolist(), strict=True)]
-    given += [-x * _driven(row, jump.u) for x, row in zip(z, rows, strict=True)]
-    lost = sum(jump.lost.values())
+    prescribed = generalized_momenta(_motion(mechanism, blow, np.zeros_like(blow.u)))
+    given = [float(b * du) for b, du in zip(prescribed, blow.jump.tolist(), strict=True)]
+    given += [-x * _driven(row, blow.u) for x, row in zip(z, rows, strict=True)]
+    lost = sum(blow.lost.values())
     energy = T0 + T1 + abs(lost) + sum(map(abs, given))
     return Passed(
-        jump.t,
+        blow.t,
         np.array([*(m1 - m0), T1 - T0]),
         np.array([*(m2 - m0), sum(given) - lost]),
         np.array([*(size0 + size1), energy]),
     )
 
 
-def added(mechanism: Mechanism, jump: Jump, leaves: Sequence[Node]) -> Floats:
+def added(mechanism: Mechanism, blow: Blow, leaves: Sequence[Node]) -> Floats:
     """Return what an impact adds to work and impulses (leaves).
 
     Forces are linear in accelerations and multipliers: du and the impulses in their place give impulses, and work at
@@ -89,17 +77,17 @@ def added(mechanism: Mechanism, jump: Jump, leaves: Sequence[Node]) -> Floats:
     the laws tell; the mean of all speeds shares the same sum otherwise.
     """
     whole = replace(mechanism, rows=every_row(mechanism))
-    mean = _motion(whole, jump, jump.u + jump.change / 2.0)
-    z = [jump.impulses.get(row.name, 0.0) for row in whole.rows]
-    struck = quantities(mean, jump.change.tolist(), z, leaves)
-    beside = quantities(mean, [0.0] * len(jump.u), [0.0] * len(z), leaves)
-    mended = _lost_in_turn(whole, mean, jump, z)
+    mean = _motion(whole, blow, blow.u + blow.jump / 2.0)
+    z = [blow.rows.get(row.name, 0.0) for row in whole.rows]
+    struck = quantities(mean, blow.jump.tolist(), z, leaves)
+    beside = quantities(mean, [0.0] * len(blow.u), [0.0] * len(z), leaves)
+    mended = _lost_in_turn(whole, mean, blow, z)
     work = [mended.get(leaf.data[1][0], 0.0) if leaf.data[0] == "work" else 0.0 for leaf in leaves]
     found: Floats = np.array([float(struck[leaf] - beside[leaf]) for leaf in leaves]) + np.array(work)
     return found
 
 
-def _lost_in_turn(whole: Mechanism, mean: Motion, jump: Jump, z: Sequence[float]) -> dict[str, float]:
+def _lost_in_turn(whole: Mechanism, mean: Motion, blow: Blow, z: Sequence[float]) -> dict[str, float]:
     """Return by how much the work of what is declared, by name, differs from that at the mean of all speeds (J)."""
     rows = row_motions(mean)
     taken = {
@@ -109,14 +97,14 @@ def _lost_in_turn(whole: Mechanism, mean: Motion, jump: Jump, z: Sequence[float]
     }
     found: dict[str, float] = {}
     for element in whole.one_way:
-        if element.name in jump.lost:
-            off = -jump.lost[element.name] - sum(taken.get(row.name, 0.0) for row in element.rows)
+        if element.name in blow.lost:
+            off = -blow.lost[element.name] - sum(taken.get(row.name, 0.0) for row in element.rows)
             found[element.path[1]] = found.get(element.path[1], 0.0) + off
     return found
 
 
-def _motion(mechanism: Mechanism, jump: Jump, u: Floats) -> Motion:
-    given = jump.t, jump.q.tolist(), u.tolist(), jump.parameters.tolist()
+def _motion(mechanism: Mechanism, blow: Blow, u: Floats) -> Motion:
+    given = blow.t, blow.q.tolist(), u.tolist(), blow.parameters.tolist()
     return motion_of(mechanism, state_of(mechanism, float, *given))
 
 

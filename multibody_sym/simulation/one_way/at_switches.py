@@ -5,7 +5,6 @@ A stop is met there by a state that begins, or by a comparison that an impact or
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -16,12 +15,12 @@ from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.runtime.chain import Stopped, Switch
-from multibody_sym.runtime.problem import Event, Problem
+from multibody_sym.runtime.chain import End, Switch
+from multibody_sym.runtime.problem import Event
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.impact import Blow
-from multibody_sym.simulation.one_way.stretches import Stretch
+from multibody_sym.simulation.one_way.legs import Leg
 
 _MOST: Final = 1e-6
 """The part of a run's time within which slip that slows down must have stopped."""
@@ -31,7 +30,7 @@ _NOTHING: Final = 1e-12
 """The value up to which a stop's function is zero, whatever it tells."""
 
 
-def stopped(switch: Switch, now: Stretch, facts: Facts, part: FrictionPart) -> Switch:
+def stopped(switch: Switch, now: Leg, facts: Facts, part: FrictionPart) -> Switch:
     """Return the switch at which a part stops that slides slowly at the `facts`, by its deceleration there.
 
     It is at the next sample at the latest, and as it is where slip does not slow down.
@@ -55,28 +54,24 @@ def stops_at_turns(declared: Mechanism) -> bool:
     return bool(declared.state_stops or leaves(declared.stops.values(), "quantity"))
 
 
-def stop_met(
-    declared: Mechanism,
-    parts: Sequence[Stretch],
-    switch: Switch,
-    went: tuple[Problem, Blow | None, float],
-    speed: float,
-) -> Event | Stopped | None:
-    """Return the stop that a run meets at a switch between two parts, where it `went` on, struck perhaps; None if none.
+def stop_met(declared: Mechanism, legs: tuple[Leg, Leg], switch: Switch, speed: float) -> End[Leg] | None:
+    """Return the end of a run at a switch between two legs, if it meets a stop there.
 
     It is a state that begins or what strikes, whose number follows those of other stops, or what `stop_jumped` tells.
-    It begins so much later (s) than it struck if it is the limit of infinitely many impacts: the last of `went`.
+    It begins later than it struck if it is the limit of infinitely many impacts.
     """
-    (before, now), time, (entered, blow, late) = parts, switch.begun.time, went
+    (before, now), time, cause = legs, switch.begun.time, legs[1].cause
+    blow, late = (None, 0.0) if cause is None else (cause.blow, max(cause.late.values(), default=0.0))
     begins = time if blow is None or not late else blow.t + late
     for k, condition in enumerate(declared.state_stops.values()):
         met = Event(begins, len(declared.stops) + k, True)
         if struck(condition, blow):
-            return replace(met, time=time)
-        if condition.holds(now.words) and not condition.holds(before.words) and begins <= entered.t_end:
-            return met if begins == time else Stopped(met, entered)
-    jumped = stop_jumped((before, now), time, (switch.x, entered.x0), speed)
-    return None if jumped is None else Stopped(Event(time, jumped, True), entered)
+            return End(stop=replace(met, time=time), leg=now)
+        before_words, words = before.program.words, now.program.words
+        if condition.holds(words) and not condition.holds(before_words) and begins <= now.of.t_end:
+            return End(stop=met, leg=now, behind=begins != time)
+    jumped = stop_jumped(legs, time, (switch.x, now.of.x0), speed)
+    return None if jumped is None else End(stop=Event(time, jumped, True), leg=now, behind=True)
 
 
 def struck(condition: StateCondition, blow: Blow | None) -> bool:
@@ -84,23 +79,23 @@ def struck(condition: StateCondition, blow: Blow | None) -> bool:
     return condition.strikes and blow is not None and bool(blow.impulses.get(condition.element))
 
 
-def stop_jumped(parts: tuple[Stretch, Stretch], t: float, there: tuple[Floats, Floats], speed: float) -> int | None:
+def stop_jumped(legs: tuple[Leg, Leg], t: float, there: tuple[Floats, Floats], speed: float) -> int | None:
     """Return the number of the first stop whose condition a jump of speeds or forces makes true, None if none.
 
     `there` are the states (nq + nu,) before it and after it, `speed` the largest: what rounding of speeds brings about
     is no jump.
     """
-    problem = parts[0].problem
+    problem = legs[0].of
     if not any(problem.terminal[: problem.switches]):
         return None
-    held, holds = (_clearly(part, t, x, _KNOWN * speed) for part, x in zip(parts, there, strict=True))
+    held, holds = (_clearly(leg, t, x, _KNOWN * speed) for leg, x in zip(legs, there, strict=True))
     return next(iter(np.flatnonzero(holds & ~held).tolist()), None)
 
 
-def _clearly(stretch: Stretch, t: float, x: Floats, known: float) -> NDArray[np.bool_]:
+def _clearly(leg: Leg, t: float, x: Floats, known: float) -> NDArray[np.bool_]:
     """Return which stops' conditions hold at a state, whatever rounding does to its speeds."""
-    beside = np.where(np.arange(len(x)) < len(stretch.problem.q0), 0.0, known)
-    here, *near = (stretch.stops_at(t, each) for each in (x, x + beside, x - beside))
+    beside = np.where(np.arange(len(x)) < len(leg.of.q0), 0.0, known)
+    here, *near = (leg.stops_at(t, each) for each in (x, x + beside, x - beside))
     rounding = np.max(np.abs(np.array(near) - here), axis=0)
     found: NDArray[np.bool_] = here > np.maximum(rounding, _NOTHING)
     return found

@@ -75,7 +75,8 @@ class Blow:
     """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J).
 
     `t` (s) is when it was, `q` (nq,) and `u` (nu,) are those before it. `rows`: the impulses (N s) of all that struck
-    or held, friction too. `gives_back`: whether nothing is lost across what closes, so that it strikes on.
+    or held, friction too; `parameters` (np,) those of the mechanism then. `gives_back`: whether nothing is lost across
+    what closes, so that it strikes on.
     """
 
     jump: Floats
@@ -85,6 +86,7 @@ class Blow:
     q: Floats
     u: Floats
     rows: Mapping[str, float]
+    parameters: Floats
     notes: tuple[str, ...] = ()
     gives_back: bool = False
 
@@ -484,7 +486,8 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
             return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
     rows = {element.normals[0].name: impulse}
-    return Blow(jump, {element.name: impulse}, lost, facts.t, facts.q, facts.u, rows, gives_back=e == 1.0)
+    at = facts.t, facts.q, facts.u
+    return Blow(jump, {element.name: impulse}, lost, *at, rows, facts.laws.parameters, gives_back=e == 1.0)
 
 
 def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
@@ -559,6 +562,7 @@ def struck(
         facts.q,
         facts.u,
         dict(zip(problem.names, found.impulses.tolist(), strict=True)),
+        facts.laws.parameters,
         found.notes,
         bool(abs(found.lost[normals].sum()) <= _LOSSLESS * np.abs(speeds * found.impulses)[normals].sum()),
     )

@@ -26,7 +26,7 @@ from multibody_sym.runtime.chain import stepped
 from multibody_sym.scalars.limits import most, pressing
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.impact import Blow
-from multibody_sym.simulation.one_way.stretches import Stretch
+from multibody_sym.simulation.one_way.legs import Leg
 
 _FIRST: Final = 1e-9
 """The part of the largest speeds by which a first step changes them, ..."""
@@ -64,7 +64,7 @@ class Jam:
     facts: Facts
 
 
-def jam_of(now: Stretch, facts: Facts) -> Jam | None:
+def jam_of(now: Leg, facts: Facts) -> Jam | None:
     """Return where what slides jams soon after an instant of a mode; None if nothing does."""
     way = _way_from(now, facts)
     if way is None:
@@ -78,7 +78,7 @@ def jam_of(now: Stretch, facts: Facts) -> Jam | None:
     return Jam(now.program.mechanism.rows[way.row].name, facts.laws.at(time, q, u, facts.scale))
 
 
-def _way_from(now: Stretch, facts: Facts) -> _Way | None:
+def _way_from(now: Leg, facts: Facts) -> _Way | None:
     """Return the way in s from an instant of a mode on, by what slides and pushes most; None where nothing does."""
     rows = now.program.mechanism.rows
     _, pushes, _ = now.problem.pushed(facts.t, _state(facts)[1:])
@@ -105,7 +105,7 @@ def _slip(facts: Facts, row: SlidingRow) -> float:
     return min(1.0, max(_SLOWEST, *parts)) if parts else 1.0
 
 
-def jams(now: Stretch, t: float, x: Floats) -> bool:
+def jams(now: Leg, t: float, x: Floats) -> bool:
     """Return whether friction, and not what restricts positions, takes next to all of what rows push at a state."""
     from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # brings scipy
 
@@ -121,7 +121,7 @@ def jams(now: Stretch, t: float, x: Floats) -> bool:
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
 
 
-def before_jam(now: Stretch, facts: Facts) -> float | None:
+def before_jam(now: Leg, facts: Facts) -> float | None:
     """Return a time up to an instant near which what slides jams, so long before that times can be told apart.
 
     None where nothing does, or in a mode of Programs of its own, without multipliers of friction.
@@ -130,7 +130,7 @@ def before_jam(now: Stretch, facts: Facts) -> float | None:
     return None if way is None else way.before(_state(facts), _BACK * facts.scale.time)
 
 
-def slip_stopped(now: Stretch, facts: Facts) -> Blow | None:
+def slip_stopped(now: Leg, facts: Facts) -> Blow | None:
     """Return the impact in which slip stops where m, from an instant of a mode on, only fades; None if it does not."""
     way = _way_from(now, facts)
     posed = facts.posed([x.name for x in facts.laws.unilateral if x.name in now.active])
@@ -153,10 +153,11 @@ def slip_stopped(now: Stretch, facts: Facts) -> Blow | None:
         facts.q,
         facts.u,
         {name: impulses[name] for name in posed.names},
+        facts.laws.parameters,
     )
 
 
-def feeds_itself(now: Stretch, facts: Facts) -> str | None:
+def feeds_itself(now: Leg, facts: Facts) -> str | None:
     """Return the name of a part whose friction makes nearly all of what presses it, as bodies are massless; or None.
 
     What presses follows from the motion that friction makes while rows hold.
@@ -183,7 +184,7 @@ class _Way:
     `sizes` (nu,) are the largest speeds, or as small as the slip is beside them.
     """
 
-    now: Stretch
+    now: Leg
     row: int
     push: float
     sizes: Floats

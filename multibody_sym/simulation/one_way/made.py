@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -11,11 +12,12 @@ from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.one_way.chained import PreparedRuns
 from multibody_sym.simulation.one_way.every import LawMechanism
 from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.mode_run import ModeRun
 from multibody_sym.simulation.one_way.modes import Modes
 from multibody_sym.simulation.one_way.moments import moments
+from multibody_sym.simulation.one_way.prepared import PreparedRuns
 from multibody_sym.simulation.one_way.tips import first_normal
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, recalled_laws
@@ -25,8 +27,8 @@ from multibody_sym.simulation.settings import RunSettings, form_of
 
 def one_way_runs(
     ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
-) -> PreparedRuns:
-    """Return the runs of a system of which some holds one way only."""
+) -> Callable[[], ModeRun]:
+    """Return what begins a run of a system of which some holds one way only."""
     known = ready.mechanism.parameters.places
     laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
     declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
@@ -47,10 +49,11 @@ def one_way_runs(
         return PreparedRuns(laws, modes, of, scale, stabilised, bars)
 
     def own() -> float:
-        pilot = runs(replace(template, samples=2), None).run()
-        return own_coefficient(pilot.begin(), pilot.loop)
+        pilot = ModeRun(prepared=runs(replace(template, samples=2), None))
+        return own_coefficient(pilot.legs[0].of, pilot.loop)
 
-    return runs(template, None if settings.baumgarte is None else settings.baumgarte.chosen(own))
+    stabilised = None if settings.baumgarte is None else settings.baumgarte.chosen(own)
+    return partial(ModeRun, prepared=runs(template, stabilised))
 
 
 def _made(

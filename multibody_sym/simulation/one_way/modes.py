@@ -15,8 +15,9 @@ from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.kinematics.relative import STARTING
 from multibody_sym.model.mechanism.every_mode import functions, mode_numbers
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.modes import chosen, direction_names, in_mode
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode
+from multibody_sym.model.mechanism.one_way import INACTIVE, FrictionPart, Mode
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.rank import ROUNDED, rank
@@ -74,6 +75,28 @@ class ModeProgram:
     mechanism: Mechanism
     compiled: Compiled
     switchings: tuple[Switching | None, ...]
+
+    @cached_property
+    def key(self) -> Key:
+        """What tells the mode apart."""
+        return key_of(self.mode)
+
+    @property
+    def mode(self) -> Mode:
+        """The mode, but for the numbers of a run."""
+        assert self.entered.mode is not None
+        return self.entered.mode
+
+    @cached_property
+    def active(self) -> tuple[str, ...]:
+        """The unilateral elements that are closed."""
+        elements = self.mechanism.one_way
+        return tuple(x.name for x in elements if x.unilateral and self.mode.sides.get(x.name, INACTIVE))
+
+    @cached_property
+    def words(self) -> dict[str, str]:
+        """The state of each one-way element."""
+        return mode_words(self.mechanism.one_way, self.mode)
 
     def numbers(self, mode: Mode) -> Floats:
         """Return the numbers (nm,) by which its Programs know the mode, with what this one chooses."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from itertools import takewhile
@@ -22,9 +22,9 @@ from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.one_way import settling, thin_bars
 from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.legs import Cause, Change, Leg
 from multibody_sym.simulation.one_way.modes import Key
-from multibody_sym.simulation.one_way.stretches import Change, Stretch
 from multibody_sym.simulation.one_way.tips import Tips, is_tip, rounded_meeting
 
 _PROMPT: Final = 1e-14
@@ -38,15 +38,13 @@ _FITS: Final = 4.0
 class Within:
     """Where a mode goes on at a switch: the state `after` (nq + nu,), and the impact, if there was one, at `facts`.
 
-    Of what struck some has `collapsed`, or would still have bounced for `late` (s). `moved`: it was put onto its face.
+    `moved`: it was put onto its face.
     """
 
     after: Floats
     moved: bool = False
     facts: Facts | None = None
-    blow: Blow | None = None
-    collapsed: frozenset[str] = frozenset()
-    late: Mapping[str, float] = field(default_factory=dict)
+    cause: Cause | None = None
 
 
 @dataclass
@@ -61,10 +59,11 @@ class Switches:
     scale: Scale
     bars: tuple[thin_bars.ThinBar, ...]
     standstill: Standstill
+    returns: Returns
     hidden: tuple[str, ...] = ()
     bounces: Bounces = field(default_factory=Bounces)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
-    _last: tuple[tuple[int, float, int, bytes], Decided] | None = None
+    _last: tuple[tuple[float, int, bytes], Decided] | None = None
 
     @cached_property
     def tips(self) -> Tips:
@@ -89,10 +88,12 @@ class Switches:
         )
         return self.tips.resting(decided(facts, (), hidden=self.hidden, beyond=aside))
 
-    def hindered(self, t: float, x: Floats, cause: Switching, changes: Iterable[Change]) -> Reason | None:
-        """Return why nothing follows what has ended a mode, after the latest `changes` first; None where it does."""
+    def hindered(
+        self, t: float, x: Floats, cause: Switching, changes: Callable[[], Sequence[Change]]
+    ) -> Reason | None:
+        """Return why nothing follows what has ended a mode, after some `changes`; None where it does."""
         if endless := self.standstill.lasts(t, len(self.laws.unilateral)):
-            lately = takewhile(lambda each: each.time >= self.standstill.since, changes)
+            lately = takewhile(lambda each: each.time >= self.standstill.since, reversed(changes()))
             return Reason(f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}")
         if cause.ends != "closes" or is_tip(cause.element) or not thin_bars.is_behind(self.at(t, x), cause.element):
             return None
@@ -102,16 +103,16 @@ class Switches:
 
     # --- what follows -------------------------------------------------------------------------------------------------
 
-    def decided(self, now: Stretch, number: int, t: float, x: Floats, index: int) -> Decided:
-        """Return how stretch number so and so goes on from a state at which a switching function of it has crossed.
+    def decided(self, now: Leg, t: float, x: Floats, index: int) -> Decided:
+        """Return how a leg goes on from a state at which a switching function of it has crossed.
 
         An impact that ends the mode is asked for twice: whether the mode goes on behind it, and what follows.
         """
-        asked = (number, t, index, x.tobytes())
+        asked = (t, index, x.tobytes())
         if self._last is not None and self._last[0] == asked:
             return self._last[1]
-        cause = now.cause(index)
-        guess = None if cause.limits else self._usual.get((now.key, index))
+        cause = now.switching(index)
+        guess = None if cause.limits else self._usual.get((now.program.key, index))
         facts, closed = self.closed_at(now, t, x, cause)
         beyond = [cause.element.name, *self._leaving(now, facts)] if cause.ends == "leaves" else []
         beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
@@ -121,18 +122,18 @@ class Switches:
         self._last = asked, found
         return found
 
-    def learn(self, now: Stretch, index: int, found: Decided) -> None:
+    def learn(self, now: Leg, index: int, found: Decided) -> None:
         """Remember which mode followed: the next search begins with it."""
         if found.mode is not None:
-            self._usual[now.key, index] = found.mode
+            self._usual[now.program.key, index] = found.mode
 
-    def beyond(self, now: Stretch, facts: Facts, blow: Blow | None = None) -> Decided:
+    def beyond(self, now: Leg, facts: Facts, blow: Blow | None = None) -> Decided:
         """Return what follows at an instant to which the mode does not lead, behind an impact if one is known."""
         before = Before(now.mode, now.udot_at(facts), None, None, self.bounces)
         aside = self.tips.aside(facts, now.active)
         return self.tips.resting(decided(facts, now.active, before, beyond=aside, hidden=self.hidden, blow=blow))
 
-    def soon_beyond(self, now: Stretch, limit: Facts) -> Decided | None:
+    def soon_beyond(self, now: Leg, limit: Facts) -> Decided | None:
         """Return what follows just beyond the limit of a mode; None where that is a state like others, or not known.
 
         Friction with what presses either way may have two states on one side of where that turns, and none beyond.
@@ -141,13 +142,13 @@ class Switches:
         proved = found.mode is None and found.found is not None and found.found.proved
         return found if found.blow is not None or proved else None
 
-    def slid_out(self, now: Stretch, facts: Facts) -> Decided | None:
+    def slid_out(self, now: Leg, facts: Facts) -> Decided | None:
         """Return what follows where all that touches rests, as its slip ends at once; None where it does not."""
         u = settling.slid_out(facts, now.active, now.udot_at(facts))
         found = None if u is None else self.beyond(now, settling.moved(facts, u=u))
         return None if found is None or found.mode is None else found
 
-    def tipped(self, now: Stretch, facts: Facts) -> Decided | None:
+    def tipped(self, now: Leg, facts: Facts) -> Decided | None:
         """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
         if now.mode.shares is None:
             return None
@@ -157,22 +158,22 @@ class Switches:
                 return found if found.blow is not None else replace(found, facts=facts)
         return None
 
-    def _leaving(self, now: Stretch, facts: Facts) -> list[str]:
+    def _leaving(self, now: Leg, facts: Facts) -> list[str]:
         """Return what gets past an edge at one instant: two corners of a box do side by side."""
         soon = self._later(now, facts, SOON[0])
         at_edge = (x for x in self.laws.unilateral if x.name in now.active and facts.reach(x) <= facts.allowed_gap(x))
         return [x.name for x in at_edge if soon.reach(x) < -soon.rounded_gap(x)]
 
     @staticmethod
-    def _later(now: Stretch, facts: Facts, part: float) -> Facts:
+    def _later(now: Leg, facts: Facts, part: float) -> Facts:
         """Return what holds a part of the model's time later, as the mode has it."""
         soon, x = part * facts.scale.time, np.concatenate([facts.q, facts.u])
         q, u = np.split(stepped(now.problem.rates, facts.t, x, soon), [len(facts.q)])
         return facts.laws.at(facts.t + soon, q, u, facts.scale)
 
-    def within(self, now: Stretch, number: int, t: float, x: Floats, index: int) -> Within | None:
+    def within(self, now: Leg, t: float, x: Floats, index: int) -> Within | None:
         """Return how the mode goes on where it might end; None where it does end."""
-        cause = now.cause(index)
+        cause = now.switching(index)
         if cause.ends == "lies flat":
             return None if self.at(t, x).lying([cause.element]) else Within(x)
         if cause.ends != "closes" or self.standstill.lasts(t, len(self.laws.unilateral)):
@@ -196,27 +197,37 @@ class Switches:
         if blow is not None and not before.late(facts, [element]):
             u = facts.u + blow.jump
         else:
-            found = self.decided(now, number, t, x, index)
+            found = self.decided(now, t, x, index)
             blow, facts, u, late, collapsed = found.blow, found.facts, found.facts.u, {**found.late}, found.collapsed
             if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
                 return None
         after = np.concatenate([facts.q, u])
         if facts.t != t:
             after = stepped(now.problem.rates, facts.t, after, t - facts.t)
-        return Within(after, facts=facts, blow=blow, collapsed=collapsed, late=late)
+        return Within(after, facts=facts, cause=Cause(blow.t, blow, late, collapsed))
 
     @staticmethod
-    def _fits(now: Stretch, facts: Facts, element: OneWay) -> bool:
+    def _fits(now: Leg, facts: Facts, element: OneWay) -> bool:
         """Return whether the margin of a mode is that of two points as fast as they meet now."""
         pairs = zip(now.program.switchings, now.problem.margins, strict=True)
         margins = {one.element.name: -margin for one, margin in pairs if one is not None and one.ends == "closes"}
         own = rounded_meeting(facts, element)
         return own / _FITS < margins.get(element.name, 0.0) < _FITS * own
 
-    def hit(self, blow: Blow) -> None:
-        """Note an impact."""
+    # --- what counts for what follows ---------------------------------------------------------------------------------
+
+    def enter(self, leg: Leg) -> Leg:
+        """Note a leg that begins, and return it."""
+        self._last = None
+        self.bounces.rhythm.mode(leg.start, leg.program.key)
+        self.bounces.rested([name for name, side in leg.mode.sides.items() if side])
+        return leg
+
+    def hit(self, blow: Blow, facts: Facts) -> None:
+        """Note an impact, and what holds after it."""
         taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
         self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u]), blow.gives_back))
+        self.tips.struck(facts)
 
     # --- what holds at a switch ---------------------------------------------------------------------------------------
 
@@ -224,13 +235,13 @@ class Switches:
         """Note the speeds (nu,) that a run has come to."""
         self.scale = larger(self.scale, u, self.laws.slides)
 
-    def seen(self, now: Stretch, t: float, x: Floats) -> Facts:
+    def seen(self, now: Leg, t: float, x: Floats) -> Facts:
         """Return what laws ask at a state, with the normals of points that meet there."""
         facts = self.at(t, x)
         self.laws = self.tips.meeting(facts, now.active)
         return facts if self.laws is facts.laws else self.at(t, x)
 
-    def closed_at(self, now: Stretch, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
+    def closed_at(self, now: Leg, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
         """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
         x = x if now.problem.project else put_back(now.problem, t, x)
         self.grown(x[len(now.problem.q0) :])
@@ -243,7 +254,7 @@ class Switches:
         closed += [cause.element.name] if touches else []
         return self._touched(now, facts, cause.element) if touches else facts, closed
 
-    def _touched(self, now: Stretch, facts: Facts, element: OneWay) -> Facts:
+    def _touched(self, now: Leg, facts: Facts, element: OneWay) -> Facts:
         """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
 
         That is late by a large part of a short flight; its parabola tells when it touched, after the last impact. Two

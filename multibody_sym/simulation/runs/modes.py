@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.problem import Jump, Loop, Problem
+from multibody_sym.runtime.problem import Loop, Problem
 from multibody_sym.simulation.runs.runnable import Runnable
 
 if TYPE_CHECKING:  # few runs need any of it
-    from multibody_sym.runtime.chain import Leg
+    from multibody_sym.runtime.chain import Answer
     from multibody_sym.scalars.node import Node
     from multibody_sym.simulation.along.fine import Stretch as AlongStretch
     from multibody_sym.simulation.along.jumps import Passed
-    from multibody_sym.simulation.one_way.stretches import Stretch
+    from multibody_sym.simulation.one_way.legs import Leg
     from multibody_sym.simulation.parts import Part
 
 
@@ -39,33 +39,14 @@ class EnergyAccount:
     loads: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """Where a mode did not end: the state `after` a jump of speeds, by the number of the switching function.
-
-    `leg` is the number of that in which the run was.
-    """
-
-    leg: int
-    time: float
-    index: int
-    after: Floats
-
-
-def noted(jump: Jump, legs: Sequence[Leg], answers: list[Answer], t: float, x: Floats, index: int) -> Floats | None:
-    """Return what a jump gives in the last of some legs, noting where it does not end the mode."""
-    after = jump(t, x, index)
-    answers += [] if after is None else [Answer(len(legs) - 1, t, index, after)]
-    return after
-
-
 class RunInModes(Protocol):
     """A run from mode to mode: its `loop`, which adds to `legs`, and what there is to tell of it afterwards.
 
-    See `OneWayRun`. `stretches` are its modes, one a leg.
+    See `ModeRun` of `one_way.mode_run`.
     """
 
-    legs: list[Leg]
+    @property
+    def legs(self) -> Sequence[Leg]: ...
 
     @property
     def events(self) -> list[dict[str, Any]]: ...
@@ -87,9 +68,6 @@ class RunInModes(Protocol):
 
     @property
     def answers(self) -> Sequence[Answer]: ...
-
-    @property
-    def stretches(self) -> Sequence[Stretch]: ...
 
     @property
     def loop(self) -> Loop: ...

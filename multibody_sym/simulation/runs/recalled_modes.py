@@ -16,12 +16,12 @@ import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.chain import Leg, Stopped, Switch, chain
+from multibody_sym.runtime.chain import Answer, End, Leg, Switch, chain
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, Progress, Statistics
 from multibody_sym.simulation.parts import Part
-from multibody_sym.simulation.runs.modes import Answer, Beginning, Departed, EnergyAccount, FrictionWork, RunInModes
+from multibody_sym.simulation.runs.modes import Beginning, Departed, EnergyAccount, FrictionWork, RunInModes
 from multibody_sym.simulation.runs.problems import problem_of, values_of
 from multibody_sym.simulation.runs.told import Alone, Told, as_json, recalled
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
     from multibody_sym.scalars.node import Node
     from multibody_sym.simulation.along.fine import Stretch as AlongStretch
     from multibody_sym.simulation.along.jumps import Passed
-    from multibody_sym.simulation.one_way.stretches import Stretch
+    from multibody_sym.simulation.one_way.legs import Leg as LegInMode
 
 MOST: Final = 1000
 """Switches and impacts of a run that are remembered: reading them takes some 10 ms."""
@@ -48,8 +48,8 @@ def way_of(modes: RunInModes, stop: Event | None, taken: Statistics, number: Cal
     told: dict[int, tuple[int, Told]] = {}
     legs: list[Any] = []
     first = values_of(modes.legs[0].problem) if modes.legs else {}
-    for leg, stretch in zip(modes.legs, modes.stretches, strict=False):
-        mechanism = stretch.program.mechanism
+    for leg in modes.legs:
+        mechanism = leg.program.mechanism
         mode, _ = told.setdefault(id(mechanism), (len(told), Told(Alone(mechanism))))
         own = {name: x for name, x in values_of(leg.problem).items() if not legs or x != first[name]}
         legs.append([mode, number(leg.of.compiled), float(leg.until), own])
@@ -104,7 +104,7 @@ class Way:
 
 @dataclass(eq=False)
 class RecalledModes:
-    """A run that goes its `way` once more, with what there is to tell of it, as `OneWayRun` has it.
+    """A run that goes its `way` once more, with what there is to tell of it, as `ModeRun` has it.
 
     `anew` makes it from its model, for what is seldom asked.
     """
@@ -117,7 +117,7 @@ class RecalledModes:
     lost_at_start: float
     stabilised: tuple[float, float] | None
     project: bool
-    legs: list[Leg] = field(default_factory=list)
+    done: list[Leg] = field(default_factory=list)
     _answered: int = 0
 
     @staticmethod
@@ -139,7 +139,7 @@ class RecalledModes:
 
     def jump(self, t: float, _x: Floats, index: int) -> Floats | None:
         """Return the state after an impact from which the run goes on in its mode; None where that ends."""
-        leg = len(self.legs) - 1
+        leg = len(self.done) - 1
         for answer in self.way.answers[self._answered : self._answered + 1]:
             if (answer.leg, answer.time, answer.index) == (leg, t, index):
                 self._answered += 1
@@ -148,19 +148,19 @@ class RecalledModes:
             raise Departed(self.anew)
         return None
 
-    def onward(self, _problem: Problem, switch: Switch) -> Problem | Event | Stopped:
-        """Return the run in the mode that follows at a switch, or the stop that it meets."""
-        following = len(self.legs)
+    def next_leg(self, _leg: Leg, switch: Switch) -> Leg | End[Leg]:
+        """Return the leg that follows at a switch, or the stop that the run meets."""
+        following = len(self.done)
         if switch.begun.time != self.way.ends[following - 1]:
             raise Departed(self.anew)
         stop = self.way.stop
         if following < len(self.way.problems):
-            entered = self.begun(self.way.problems[following])
+            entered = Leg(self.begun(self.way.problems[following]))
             last = following == len(self.way.problems) - 1
-            return Stopped(stop, entered) if last and self.way.at_once and stop is not None else entered
+            return End(stop=stop, leg=entered, behind=True) if last and self.way.at_once and stop else entered
         if stop is None:
             raise Departed(self.anew)
-        return stop
+        return End(stop=stop)
 
     @property
     def loop(self) -> Loop:
@@ -169,14 +169,15 @@ class RecalledModes:
 
     def _played(self, problem: Problem, samples: Floats) -> Iterator[Progress]:
         taken = self.way.taken
-        for latest in chain(self.onward, self.legs, self.onward)(problem, samples):
+        self.done.append(Leg(problem))
+        for latest in chain(self.next_leg, self.done)(problem, samples):
             done = latest.statistics.steps == taken.steps  # all legs together, of which some were one in C
             yield replace(latest, statistics=taken) if done else latest
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
         found: list[Part] = []
-        for leg, number in zip(self.legs, self.way.numbers, strict=False):
+        for leg, number in zip(self.done, self.way.numbers, strict=False):
             own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
             if len(t[own]) or not found:
                 problem = leg.of
@@ -206,9 +207,9 @@ class RecalledModes:
         return self.way.answers
 
     @property
-    def stretches(self) -> Sequence[Stretch]:
-        """The modes of the run."""
-        return self.made.stretches
+    def legs(self) -> Sequence[LegInMode]:
+        """The legs of the run."""
+        return self.made.legs
 
     @property
     def along(self) -> list[AlongStretch]:
@@ -234,4 +235,4 @@ class _Mode:
 
     @property
     def mechanism(self) -> Mechanism:
-        return self.run.stretches[self.run.way.numbers.index(self.number)].program.mechanism
+        return self.run.legs[self.run.way.numbers.index(self.number)].program.mechanism

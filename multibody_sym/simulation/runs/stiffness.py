@@ -86,7 +86,7 @@ def _slope(run: Trajectory, time: float, x: Floats, part: float) -> Floats:
 
 def _rates(run: Trajectory, t: float, x: Floats) -> Floats:
     """Return the rates of a state (n,)."""
-    problem = run.problem if run.modes is None else run.modes.stretches[-1].problem
+    problem = run.problem if run.modes is None else run.modes.legs[-1].problem
     known = t, x[: len(problem.q0)], x[len(problem.q0) :], problem.parameters
     inputs = problem.compiled["inputs"](*known)[0] if problem.inputs else np.zeros(0)
     qdot, udot, *_ = problem.compiled["state_derivative"](*known, inputs, problem.modes)

@@ -161,7 +161,7 @@ def _load_grown(run: Trajectory, time: float, last: Motion) -> str | None:
 
 def _lies_flat(run: Trajectory, last: Motion) -> str | None:
     """Return that a rim that touches comes to lie flat at the end of a run: its lowest point goes around at once."""
-    active = run.modes.stretches[-1].active if run.modes is not None and run.modes.stretches else ()
+    active = run.modes.legs[-1].active if run.modes is not None and run.modes.legs else ()
     normals = (x.normals[0] for x in last.mechanism.one_way if x.name in active)
     told = next(flat_rims((*last.mechanism.rows, *normals), last), None)
     return told and f"{told}; {ON_POINTS}, or end the run before"
@@ -223,7 +223,7 @@ def _pivots(motion: Motion) -> Floats:
 def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
     """Return which speed grows without bound at the end of a run, and which load drives it; None for none."""
     mechanism, begun, end = run.ready.mechanism, run.problem, run.integration
-    last_problem = run.modes.stretches[-1].problem if run.modes and run.modes.stretches else begun
+    last_problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else begun
     q, u, gone = end.q_final, end.u_final, time - begun.t0
     if not len(u) or gone <= 0.0:
         return None
@@ -429,7 +429,7 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
 
 def _jumps_with(run: Trajectory, time: float, place: int) -> bool:
     """Return whether accelerations jump where a speed is at the end of a run: what changes does so however near."""
-    problem = run.problem if run.modes is None else run.modes.stretches[-1].problem
+    problem = run.problem if run.modes is None else run.modes.legs[-1].problem
     q, u = run.integration.q_final, run.integration.u_final
     if q is None or u is None:
         return False
@@ -474,7 +474,7 @@ def _singular(run: Trajectory, time: float) -> Reason:
         return Reason(f"no step was found that leads on from t = {time:.6g} s: {vanishing}", ends=True)
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
-    if run.modes is not None and run.modes.stretches and _jams(run, time):
+    if run.modes is not None and run.modes.legs and _jams(run, time):
         sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
         return Reason(
             f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly move "
@@ -504,35 +504,35 @@ def _jams(run: Trajectory, time: float) -> bool:
     from multibody_sym.simulation.one_way.jams import jams  # brings what runs without modes do without
 
     assert run.modes is not None
-    last, end = run.modes.stretches[-1], run.integration
+    last, end = run.modes.legs[-1], run.integration
     return jams(last, time, np.concatenate([end.q_final, end.u_final]))
 
 
 def _feeding(run: Trajectory, time: float) -> str | None:
     """Return the name of a part whose friction makes what presses it at a time near the end of a run, or None."""
-    from multibody_sym.simulation.one_way.chained import OneWayRun  # brings what runs without modes do without
     from multibody_sym.simulation.one_way.jams import feeds_itself
+    from multibody_sym.simulation.one_way.mode_run import ModeRun  # brings what runs without modes do without
 
-    if not isinstance(run.modes, OneWayRun) or not run.modes.stretches:
+    if not isinstance(run.modes, ModeRun) or not run.modes.legs:
         return None
     end = run.integration
     facts = run.modes.switches.at(time, np.concatenate([end.q_final, end.u_final]))
-    return feeds_itself(run.modes.stretches[-1], facts)
+    return feeds_itself(run.modes.legs[-1], facts)
 
 
 def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:
     """Return the mechanism in the mode in which a run ended, whose rows a failure counts, and its parameters."""
-    if run.modes is None or not run.modes.stretches:
+    if run.modes is None or not run.modes.legs:
         return run.ready.mechanism, run.parameters.tolist()
-    last = run.modes.stretches[-1]
+    last = run.modes.legs[-1]
     return last.program.entered, last.parameters
 
 
 def _in_rows_of_its_mode(run: Trajectory, failure: RunFailure) -> RunFailure:
     """Return a failure whose row is counted among those of the mode in which the run ended, not of all modes."""
-    if run.modes is None or not run.modes.stretches or failure.status not in _OF_MODE or failure.component is None:
+    if run.modes is None or not run.modes.legs or failure.status not in _OF_MODE or failure.component is None:
         return failure
-    program = run.modes.stretches[-1].program
+    program = run.modes.legs[-1].program
     name, own = program.mechanism.rows[failure.component].name, [row.name for row in program.entered.rows]
     return replace(failure, component=own.index(name) if name in own else None)
 

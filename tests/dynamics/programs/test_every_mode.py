@@ -17,8 +17,8 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import MultibodyError
 from multibody_sym.program.interpreter import interpret
+from multibody_sym.simulation.one_way.legs import Leg
 from multibody_sym.simulation.one_way.modes import function_of
-from multibody_sym.simulation.one_way.stretches import Stretch
 
 ALIKE = 1e-10
 """Relative to the largest value of its kind."""
@@ -117,21 +117,21 @@ contacts: {c: {between: [block, ground.table], static: 0.2}}
 """
 
 
-def modes_of(text: str, until: float) -> list[Stretch]:
-    """Return the first stretch of each mode in which a run of a model is whose Programs serve all modes."""
+def modes_of(text: str, until: float) -> list[Leg]:
+    """Return the first leg of each mode in which a run of a model is whose Programs serve all modes."""
     prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3)
     try:
         run = prepared.run()
     except mbs.RunError as error:
         run = error.trajectory
-    found = {stretch.key: stretch for stretch in (run.modes.stretches if run.modes else ())}
-    return [stretch for stretch in found.values() if stretch.program.mechanism.mode_numbers]
+    found = {leg.program.key: leg for leg in (run.modes.legs if run.modes else ())}
+    return [leg for leg in found.values() if leg.program.mechanism.mode_numbers]
 
 
-def compared(stretch: Stretch) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Yield what the Programs of the mode alone and those of all modes say where a stretch begins."""
-    entered, every, problem = stretch.program.entered, stretch.program.mechanism, stretch.problem
-    alone, acting = np.array(stretch.parameters), [row.name for row in entered.rows]
+def compared(leg: Leg) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Yield what the Programs of the mode alone and those of all modes say where a leg begins."""
+    entered, every, problem = leg.program.entered, leg.program.mechanism, leg.problem
+    alone, acting = np.array(leg.parameters), [row.name for row in entered.rows]
     acting = [k for name in acting for k, row in enumerate(every.rows) if row.name == name]
     made = programs(entered, FORMALISMS["composite_body"]).as_mapping()
     state = problem.start, problem.q0, problem.u0
@@ -155,7 +155,7 @@ def compared(stretch: Stretch) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     powers = [interpret(program, *state, *own) for program, own in zip(friction, given, strict=True)]
     yield from (("powers", *pair) for pair in zip(*powers, strict=True))
     functions = [function_of(one) for one in switchings(entered)]
-    names = [None if one is None else function_of(one) for one in stretch.program.switchings]
+    names = [None if one is None else function_of(one) for one in leg.program.switchings]
     if "events" not in made:  # no stop, and no function at which the mode ends
         assert set(names) <= {None}
         return
@@ -169,10 +169,10 @@ def compared(stretch: Stretch) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 def assert_alike(text: str, until: float = 0.3) -> int:
     """Assert that all that is compared is alike; return the number of modes."""
     found = modes_of(text, until)
-    for stretch in found:
-        for name, alone, every in compared(stretch):
+    for leg in found:
+        for name, alone, every in compared(leg):
             size = max(1.0, float(np.abs(alone).max(initial=0.0)))
-            assert np.abs(alone - every).max(initial=0.0) <= ALIKE * size, (name, stretch.words)
+            assert np.abs(alone - every).max(initial=0.0) <= ALIKE * size, (name, leg.program.words)
     return len(found)
 
 

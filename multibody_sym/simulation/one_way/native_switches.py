@@ -1,4 +1,4 @@
-"""What the loop in C knows of a run in modes: modes it was in, and turns that lead from one to another."""
+"""What the loop in C knows of a run in modes: the modes it was in, and switches that lead from one to another."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from typing import Final
 from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.integrators.methods.library import LibraryMethod
-from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
 from multibody_sym.runtime.course import ANGLE, FORCE, LENGTH, SPEED, ActingRows, KnownTurn, Passage
 from multibody_sym.runtime.problem import Course, CourseMode, Problem
 from multibody_sym.simulation.one_way.facts import Laws
-from multibody_sym.simulation.one_way.modes import Key, ModeProgram, key_of
+from multibody_sym.simulation.one_way.legs import Leg
+from multibody_sym.simulation.one_way.modes import Key, key_of
 from multibody_sym.simulation.one_way.turns import Acting, Turn, plain
 
 _ROWS: Final = 48
 
 
-class Roads:
-    """The course of a run, as far as it can be followed in C; `least` as for `Course`."""
+class NativeSwitches:
+    """The course of a run, as far as C can follow it, and the last leg in each mode; `least` as for `Course`."""
 
     def __init__(self, laws: Laws, template: Problem, least: float, passed: Callable[[Passage], None]) -> None:
         self.laws = laws
         self.course: Course | None = None
+        self.legs: list[Leg] = []
         self._numbers: dict[Key, int] = {}
         pairs, mechanism = template.pairing, laws.mechanism
         smooth = template.step is None and not isinstance(template.method, LibraryMethod)
@@ -35,33 +36,31 @@ class Roads:
             about = (tuple(normals), tuple(angles), laws.slides, 1.0, least)
             self.course = Course(laws.compiled, laws.matrices, laws.parameters, *about, passed)
 
-    def entered(self, problem: Problem, program: ModeProgram, mode: Mode, time: float, scale: Scale) -> Problem:
-        """Return the problem of a mode that begins, which knows the course if it is one that C can follow."""
+    def entered(self, leg: Leg, time: float, scale: Scale) -> Leg:
+        """Return a leg that begins, which knows the course if C can follow it in its mode."""
+        program, problem = leg.program, leg.of
         rows = program.entered.rows
         kept = problem.project or not rows
         if self.course is None or not kept or len(rows) > _ROWS or problem.independent < len(rows):
             self.course = None
-            return problem
-        course, key = self.course, key_of(mode)
-        if key not in self._numbers:
-            self._numbers[key] = len(course.modes)
+            return leg
+        course, number = self.course, self._numbers.setdefault(program.key, len(self.legs))
+        if number == len(self.legs):
             rules = tuple(self._rule(one) for one in program.switchings)
-            closed = tuple(int(mode.sides.get(x.name, INACTIVE) != INACTIVE) for x in self.laws.mechanism.one_way)
+            closed = tuple(int(x.name in program.active) for x in self.laws.mechanism.one_way)
             turns: list[list[KnownTurn]] = [[] for _ in rules]
             course.modes.append(CourseMode(problem, rules, tuple(program.entered.held), closed, turns))
-        course.mode, course.since = self._numbers[key], time
+            self.legs.append(leg)
+        course.mode, course.since = number, time
         course.length, course.speed = scale.length, scale.speed
-        return replace(problem, course=course)
+        self.legs[number] = replace(leg, of=replace(problem, course=course), cause=None)
+        return replace(self.legs[number], cause=leg.cause)
 
-    def number(self, mode: Mode) -> int:
-        """Return the number of a mode in which the run was."""
-        return self._numbers[key_of(mode)]
-
-    def learn(self, before: Mode, index: int, turns: Sequence[Turn]) -> None:
-        """Let C know where a switching function of a mode leads."""
+    def learn(self, leg: Leg, index: int, turns: Sequence[Turn]) -> None:
+        """Let C know where a switching function of a leg's mode leads."""
         if self.course is not None:
             known = [self._turn(turn) for turn in turns if key_of(turn.mode) in self._numbers]
-            self.course.modes[self.number(before)].turns[index] = known
+            self.course.modes[self._numbers[leg.program.key]].turns[index] = known
 
     def _rule(self, one: Switching | None) -> tuple[int, int]:
         if one is None or one.limits:
@@ -76,7 +75,7 @@ class Roads:
         rows = (*mechanism.rows, *(x.normals[0] for x in touching))
         ways = [one.sense for one in turn.after.slides if one.tangent == turn.cause]
         return KnownTurn(
-            to=self.number(turn.mode),
+            to=self._numbers[key_of(turn.mode)],
             touching=tuple(int(x.name in turn.touching) for x in mechanism.one_way),
             kept=tuple(places[row.name] for row in rows),
             rows=turn.rows,

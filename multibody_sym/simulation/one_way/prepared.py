@@ -1,0 +1,93 @@
+"""What the runs of one prepared system share: laws, modes, and a memory of what was decided."""
+
+from __future__ import annotations
+
+from dataclasses import field, replace
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.dynamics.laws.assemble import Scale
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.integrators.methods.library import LibraryMethod
+from multibody_sym.records import dataclass
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.one_way import thin_bars
+from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.impact import Returns, Standstill
+from multibody_sym.simulation.one_way.legs import Cause, Leg
+from multibody_sym.simulation.one_way.modes import Key, Modes
+from multibody_sym.simulation.one_way.switches import Switches
+from multibody_sym.simulation.one_way.turns import Turn, turn_of
+
+_UNSEEN: Final = 100.0
+"""The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
+_UNSEEN_MOST: Final = 1e-8
+"""The largest such speed (m/s): a tenth of that up to which slip keeps the direction in which it starts."""
+
+
+@dataclass(eq=False)
+class SwitchMemory:
+    """Where switching functions of modes led, by mode and number, and the first leg in each mode that C can follow.
+
+    Whether a run goes that way is decided by the laws alone, so that it does not matter which run remembered it.
+    """
+
+    turns: dict[tuple[Key, int], tuple[Turn, ...]] = field(default_factory=dict)
+    legs: dict[Key, Leg] = field(default_factory=dict)
+
+    def learn(self, found: Decided, leg: Leg, index: int) -> None:
+        """Remember where a switch led: for forces at a limit all ways, for others the last one."""
+        cause, key = leg.switching(index), leg.program.key
+        turn = turn_of(found, leg.mode, cause)
+        others = self.turns.get((key, index), ()) if cause.limits else ()
+        new = () if turn is None else (turn,)
+        self.turns[key, index] = (*(x for x in others if turn is None or x.mode != turn.mode), *new)
+
+
+@dataclass(eq=False)
+class PreparedRuns:
+    """What the runs of one prepared system share, by `laws`: their first decision, modes, and where switches led.
+
+    `template` is the problem of all, `scale` tells how large and fast the model is where they begin; `bars` have no
+    thickness. Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta
+    (1/s).
+    """
+
+    laws: Laws
+    modes: Modes
+    template: Problem
+    scale: Scale
+    stabilised: tuple[float, float] | None
+    bars: tuple[thin_bars.ThinBar, ...] = ()
+    memory: SwitchMemory = field(default_factory=SwitchMemory)
+
+    def switches(self, soon: float = 0.0) -> Switches:
+        """Return the decisions of a run that has not begun; a return to a mode so `soon` (s) is no motion."""
+        unseen = min(_UNSEEN * self.template.atol, _UNSEEN_MOST)
+        scale = replace(self.scale, unseen=unseen, steps=0.0 if self.template.step else self.template.rtol)
+        if isinstance(self.template.method, LibraryMethod):
+            scale = replace(scale, rtol=self.template.rtol, atol=self.template.atol)
+        standstill = Standstill(self.template.t_end - self.template.t0)
+        return Switches(self.laws, scale, self.bars, standstill, Returns(soon))
+
+    @cached_property
+    def first(self) -> tuple[Decided, tuple[str, ...]]:
+        """What is decided at the start, and the sides of bars on which no points are.
+
+        Raises ModelError where a point moves across a thin bar that it touches.
+        """
+        switches = self.switches()
+        return switches.first(self.template.start, self.template.x0), switches.hidden
+
+    @cached_property
+    def first_leg(self) -> Leg:
+        """The leg with which all runs begin, with nothing yet of the run.
+
+        Raises NoSolutionError where there is no mode, ModelError as `first` does.
+        """
+        found, _ = self.first
+        if found.mode is None:
+            raise NoSolutionError(f"{found.why_none.text} at the start")
+        problem, program = self.modes.problem(found, None)
+        return Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, found.facts.t))
