@@ -99,9 +99,9 @@ class NativeCourse:
 
     def __init__(self, course: Course, problem: Problem) -> None:
         self.course = course
-        course.modes[course.mode].problem = problem
         self._kept: list[Any] = []
         self._modes = [NativeProblem(mode.problem) for mode in course.modes]
+        self._modes[course.mode] = NativeProblem(problem)
         self._turns = [[turn for turns in mode.turns for turn in turns] for mode in course.modes]
         for mode in self._modes:
             mode.structure.max_steps = problem.max_steps

@@ -16,7 +16,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native import StateStruct
 from multibody_sym.runtime.native_method import address
 from multibody_sym.runtime.native_problem import NativeProblem
-from multibody_sym.runtime.problem import Begun, Event, Problem, Progress, RunFailure, Statistics, chatters
+from multibody_sym.runtime.problem import Begun, Event, Jump, Problem, Progress, RunFailure, Statistics, chatters
 
 if TYPE_CHECKING:
     from multibody_sym.runtime.native_course import NativeCourse
@@ -57,7 +57,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
                 now = course.now
             done = state.status != Status.RUNNING
             left = before + steps - state.steps
-            if state.event >= now.problem.switches and _jumped(now, state, work):
+            if state.event >= now.problem.switches and _jumped(problem.jump, now, state, work):
                 done = False
             elif state.event >= 0:
                 events.append(Event(state.t, state.event, now.problem.terminal[state.event]))
@@ -91,15 +91,11 @@ def _go_on(problem: Problem, begun: Begun, state: StateStruct) -> None:
         state.grid = steps_before(problem.t0, begun.time, problem.step)
 
 
-def _jumped(now: NativeProblem, state: StateStruct, work: Floats) -> bool:
+def _jumped(jump: Jump | None, now: NativeProblem, state: StateStruct, work: Floats) -> bool:
     """Let a run that stands at a switch go on with the state after a jump, if there is one."""
     problem = now.problem
     index, size = state.event - problem.switches, len(problem.x0)
-    after = (
-        None
-        if problem.jump is None or problem.is_over(state.t)
-        else problem.jump(state.t, work[:size].copy(), index)
-    )
+    after = None if jump is None or problem.is_over(state.t) else jump(state.t, work[:size].copy(), index)
     if after is None:
         return False
     work[:size] = after

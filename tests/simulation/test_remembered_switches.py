@@ -85,7 +85,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
         patched.setattr(mode_run, "_turned", counted("in C", mode_run._turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:
-        patched.setattr(prepared, "turn_of", lambda *_: None)
+        patched.setattr(prepared, "known_switch", lambda *_: None)
         other = mbs.simulate(system, **options)
     return first, other, taken
 

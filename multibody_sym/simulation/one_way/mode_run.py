@@ -21,19 +21,16 @@ from multibody_sym.scalars.node import Node
 from multibody_sym.simulation.along.jumps import Passed, added, passed
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
-from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, stops_at_turns, struck
+from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, struck
 from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Facts, rubs
 from multibody_sym.simulation.one_way.jams import before_jam, jam_of, jams, slip_stopped
+from multibody_sym.simulation.one_way.known_switches import followed
 from multibody_sym.simulation.one_way.legs import Cause, Jump, Leg, Legs, between_jumps
 from multibody_sym.simulation.one_way.modes import ModeProgram, key_of, on_its_way
-from multibody_sym.simulation.one_way.native_switches import NativeSwitches
 from multibody_sym.simulation.one_way.prepared import PreparedRuns
-from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.runs.modes import EnergyAccount
 
-_AT_ONCE: Final = 1e-3
-"""The part of a mean step within which a return to a mode is no motion."""
 _RETURNS: Final = 2
 _GIVEN_UP: Final = 20
 _KEPT: Final = 1e4
@@ -44,24 +41,18 @@ _KEPT: Final = 1e4
 class ModeRun(Legs):
     """A run under way, or done: its legs, by what its system has `prepared`, and what of them counts for what follows.
 
-    That is what `switches` have met, and the loop in C knows.
+    That is what `switches` have met; the loop in C follows its `course`, if there is one.
     """
 
     prepared: PreparedRuns
 
     def __post_init__(self) -> None:
         """Begin the run. Raises NoSolutionError, and ModelError where a point moves across a thin bar it touches."""
-        prepared, template = self.prepared, self.prepared.template
-        soon = _AT_ONCE * template.t_end / 200.0
-        self.switches = prepared.switches(soon)
-        self.native = NativeSwitches(prepared.laws, template, soon, partial(_turned, self))
+        prepared, native = self.prepared, self.prepared.memory.native
+        self.switches = prepared.switches()
+        self.course = None if native is None else native.course(partial(_turned, self))
         found, self.switches.hidden = prepared.first
         self.switches.laws = found.facts.laws
-        for leg in prepared.memory.legs.values():
-            self.native.entered(_of_run(leg, self), template.start, self.switches.scale)
-        for leg in prepared.memory.legs.values():
-            for index in range(len(leg.program.switchings)):
-                _let_c_know(leg, index, self)
         self.legs.append(_begun(prepared.first_leg, found.facts, found.facts.t, self))
 
     @property
@@ -120,10 +111,12 @@ def next_leg(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
         return _on_its_way(leg, switch, cause.part, run)
     if cause.ends == "stops in space" and cause.part is not None:
         switch = stopped(switch, leg, switches.at(t, switch.x), cause.part)
-    followed = _followed(leg, _known(leg, switch, run) or _searched(leg, switch, run), switch, run)
-    if not isinstance(followed, End) or followed.stop is not None:
-        _let_c_know(leg, switch.index, run)
-    return followed
+    found = _known(leg, switch, run)
+    if found is not None:
+        return _followed(leg, found, switch, run)
+    following = _followed(leg, _searched(leg, switch, run), switch, run)
+    run.prepared.memory.tell_c(leg, switch.index)
+    return following
 
 
 def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
@@ -142,7 +135,8 @@ def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     if jam is None and leg.of.crosses:
         return None
     if jam is None:
-        again = replace(leg.problem, crosses=True, course=None, begun=switch.begun, q0=facts.q, u0=facts.u)
+        again = replace(leg.problem, crosses=True, course=None, jump=partial(_jump, run))
+        again = replace(again, begun=switch.begun, q0=facts.q, u0=facts.u)
         return switches.enter(replace(leg, of=again, since=None, cause=None))
     found = switches.beyond(leg, jam.facts)
     if found.mode is None:
@@ -185,12 +179,12 @@ def _on_its_way(leg: Leg, switch: Switch, part: FrictionPart, run: ModeRun) -> L
 
 def _known(leg: Leg, switch: Switch, run: ModeRun) -> Decided | None:
     """Return how the run goes on where a switch was decided before and leads on in the same way."""
-    turns = run.prepared.memory.turns.get((leg.program.key, switch.index))
-    if not turns:
+    switches = run.prepared.memory.known(leg, switch.index)
+    if not switches:
         return None
     facts, closed = run.switches.closed_at(leg, switch.begun.time, switch.x, leg.switching(switch.index))
-    rates = None if turns[0].cause is None else leg.rates_at(facts)
-    ways = (followed(turn, facts, closed, rates) for turn in turns)
+    rates = None if switches[0].cause is None else leg.rates_at(facts)
+    ways = (followed(one, facts, closed, rates) for one in switches)
     return next((found for found in ways if found is not None), None)
 
 
@@ -254,16 +248,12 @@ def _behind(found: Decided, begun: Begun, run: ModeRun) -> tuple[Problem, ModePr
 
 def _begun(leg: Leg, facts: Facts, t: float, run: ModeRun) -> Leg:
     """Return a leg in a mode that was found at some facts as it begins: what strikes has, and C may follow it."""
-    following = run.switches.enter(run.native.entered(_of_run(leg, run), t, run.switches.scale))
-    if following.of.course is not None:
-        run.prepared.memory.legs.setdefault(leg.program.key, replace(leg, cause=None))
+    switches, course, native = run.switches, run.course, run.prepared.memory.native
+    course = native.entered(leg, course, t, switches.scale) if native is not None and course is not None else None
+    following = switches.enter(replace(leg, of=replace(leg.of, jump=partial(_jump, run), course=course)))
     if leg.cause is not None and leg.cause.blow is not None:
-        run.switches.hit(leg.cause.blow, facts)
+        switches.hit(leg.cause.blow, facts)
     return following
-
-
-def _of_run(leg: Leg, run: ModeRun) -> Leg:
-    return replace(leg, of=replace(leg.of, jump=partial(_jump, run)))
 
 
 def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
@@ -285,16 +275,11 @@ def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
 
 def _turned(run: ModeRun, passage: Passage) -> None:
     """Note a turn that the loop in C has taken."""
-    switches = run.switches
+    switches, native = run.switches, run.prepared.memory.native
+    assert native is not None  # it numbers the modes of courses
     if passage.speed != switches.scale.speed:
         switches.scale = replace(switches.scale, speed=passage.speed)
     run.legs[-1] = come(run.legs[-1], passage.written, passage.time, passage.steps)
-    leg = switches.enter(passed_into(run.native.legs[passage.to], passage))
+    leg = switches.enter(passed_into(native.legs[passage.to], passage))
     switches.returns.to(passage.time, leg.program.key)
     run.legs.append(leg)
-
-
-def _let_c_know(leg: Leg, index: int, run: ModeRun) -> None:
-    """Let the loop in C know where a switch of a mode leads, if the run does not stop there."""
-    stops = stops_at_turns(run.mechanism)
-    run.native.learn(leg, index, () if stops else run.prepared.memory.turns.get((leg.program.key, index), ()))

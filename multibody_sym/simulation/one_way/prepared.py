@@ -15,11 +15,14 @@ from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.impact import Returns, Standstill
+from multibody_sym.simulation.one_way.known_switches import KnownSwitch, known_switch
 from multibody_sym.simulation.one_way.legs import Cause, Leg
 from multibody_sym.simulation.one_way.modes import Key, Modes
+from multibody_sym.simulation.one_way.native_switches import NativeSwitches
 from multibody_sym.simulation.one_way.switches import Switches
-from multibody_sym.simulation.one_way.turns import Turn, turn_of
 
+_AT_ONCE: Final = 1e-3
+"""The part of a mean step within which a return to a mode is no motion."""
 _UNSEEN: Final = 100.0
 """The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
 _UNSEEN_MOST: Final = 1e-8
@@ -28,21 +31,30 @@ _UNSEEN_MOST: Final = 1e-8
 
 @dataclass(eq=False)
 class SwitchMemory:
-    """Where switching functions of modes led, by mode and number, and the first leg in each mode that C can follow.
+    """Where switching functions of modes led, by mode and number, and what of it C knows; None where it cannot follow.
 
     Whether a run goes that way is decided by the laws alone, so that it does not matter which run remembered it.
     """
 
-    turns: dict[tuple[Key, int], tuple[Turn, ...]] = field(default_factory=dict)
-    legs: dict[Key, Leg] = field(default_factory=dict)
+    native: NativeSwitches | None
+    switches: dict[tuple[Key, int], tuple[KnownSwitch, ...]] = field(default_factory=dict)
+
+    def known(self, leg: Leg, index: int) -> tuple[KnownSwitch, ...]:
+        """Return where a switching function of a leg's mode has led."""
+        return self.switches.get((leg.program.key, index), ())
 
     def learn(self, found: Decided, leg: Leg, index: int) -> None:
         """Remember where a switch led: for forces at a limit all ways, for others the last one."""
-        cause, key = leg.switching(index), leg.program.key
-        turn = turn_of(found, leg.mode, cause)
-        others = self.turns.get((key, index), ()) if cause.limits else ()
-        new = () if turn is None else (turn,)
-        self.turns[key, index] = (*(x for x in others if turn is None or x.mode != turn.mode), *new)
+        cause = leg.switching(index)
+        switch = known_switch(found, leg.mode, cause)
+        others = self.known(leg, index) if cause.limits else ()
+        others = tuple(x for x in others if switch is None or x.mode != switch.mode)
+        self.switches[leg.program.key, index] = (*others, *(() if switch is None else (switch,)))
+
+    def tell_c(self, leg: Leg, index: int) -> None:
+        """Let C know it, once it knows the mode that followed."""
+        if self.native is not None:
+            self.native.learn(leg, index, self.known(leg, index))
 
 
 @dataclass(eq=False)
@@ -60,16 +72,25 @@ class PreparedRuns:
     scale: Scale
     stabilised: tuple[float, float] | None
     bars: tuple[thin_bars.ThinBar, ...] = ()
-    memory: SwitchMemory = field(default_factory=SwitchMemory)
 
-    def switches(self, soon: float = 0.0) -> Switches:
-        """Return the decisions of a run that has not begun; a return to a mode so `soon` (s) is no motion."""
+    @property
+    def soon(self) -> float:
+        """The time (s) within which a return to a mode is no motion."""
+        return _AT_ONCE * self.template.t_end / 200.0
+
+    @cached_property
+    def memory(self) -> SwitchMemory:
+        """What runs have decided."""
+        return SwitchMemory(NativeSwitches.of(self.laws, self.template, self.soon))
+
+    def switches(self) -> Switches:
+        """Return the decisions of a run that has not begun."""
         unseen = min(_UNSEEN * self.template.atol, _UNSEEN_MOST)
         scale = replace(self.scale, unseen=unseen, steps=0.0 if self.template.step else self.template.rtol)
         if isinstance(self.template.method, LibraryMethod):
             scale = replace(scale, rtol=self.template.rtol, atol=self.template.atol)
         standstill = Standstill(self.template.t_end - self.template.t0)
-        return Switches(self.laws, scale, self.bars, standstill, Returns(soon))
+        return Switches(self.laws, scale, self.bars, standstill, Returns(self.soon))
 
     @cached_property
     def first(self) -> tuple[Decided, tuple[str, ...]]:

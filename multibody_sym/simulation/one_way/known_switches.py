@@ -59,7 +59,7 @@ class Stick:
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActiveRows:
     """What acts in a mode, by places among all rows: `active` ones have a = 0, `pressing` and `apart` are normals."""
 
     active: tuple[int, ...]
@@ -70,7 +70,7 @@ class Acting:
 
 
 @dataclass(frozen=True)
-class Turn:
+class KnownSwitch:
     """A switch that was decided: of what touches, with `signs` of slip of its parts, and the `mode` that followed.
 
     `cause` is the place of the row whose condition ended the mode `before`, None where a speed did.
@@ -80,8 +80,8 @@ class Turn:
     touching: tuple[str, ...]
     signs: tuple[tuple[FrictionPart, int], ...]
     rows: tuple[int, ...]
-    after: Acting
-    before: Acting | None = None
+    after: ActiveRows
+    before: ActiveRows | None = None
     cause: int | None = None
 
 
@@ -95,7 +95,7 @@ class Solved:
     terms: Floats
 
 
-def turn_of(found: Decided, before: Mode, cause: Switching) -> Turn | None:
+def known_switch(found: Decided, before: Mode, cause: Switching) -> KnownSwitch | None:
     """Return what a switch that was decided is remembered by; None where it is not."""
     facts, mode, posed = found.facts, found.mode, found.posed
     if mode is None or posed is None or found.blow is not None or found.several or mode == before:
@@ -112,12 +112,12 @@ def turn_of(found: Decided, before: Mode, cause: Switching) -> Turn | None:
     if after is None or len(after.active) > MOST:
         return None
     if cause.ends == "stops":
-        return Turn(mode, touching, signs, rows, after)
+        return KnownSwitch(mode, touching, signs, rows, after)
     acting = _acting(facts.laws, before, posed.elements, dict(signs))
     row = cause.element.normals[0] if cause.part is None else cause.part.rows[0]
     if acting is None or len(acting.active) > MOST or not _flips(before, mode, cause):
         return None
-    return Turn(mode, touching, signs, rows, after, acting, facts.laws.places[row.name])
+    return KnownSwitch(mode, touching, signs, rows, after, acting, facts.laws.places[row.name])
 
 
 def _flips(before: Mode, after: Mode, cause: Switching) -> bool:
@@ -142,7 +142,7 @@ def _sign(facts: Facts, part: FrictionPart) -> int:
     return 0 if abs(speed) <= facts.allowed_slip(part) else 1 if speed > 0.0 else -1
 
 
-def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[FrictionPart, int]) -> Acting | None:
+def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[FrictionPart, int]) -> ActiveRows | None:
     """Return what acts in a mode; None if it does not go with the signs of what slides."""
     active, slides, sticks = [laws.places[row.name] for row in laws.mechanism.rows], list[Slide](), list[Stick]()
     pressing, apart = list[int](), list[int]()
@@ -162,68 +162,70 @@ def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[F
                 active.append(tangent)
             else:
                 slides.append(Slide(normal, tangent, laws.parts[part.name], slip, not signs[part]))
-    return Acting(tuple(active), tuple(slides), tuple(sticks), tuple(pressing), tuple(apart))
+    return ActiveRows(tuple(active), tuple(slides), tuple(sticks), tuple(pressing), tuple(apart))
 
 
 # --- verified ---------------------------------------------------------------------------------------------------------
 
 
 def followed(
-    turn: Turn, facts: Facts, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
+    switch: KnownSwitch, facts: Facts, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
 ) -> Decided | None:
     """Return how a run goes on, None where it is not clear. `rates`: of coordinates and speeds in the mode before."""
-    if tuple(facts.touching(closed)) != turn.touching:
+    if tuple(facts.touching(closed)) != switch.touching:
         return None
-    facts = settling.moved(facts, q=settling.onto_rows(facts, turn.touching))
-    if settling.closing(facts, turn.touching):
+    facts = settling.moved(facts, q=settling.onto_rows(facts, switch.touching))
+    if settling.closing(facts, switch.touching):
         return None
-    facts = settling.moved(facts, u=settling.at_rest(facts, turn.touching))
-    if turn.before is None or rates is None or turn.cause is None:
-        solved = _holds(turn, facts, turn.after)
+    facts = settling.moved(facts, u=settling.at_rest(facts, switch.touching))
+    if switch.before is None or rates is None or switch.cause is None:
+        solved = _holds(switch, facts, switch.after)
     else:
-        solved = _ahead(turn, turn.before, turn.cause, facts, rates)
+        solved = _ahead(switch, switch.before, switch.cause, facts, rates)
     if solved is None:
         return None
-    largest = Decided.largest_of(solved.z, facts, list(turn.rows))
-    return Decided(facts, turn.mode, largest, None, None)
+    largest = Decided.largest_of(solved.z, facts, list(switch.rows))
+    return Decided(facts, switch.mode, largest, None, None)
 
 
-def _ahead(turn: Turn, before: Acting, cause: int, facts: Facts, rates: tuple[Floats, Floats]) -> Solved | None:
+def _ahead(
+    switch: KnownSwitch, before: ActiveRows, cause: int, facts: Facts, rates: tuple[Floats, Floats]
+) -> Solved | None:
     """Return what holds soon after, where forces have clearly left the limit of the mode before, which hold now."""
     for part in (0.0, *SOON):
         soon = part * facts.scale.time
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates[0], facts.u + soon * rates[1], facts.scale)
-        ended = _holds(turn, later, before, cause)
+        ended = _holds(switch, later, before, cause)
         if ended is None:
             return None
-        over = _over(turn, ended, later, before, cause)
+        over = _over(switch, ended, later, before, cause)
         if over > CLEAR * ended.force:
-            return _holds(turn, later, turn.after) if soon else None
+            return _holds(switch, later, switch.after) if soon else None
         if over > WITHIN * CLEAR * ended.force:
             return None
     return None
 
 
-def _over(turn: Turn, solved: Solved, facts: Facts, before: Acting, cause: int) -> float:
+def _over(switch: KnownSwitch, solved: Solved, facts: Facts, before: ActiveRows, cause: int) -> float:
     """Return by how much the force that a row may exert is exceeded in the way it gave way."""
     size = float(np.linalg.norm(facts.known["exerted"][cause]))
     for one in before.sticks:
         if one.tangent == cause:
             limit = float(most(facts.known["coefficients"][one.part][0], solved.z[one.normal]))
-            return size * (-_sense(turn, cause) * float(solved.z[cause]) - limit)
+            return size * (-_sense(switch, cause) * float(solved.z[cause]) - limit)
     return -size * float(solved.z[cause])
 
 
-def _sense(turn: Turn, tangent: int) -> int:
-    return next(one.sense for one in turn.after.slides if one.tangent == tangent)
+def _sense(switch: KnownSwitch, tangent: int) -> int:
+    return next(one.sense for one in switch.after.slides if one.tangent == tangent)
 
 
-def _holds(turn: Turn, facts: Facts, acting: Acting, free: int | None = None) -> Solved | None:
+def _holds(switch: KnownSwitch, facts: Facts, acting: ActiveRows, free: int | None = None) -> Solved | None:
     """Return the forces of what acts where its laws hold clearly, with static coefficients and then as it slides.
 
     What they say of the row `free` may be open.
     """
-    if any(_sign(facts, part) != sign for part, sign in turn.signs):
+    if any(_sign(facts, part) != sign for part, sign in switch.signs):
         return None
     mu = facts.known["coefficients"]
     if not all(float(mu[part, 0]) > 0.0 and float(mu[part, 1]) > 0.0 for part in _parts(acting)):
@@ -231,18 +233,18 @@ def _holds(turn: Turn, facts: Facts, acting: Acting, free: int | None = None) ->
     differ = any(one.begins and float(mu[one.part, 0]) != float(mu[one.part, 1]) for one in acting.slides)
     solved = None
     for static in (True, False) if differ else (False,):
-        solved = _solved(turn, facts, acting, static=static)
+        solved = _solved(switch, facts, acting, static=static)
         if solved is None or not _clearly(solved, facts, acting, free):
             return None
     return solved
 
 
-def _parts(acting: Acting) -> Iterator[int]:
+def _parts(acting: ActiveRows) -> Iterator[int]:
     yield from (one.part for one in acting.slides)
     yield from (one.part for one in acting.sticks)
 
 
-def _solved(turn: Turn, facts: Facts, acting: Acting, *, static: bool) -> Solved | None:
+def _solved(switch: KnownSwitch, facts: Facts, acting: ActiveRows, *, static: bool) -> Solved | None:
     """Return the forces of what acts; None where rows are nearly dependent."""
     known = facts.known
     A, C, right, active = known["matrix"], known["exerted"], known["right"], list(acting.active)
@@ -261,7 +263,7 @@ def _solved(turn: Turn, facts: Facts, acting: Acting, *, static: bool) -> Solved
     for one in acting.slides:
         z[one.tangent] = -one.sense * known["coefficients"][one.part, 0 if static and one.begins else 1] * z[one.normal]
     x = pushes.T @ z[active]
-    rows = list(turn.rows)
+    rows = list(switch.rows)
     terms = (np.abs(A) @ np.abs(x) + np.abs(right)) / lengths
     largest = float(np.linalg.norm(x)) + float(np.abs(right / lengths)[rows].max(initial=0.0))
     force = float(np.abs(z * sizes).max(initial=0.0)) + ROUNDED / CLEAR * largest
@@ -281,7 +283,7 @@ def _eliminated(matrix: Floats, right: Floats) -> Floats | None:
     return np.asarray(np.linalg.solve(matrix, right), dtype=float) if least_worth(matrix) > PIVOT else None
 
 
-def _clearly(solved: Solved, facts: Facts, acting: Acting, free: int | None) -> bool:
+def _clearly(solved: Solved, facts: Facts, acting: ActiveRows, free: int | None) -> bool:
     """Return whether all inequalities of what acts hold clearly but for those of the row `free`."""
     z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.known["exerted"])
     forces = [(k, z[k] * sizes[k]) for k in acting.pressing]
