@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, Self, TypeVar
 
 import numpy as np
 
@@ -50,24 +50,21 @@ class Leg:
         q, u = passed.x[:nq], passed.x[nq:]
         return replace(self.of, begun=Begun(passed.time, self.first), q0=q, u0=u, margins=passed.margins)
 
+    def come(self, end: int, until: float, steps: int) -> Self:
+        """Return it as far as it has come, by the steps of its loop."""
+        return replace(self, end=end, until=until, steps=steps - self.before)
+
+    def entered(self, of: Problem, at: Progress) -> Self:
+        """Return it as it begins where a run has come to, in a problem."""
+        return replace(self, of=of, first=at.written, end=at.written, until=at.time, steps=0, since=None, before=0)
+
+    def passed_into(self, since: Passage) -> Self:
+        """Return it as it begins where the loop has passed into its mode once more."""
+        first, time, before = since.written, since.time, since.steps
+        return replace(self, first=first, end=first, until=time, steps=0, since=since, before=before)
+
 
 LegT = TypeVar("LegT", bound=Leg)
-
-
-def come(leg: LegT, end: int, until: float, steps: int) -> LegT:
-    """Return a leg as far as it has come, by the steps of its loop."""
-    return replace(leg, end=end, until=until, steps=steps - leg.before)
-
-
-def entered(leg: LegT, of: Problem, at: Progress) -> LegT:
-    """Return a leg that begins where a run has come to, in a problem."""
-    return replace(leg, of=of, first=at.written, end=at.written, until=at.time, steps=0, since=None, before=0)
-
-
-def passed_into(leg: LegT, since: Passage) -> LegT:
-    """Return a leg in the mode of one, which the loop has just passed into once more."""
-    written, steps = since.written, since.steps
-    return replace(leg, first=written, end=written, until=since.time, steps=0, since=since, before=steps)
 
 
 @dataclass(frozen=True)
@@ -120,13 +117,13 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
 
     def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         done = Progress(0, problem.start, problem.x0, Statistics(), None)
-        legs[-1] = entered(legs[-1], problem, done)
+        legs[-1] = legs[-1].entered(problem, done)
         while True:
             latest = done
             for progress in loop_for(problem)(problem, samples):
                 problem = legs[-1].of  # the loop may have gone on from mode to mode
                 latest = _joined(done, progress, problem)
-                legs[-1] = come(legs[-1], latest.written, latest.time, progress.statistics.steps)
+                legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
                 if _switched(progress, problem) is None and not _is_singular(latest, problem):
                     yield latest
             at, following = Begun(latest.time, latest.written), None
@@ -149,8 +146,8 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
                 return
             left = problem.max_steps - progress.statistics.steps
             problem, done = replace(following.of, max_steps=max(left, 1)), latest
-            _end_where(following, legs)
-            legs.append(entered(following, problem, latest))
+            legs[-1] = replace(legs[-1], until=following.start)  # before its last step ended, or behind it
+            legs.append(following.entered(problem, latest))
             if problem.is_over(problem.start):  # the end of the run is where it switched
                 yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
                 return
@@ -158,15 +155,10 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
     return loop
 
 
-def _end_where(following: LegT, legs: list[LegT]) -> None:
-    """Let the last leg end where another begins: that may be slightly before its last step ended, or behind it."""
-    legs[-1] = replace(legs[-1], until=following.start)
-
-
 def _ended(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, legs: list[LegT]) -> Progress:
     """Return the progress at the end of a run, a sample telling where it stops."""
     if end.leg is not None:
-        _end_where(end.leg, legs)
+        legs[-1] = replace(legs[-1], until=end.leg.start)
     if end.stop is None:
         return replace(latest, failure=end.failure)
     if end.leg is not None and end.behind:

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
-Rub = tuple[int, int, int, int, int]
-"""The places of a normal and a tangent, the number of a friction part, the way it slides, 1 if from rest."""
 FORCE, LENGTH, ANGLE, SPEED = range(4)
 Rule = tuple[int, int]
 """By what a switching function may exceed zero: a part of forces, of the model's size, or of the speed along a row."""
 
 
+class Rub(NamedTuple):
+    """The places of a normal and a tangent, the number of a friction part, which way it slides; whether from rest."""
+
+    normal: int
+    tangent: int
+    part: int
+    sense: int = 0
+    begins: bool = False
+
+
 @dataclass(frozen=True)
-class ActingRows:
-    """What acts in a mode, by places of rows: `mbs_acting`."""
+class ActiveRows:
+    """What acts in a mode, by places among all rows: `mbs_acting`.
+
+    `active` ones have a = 0, `pressing` and `apart` are normals.
+    """
 
     active: tuple[int, ...] = ()
-    sliding: tuple[Rub, ...] = ()
-    sticking: tuple[Rub, ...] = ()
+    slides: tuple[Rub, ...] = ()
+    sticks: tuple[Rub, ...] = ()
     pressing: tuple[int, ...] = ()
     apart: tuple[int, ...] = ()
 
@@ -32,8 +45,8 @@ class KnownTurn:
     kept: tuple[int, ...]
     rows: tuple[int, ...]
     signs: tuple[tuple[int, int], ...]
-    after: ActingRows
-    before: ActingRows
+    after: ActiveRows
+    before: ActiveRows
     cause: int
     way: int
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.runtime.course import ActingRows, KnownTurn, Passage
+from multibody_sym.runtime.course import ActiveRows, KnownTurn, Passage
 from multibody_sym.runtime.native import NativeFunction, ProblemStruct, ProgramStruct
 from multibody_sym.runtime.native_method import address
 from multibody_sym.runtime.native_problem import NativeProblem
@@ -190,8 +190,8 @@ class NativeCourse:
             before=self._acting(turn.before),
         )
 
-    def _acting(self, acting: ActingRows) -> _Acting:
-        names = ("active", "sliding", "sticking", "pressing", "apart")
+    def _acting(self, acting: ActiveRows) -> _Acting:
+        names = ("active", "slides", "sticks", "pressing", "apart")
         return _Acting(
             *[len(getattr(acting, name)) for name in names], *[self._ints(getattr(acting, name)) for name in names]
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from multibody_sym.simulation.runs.told import Told
 
 if TYPE_CHECKING:
     from multibody_sym.model.mechanism.mechanism import Mechanism
+    from multibody_sym.runtime.chain import Leg
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +74,21 @@ class Part:
         program = reaction_program(self.mechanism, self.compiled.likewise)
         (values,) = program.map("reactions", *self.arguments, self.derivative[1], self.derivative[2])
         return values
+
+
+def parts_of(
+    legs: Iterable[tuple[Leg, Told]], samples: tuple[Floats, Floats, Floats], first: int
+) -> tuple[Part, ...]:
+    """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in.
+
+    There are none of a run that ends where it begins, before its first leg.
+    """
+    found: list[Part] = []
+    for leg, told in legs:
+        t, q, u = (each[max(leg.first - first, 0) : max(leg.end - first, 0)] for each in samples)
+        if len(t) or not found:
+            found.append(Part(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
+    return tuple(found) if not len(samples[0]) or any(len(part.t) for part in found) else ()
 
 
 def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.simulation.one_way import mode_run, prepared, switches
+from multibody_sym.simulation.one_way import mode_run, switch_memory, switches
 
 PAIR = """
 multibody_sym: 1
@@ -85,7 +85,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
         patched.setattr(mode_run, "_turned", counted("in C", mode_run._turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:
-        patched.setattr(prepared, "known_switch", lambda *_: None)
+        patched.setattr(switch_memory, "known_switch", lambda *_: None)
         other = mbs.simulate(system, **options)
     return first, other, taken
 

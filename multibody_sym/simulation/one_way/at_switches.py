@@ -37,7 +37,7 @@ def stopped(switch: Switch, now: Leg, facts: Facts, part: FrictionPart) -> Switc
     """
     places, (rates, udot) = [facts.place(row) for row in part.rows], now.rates_at(facts)
     v, a = facts.known["phidot"][places], facts.accelerations(places, udot)
-    slower, problem = -float(v @ a), now.problem
+    slower, problem = -float(v @ a), now.of
     left = float(v @ v) / slower if slower > 0.0 else 0.0
     t, sample = switch.begun.time, switch.begun.written
     samples = problem.times()

@@ -81,7 +81,7 @@ def jam_of(now: Leg, facts: Facts) -> Jam | None:
 def _way_from(now: Leg, facts: Facts) -> _Way | None:
     """Return the way in s from an instant of a mode on, by what slides and pushes most; None where nothing does."""
     rows = now.program.mechanism.rows
-    _, pushes, _ = now.problem.pushed(facts.t, _state(facts)[1:])
+    _, pushes, _ = now.of.pushed(facts.t, _state(facts)[1:])
     slides = {row.name: row for row in now.program.entered.rows if isinstance(row, SlidingRow)}
     sliding = [k for k, row in enumerate(rows) if row.name in slides]
     if not sliding or not np.isfinite(pushes).all():
@@ -112,12 +112,12 @@ def jams(now: Leg, t: float, x: Floats) -> bool:
     mechanism, parameters = now.program.entered, now.parameters
     if not any(isinstance(row, SlidingRow) for row in mechanism.rows):
         return False
-    q, u = np.split(x, [len(now.problem.q0)])
+    q, u = np.split(x, [len(now.of.q0)])
     state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters)
     generic = mechanism.parameters.independent_rows(parameters)
     if not generic:  # what rows would hold is held anyway
         return False
-    *_, left = now.problem.pushed(t, x)
+    *_, left = now.of.pushed(t, x)
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
 
 
@@ -213,7 +213,7 @@ class _Way:
             if not math.isfinite(pace):
                 return None
             ago = self.step(y, -_FARTHEST * pace)
-            if begun - float(ago[0]) > time or ago[0] < self.now.problem.start:
+            if begun - float(ago[0]) > time or ago[0] < self.now.start:
                 return float(y[0])
             y = ago
         return None
@@ -270,7 +270,7 @@ class _Way:
 
     def _pushed(self, y: Floats) -> tuple[Floats, Floats, float]:
         """Return dy/ds, the rates in s of the impulses of all rows, and m."""
-        rates, pushes, _ = self.now.problem.pushed(float(y[0]), y[1:])
+        rates, pushes, _ = self.now.of.pushed(float(y[0]), y[1:])
         with np.errstate(all="ignore"):  # nothing may push on the way
             m = float(self.push / pushes[self.row])
             return m * np.concatenate([[1.0], rates]), m * pushes, m

@@ -20,6 +20,7 @@ from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_worth
 from multibody_sym.records import dataclass
+from multibody_sym.runtime.course import ActiveRows, Rub
 from multibody_sym.scalars.limits import most
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.decision import SOON, Decided
@@ -36,37 +37,6 @@ PIVOT: Final = 1e-6
 """The least part of a row's own that others may leave."""
 MOST: Final = 12
 """Rows that act."""
-
-
-@dataclass(frozen=True)
-class Slide:
-    """The places of a normal and a tangent, the number of the friction part, which way it slides; whether from rest."""
-
-    normal: int
-    tangent: int
-    part: int
-    sense: int
-    begins: bool
-
-
-@dataclass(frozen=True)
-class Stick:
-    """The places of a normal and a tangent, and the number of the friction part."""
-
-    normal: int
-    tangent: int
-    part: int
-
-
-@dataclass(frozen=True)
-class ActiveRows:
-    """What acts in a mode, by places among all rows: `active` ones have a = 0, `pressing` and `apart` are normals."""
-
-    active: tuple[int, ...]
-    slides: tuple[Slide, ...]
-    sticks: tuple[Stick, ...]
-    pressing: tuple[int, ...]
-    apart: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -144,7 +114,7 @@ def _sign(facts: Facts, part: FrictionPart) -> int:
 
 def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[FrictionPart, int]) -> ActiveRows | None:
     """Return what acts in a mode; None if it does not go with the signs of what slides."""
-    active, slides, sticks = [laws.places[row.name] for row in laws.mechanism.rows], list[Slide](), list[Stick]()
+    active, slides, sticks = [laws.places[row.name] for row in laws.mechanism.rows], list[Rub](), list[Rub]()
     pressing, apart = list[int](), list[int]()
     for element in touching:
         normal = laws.places[element.normals[0].name]
@@ -158,10 +128,10 @@ def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[F
             if signs[part] and slip != signs[part]:
                 return None
             if slip == STICKS:
-                sticks.append(Stick(normal, tangent, laws.parts[part.name]))
+                sticks.append(Rub(normal, tangent, laws.parts[part.name]))
                 active.append(tangent)
             else:
-                slides.append(Slide(normal, tangent, laws.parts[part.name], slip, not signs[part]))
+                slides.append(Rub(normal, tangent, laws.parts[part.name], slip, not signs[part]))
     return ActiveRows(tuple(active), tuple(slides), tuple(sticks), tuple(pressing), tuple(apart))
 
 

@@ -7,7 +7,7 @@ its mode might have ended.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, Final
@@ -25,7 +25,7 @@ from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.impact import Blow
 from multibody_sym.simulation.one_way.modes import ModeProgram
-from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.parts import Part, parts_of
 from multibody_sym.simulation.runs.told import Alone, Told
 
 IMPACT: Final = "impact"
@@ -182,11 +182,6 @@ class Legs:
         return sum(cause.blow.lost.values()) if cause is not None and cause.blow is not None else 0.0
 
     @property
-    def answers(self) -> Sequence[chain.Answer]:
-        """Where modes did not end."""
-        return self.jumps
-
-    @property
     def along(self) -> list[FineLeg]:
         """The legs between jumps of speeds as they are run once more, for what adds up along them."""
         jumps = list(reversed(self.jumps))
@@ -194,13 +189,7 @@ class Legs:
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
-        found: list[Part] = []
-        for leg in self.legs:
-            own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
-            if len(t[own]) or not found:
-                told, of = Told(Alone(leg.program.mechanism)), leg.of
-                found.append(Part(told, of.compiled, of.parameters, t[own], q[own], u[own], of.modes))
-        return tuple(found) if not len(t) or any(len(part.t) for part in found) else ()  # it may end where it begins
+        return parts_of(((leg, Told(Alone(leg.program.mechanism))) for leg in self.legs), (t, q, u), first)
 
 
 def happened(legs: Iterable[Leg], jumps: Iterable[Jump]) -> Iterator[tuple[Cause, dict[str, str]]]:

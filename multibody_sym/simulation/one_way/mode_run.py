@@ -14,9 +14,9 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
-from multibody_sym.runtime.chain import NO_STEP, End, Switch, chain, come, passed_into, shortly
+from multibody_sym.runtime.chain import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.runtime.course import Passage
-from multibody_sym.runtime.problem import Begun, Loop, Problem, Reason, RunFailure
+from multibody_sym.runtime.problem import Loop, Reason, RunFailure
 from multibody_sym.scalars.node import Node
 from multibody_sym.simulation.along.jumps import Passed, added, passed
 from multibody_sym.simulation.one_way import thin_bars
@@ -27,7 +27,7 @@ from multibody_sym.simulation.one_way.facts import Facts, rubs
 from multibody_sym.simulation.one_way.jams import before_jam, jam_of, jams, slip_stopped
 from multibody_sym.simulation.one_way.known_switches import followed
 from multibody_sym.simulation.one_way.legs import Cause, Jump, Leg, Legs, between_jumps
-from multibody_sym.simulation.one_way.modes import ModeProgram, key_of, on_its_way
+from multibody_sym.simulation.one_way.modes import key_of, on_its_way
 from multibody_sym.simulation.one_way.prepared import PreparedRuns
 from multibody_sym.simulation.runs.modes import EnergyAccount
 
@@ -48,12 +48,11 @@ class ModeRun(Legs):
 
     def __post_init__(self) -> None:
         """Begin the run. Raises NoSolutionError, and ModelError where a point moves across a thin bar it touches."""
-        prepared, native = self.prepared, self.prepared.memory.native
-        self.switches = prepared.switches()
-        self.course = None if native is None else native.course(partial(_turned, self))
-        found, self.switches.hidden = prepared.first
-        self.switches.laws = found.facts.laws
-        self.legs.append(_begun(prepared.first_leg, found.facts, found.facts.t, self))
+        self.switches = self.prepared.switches()
+        self.course = self.prepared.memory.course(partial(_turned, self))
+        first, facts, self.switches.hidden = self.prepared.first
+        self.switches.laws = facts.laws
+        self.legs.append(_begun(first, facts, facts.t, self))
 
     @property
     def mechanism(self) -> Mechanism:
@@ -114,7 +113,10 @@ def next_leg(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     found = _known(leg, switch, run)
     if found is not None:
         return _followed(leg, found, switch, run)
-    following = _followed(leg, _searched(leg, switch, run), switch, run)
+    found = switches.decided(leg, switch.begun.time, switch.x, switch.index)
+    switches.learn(leg, switch.index, found)
+    run.prepared.memory.learn(found, leg, switch.index)
+    following = _followed(leg, found, switch, run)
     run.prepared.memory.tell_c(leg, switch.index)
     return following
 
@@ -188,14 +190,6 @@ def _known(leg: Leg, switch: Switch, run: ModeRun) -> Decided | None:
     return next((found for found in ways if found is not None), None)
 
 
-def _searched(leg: Leg, switch: Switch, run: ModeRun) -> Decided:
-    """Return how the run goes on, and remember it."""
-    found = run.switches.decided(leg, switch.begun.time, switch.x, switch.index)
-    run.switches.learn(leg, switch.index, found)
-    run.prepared.memory.learn(found, leg, switch.index)
-    return found
-
-
 def _followed(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
     """Return the leg in the mode that was found at a switch, or the stop that the run meets."""
     following = _entered(leg, found, switch, run)
@@ -207,11 +201,17 @@ def _followed(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | E
 
 
 def _entered(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
-    """Return the leg in the mode that was found at a switch."""
+    """Return the leg in the mode that was found at a switch, from what happened there on: slightly before it, perhaps.
+
+    Where impacts have a limit, which is later, it is the motion that leads to this in the mode that follows.
+    """
     t, switches = switch.begun.time, run.switches
     if found.mode is None:
         return End(RunFailure(Status.NO_MODE, t, None, found.why_none))
-    problem, program = _behind(found, switch.begun, run)
+    problem, program = run.prepared.modes.problem(found, replace(switch.begun, time=found.facts.t))
+    if found.facts.t > t:
+        q, u = np.split(shortly(problem, t), [len(problem.q0)])
+        problem = replace(problem, begun=switch.begun, q0=q, u0=u)
     returns = 0 if found.blow is not None else switches.returns.to(t, key_of(found.mode))
     if returns > _GIVEN_UP:
         beyond = switches.soon_beyond(leg, found.facts) or switches.slid_out(leg, found.facts)
@@ -231,25 +231,13 @@ def _entered(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | En
     return _begun(following, found.facts, t, run)
 
 
-def _behind(found: Decided, begun: Begun, run: ModeRun) -> tuple[Problem, ModeProgram]:
-    """Return the run from what a switch did on, which may have been slightly before it: the leg before ends then.
-
-    Where impacts have a limit it is the motion that leads to this in the mode that follows.
-    """
-    problem, program = run.prepared.modes.problem(found, replace(begun, time=found.facts.t))
-    if found.facts.t > begun.time:
-        q, u = np.split(shortly(problem, begun.time), [len(problem.q0)])
-        problem = replace(problem, begun=begun, q0=q, u0=u)
-    return problem, program
-
-
 # --- what a run remembers ---------------------------------------------------------------------------------------------
 
 
 def _begun(leg: Leg, facts: Facts, t: float, run: ModeRun) -> Leg:
     """Return a leg in a mode that was found at some facts as it begins: what strikes has, and C may follow it."""
-    switches, course, native = run.switches, run.course, run.prepared.memory.native
-    course = native.entered(leg, course, t, switches.scale) if native is not None and course is not None else None
+    switches = run.switches
+    course = run.prepared.memory.entered(leg, run.course, t, switches.scale)
     following = switches.enter(replace(leg, of=replace(leg.of, jump=partial(_jump, run), course=course)))
     if leg.cause is not None and leg.cause.blow is not None:
         switches.hit(leg.cause.blow, facts)
@@ -275,11 +263,10 @@ def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
 
 def _turned(run: ModeRun, passage: Passage) -> None:
     """Note a turn that the loop in C has taken."""
-    switches, native = run.switches, run.prepared.memory.native
-    assert native is not None  # it numbers the modes of courses
+    switches = run.switches
     if passage.speed != switches.scale.speed:
         switches.scale = replace(switches.scale, speed=passage.speed)
-    run.legs[-1] = come(run.legs[-1], passage.written, passage.time, passage.steps)
-    leg = switches.enter(passed_into(native.legs[passage.to], passage))
+    run.legs[-1] = run.legs[-1].come(passage.written, passage.time, passage.steps)
+    leg = switches.enter(run.prepared.memory.legs[passage.to].passed_into(passage))
     switches.returns.to(passage.time, leg.program.key)
     run.legs.append(leg)

@@ -68,24 +68,19 @@ class ModeProgram:
     """A mechanism in a mode, `entered`, the mechanism that its Programs are of, and switching functions.
 
     The Programs are those of the mode alone, or of the mechanism `in_every_mode`; then functions at which this mode
-    does not end are None.
+    does not end are None. The `mode` is one of those that only differ in numbers of a run.
     """
 
     entered: Mechanism
     mechanism: Mechanism
     compiled: Compiled
     switchings: tuple[Switching | None, ...]
+    mode: Mode
 
     @cached_property
     def key(self) -> Key:
         """What tells the mode apart."""
         return key_of(self.mode)
-
-    @property
-    def mode(self) -> Mode:
-        """The mode, but for the numbers of a run."""
-        assert self.entered.mode is not None
-        return self.entered.mode
 
     @cached_property
     def active(self) -> tuple[str, ...]:
@@ -174,11 +169,11 @@ class Modes:
     def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
         own = switchings(entered)
         if self.every is None:
-            return ModeProgram(entered, entered, self._make(entered), own)
+            return ModeProgram(entered, entered, self._make(entered), own, mode)
         known = {function_of(one): one for one in own}
         mechanism, compiled = self.every
         every = replace(mechanism, mode=mode, held=entered.held)
-        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(every))))
+        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(every))), mode)
 
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""

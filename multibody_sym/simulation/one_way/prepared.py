@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -12,13 +12,11 @@ from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.one_way import thin_bars
-from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.facts import Facts, Laws
 from multibody_sym.simulation.one_way.impact import Returns, Standstill
-from multibody_sym.simulation.one_way.known_switches import KnownSwitch, known_switch
 from multibody_sym.simulation.one_way.legs import Cause, Leg
-from multibody_sym.simulation.one_way.modes import Key, Modes
-from multibody_sym.simulation.one_way.native_switches import NativeSwitches
+from multibody_sym.simulation.one_way.modes import Modes
+from multibody_sym.simulation.one_way.switch_memory import SwitchMemory
 from multibody_sym.simulation.one_way.switches import Switches
 
 _AT_ONCE: Final = 1e-3
@@ -27,34 +25,6 @@ _UNSEEN: Final = 100.0
 """The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
 _UNSEEN_MOST: Final = 1e-8
 """The largest such speed (m/s): a tenth of that up to which slip keeps the direction in which it starts."""
-
-
-@dataclass(eq=False)
-class SwitchMemory:
-    """Where switching functions of modes led, by mode and number, and what of it C knows; None where it cannot follow.
-
-    Whether a run goes that way is decided by the laws alone, so that it does not matter which run remembered it.
-    """
-
-    native: NativeSwitches | None
-    switches: dict[tuple[Key, int], tuple[KnownSwitch, ...]] = field(default_factory=dict)
-
-    def known(self, leg: Leg, index: int) -> tuple[KnownSwitch, ...]:
-        """Return where a switching function of a leg's mode has led."""
-        return self.switches.get((leg.program.key, index), ())
-
-    def learn(self, found: Decided, leg: Leg, index: int) -> None:
-        """Remember where a switch led: for forces at a limit all ways, for others the last one."""
-        cause = leg.switching(index)
-        switch = known_switch(found, leg.mode, cause)
-        others = self.known(leg, index) if cause.limits else ()
-        others = tuple(x for x in others if switch is None or x.mode != switch.mode)
-        self.switches[leg.program.key, index] = (*others, *(() if switch is None else (switch,)))
-
-    def tell_c(self, leg: Leg, index: int) -> None:
-        """Let C know it, once it knows the mode that followed."""
-        if self.native is not None:
-            self.native.learn(leg, index, self.known(leg, index))
 
 
 @dataclass(eq=False)
@@ -81,7 +51,7 @@ class PreparedRuns:
     @cached_property
     def memory(self) -> SwitchMemory:
         """What runs have decided."""
-        return SwitchMemory(NativeSwitches.of(self.laws, self.template, self.soon))
+        return SwitchMemory(self.laws, self.template, self.soon)
 
     def switches(self) -> Switches:
         """Return the decisions of a run that has not begun."""
@@ -93,22 +63,15 @@ class PreparedRuns:
         return Switches(self.laws, scale, self.bars, standstill, Returns(self.soon))
 
     @cached_property
-    def first(self) -> tuple[Decided, tuple[str, ...]]:
-        """What is decided at the start, and the sides of bars on which no points are.
+    def first(self) -> tuple[Leg, Facts, tuple[str, ...]]:
+        """The leg with which runs begin, what holds there, and the sides of bars on which no points are.
 
-        Raises ModelError where a point moves across a thin bar that it touches.
+        Raises NoSolutionError where there is no mode, ModelError where a point moves across a thin bar that it touches.
         """
         switches = self.switches()
-        return switches.first(self.template.start, self.template.x0), switches.hidden
-
-    @cached_property
-    def first_leg(self) -> Leg:
-        """The leg with which all runs begin, with nothing yet of the run.
-
-        Raises NoSolutionError where there is no mode, ModelError as `first` does.
-        """
-        found, _ = self.first
+        found = switches.first(self.template.start, self.template.x0)
         if found.mode is None:
             raise NoSolutionError(f"{found.why_none.text} at the start")
         problem, program = self.modes.problem(found, None)
-        return Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, found.facts.t))
+        first = Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, found.facts.t))
+        return first, found.facts, switches.hidden

@@ -117,7 +117,7 @@ class Switches:
         beyond = [cause.element.name, *self._leaving(now, facts)] if cause.ends == "leaves" else []
         beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
         beyond += self.tips.aside(facts, now.active)
-        before = Before(now.mode, now.udot_at(facts), now.problem.rates, guess, self.bounces)
+        before = Before(now.mode, now.udot_at(facts), now.of.rates, guess, self.bounces)
         found = self.tips.resting(decided(facts, closed, before, beyond=beyond, hidden=self.hidden))
         self._last = asked, found
         return found
@@ -168,7 +168,7 @@ class Switches:
     def _later(now: Leg, facts: Facts, part: float) -> Facts:
         """Return what holds a part of the model's time later, as the mode has it."""
         soon, x = part * facts.scale.time, np.concatenate([facts.q, facts.u])
-        q, u = np.split(stepped(now.problem.rates, facts.t, x, soon), [len(facts.q)])
+        q, u = np.split(stepped(now.of.rates, facts.t, x, soon), [len(facts.q)])
         return facts.laws.at(facts.t + soon, q, u, facts.scale)
 
     def within(self, now: Leg, t: float, x: Floats, index: int) -> Within | None:
@@ -193,7 +193,7 @@ class Switches:
         facts = self._touched(now, facts, element)
         blow, late, collapsed = bounced(facts, element, (*aside, *self.hidden)), dict[str, float](), frozenset[str]()
         udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
-        before = Before(now.mode, udot, now.problem.rates, None, self.bounces)
+        before = Before(now.mode, udot, now.of.rates, None, self.bounces)
         if blow is not None and not before.late(facts, [element]):
             u = facts.u + blow.jump
         else:
@@ -203,7 +203,7 @@ class Switches:
                 return None
         after = np.concatenate([facts.q, u])
         if facts.t != t:
-            after = stepped(now.problem.rates, facts.t, after, t - facts.t)
+            after = stepped(now.of.rates, facts.t, after, t - facts.t)
         return Within(after, facts=facts, cause=Cause(blow.t, blow, late, collapsed))
 
     @staticmethod
@@ -243,8 +243,8 @@ class Switches:
 
     def closed_at(self, now: Leg, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
         """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
-        x = x if now.problem.project else put_back(now.problem, t, x)
-        self.grown(x[len(now.problem.q0) :])
+        x = x if now.of.project else put_back(now.of, t, x)
+        self.grown(x[len(now.of.q0) :])
         apart = {*now.mode.idle, *([cause.element.name] if cause.ends == "leaves" else [])}
         closed = [name for name in now.active if name not in apart]  # what is idle may have opened: its gap tells
         facts = self.seen(now, t, x)
@@ -267,9 +267,9 @@ class Switches:
             return facts
         room = max(rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts)), 0.0)  # a face it grazes: none
         ago = -2.0 * gap / (math.sqrt(room) - rate)
-        since = max(self.bounces.rhythm.last, now.problem.start)
+        since = max(self.bounces.rhythm.last, now.start)
         if not (_PROMPT * abs(facts.t) < abs(ago) and ago < facts.t - since):
             return facts
-        before = stepped(now.problem.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
+        before = stepped(now.of.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
         q, u = np.split(before, [len(facts.q)])
         return facts.laws.at(facts.t - ago, q, u, facts.scale)

@@ -20,7 +20,7 @@ from multibody_sym.runtime.chain import Answer, End, Leg, Switch, chain
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, Progress, Statistics
-from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.parts import Part, parts_of
 from multibody_sym.simulation.runs.modes import Beginning, Departed, EnergyAccount, FrictionWork, RunInModes
 from multibody_sym.simulation.runs.problems import problem_of, values_of
 from multibody_sym.simulation.runs.told import Alone, Told, as_json, recalled
@@ -43,7 +43,7 @@ def way_of(modes: RunInModes, stop: Event | None, taken: Statistics, number: Cal
 
     `stop` is what ended it, `taken` what it took, `number` the number of what a leg has compiled.
     """
-    if len(modes.legs) + len(modes.answers) > MOST:
+    if len(modes.legs) + len(modes.jumps) > MOST:
         return None
     told: dict[int, tuple[int, Told]] = {}
     legs: list[Any] = []
@@ -56,7 +56,7 @@ def way_of(modes: RunInModes, stop: Event | None, taken: Statistics, number: Cal
     return {
         "legs": legs,
         "modes": [as_json(each) for _, each in told.values()],
-        "answers": [[x.leg, float(x.time), int(x.index), x.after.tolist()] for x in modes.answers],
+        "answers": [[x.leg, float(x.time), int(x.index), x.after.tolist()] for x in modes.jumps],
         "stop": None if stop is None else [float(stop.time), int(stop.index)],
         "at_once": stop is not None and not modes.legs[-1].steps,
         "taken": asdict(taken),
@@ -176,14 +176,8 @@ class RecalledModes:
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
-        found: list[Part] = []
-        for leg, number in zip(self.done, self.way.numbers, strict=False):
-            own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
-            if len(t[own]) or not found:
-                problem = leg.of
-                samples = t[own], q[own], u[own]
-                found.append(Part(self._told[number], problem.compiled, problem.parameters, *samples, problem.modes))
-        return tuple(found)
+        told = (self._told[number] for number in self.way.numbers)
+        return parts_of(zip(self.done, told, strict=False), (t, q, u), first)
 
     @cached_property
     def _told(self) -> list[Told]:
@@ -202,7 +196,7 @@ class RecalledModes:
         return begin.modes
 
     @property
-    def answers(self) -> Sequence[Answer]:
+    def jumps(self) -> Sequence[Answer]:
         """Where modes did not end."""
         return self.way.answers
 
