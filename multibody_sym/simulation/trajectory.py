@@ -32,7 +32,7 @@ from multibody_sym.simulation.samples import Samples
 
 if TYPE_CHECKING:
     from multibody_sym.expressions.chosen_units import Units
-    from multibody_sym.simulation.along.fine import Stretch
+    from multibody_sym.simulation.along.fine import FineLeg
     from multibody_sym.simulation.along.verified import Miss
     from multibody_sym.simulation.coarser import EndChanges
     from multibody_sym.simulation.runs.modes import FrictionWork, RunInModes
@@ -143,14 +143,14 @@ class Trajectory(Samples):
         return {} if self.modes is None else self.modes.lost
 
     @property
-    def stretches(self) -> list[Stretch]:
+    def stretches(self) -> list[FineLeg]:
         """The parts of the run between switches of its mode; one where it has no modes."""
         if self.modes is not None:
             return self.modes.along
-        from multibody_sym.simulation.along.fine import Stretch
+        from multibody_sym.simulation.along.fine import FineLeg
 
         end, ready = self.integration, self.ready
-        return [Stretch(ready.mechanism, ready.compiled, self.problem, end.t_final, end.statistics.steps)]
+        return [FineLeg(ready.mechanism, ready.compiled, self.problem, end.t_final, end.statistics.steps)]
 
     def verified(self) -> dict[str, Miss]:
         """Return how well the general theorems hold along the run: the largest miss of each by name, with its time.

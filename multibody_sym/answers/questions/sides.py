@@ -11,7 +11,7 @@ from multibody_sym.answers.questions.simulated_motion import ASKED
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.simulation.along.adding import Adding, told
-from multibody_sym.simulation.along.fine import Stretch
+from multibody_sym.simulation.along.fine import FineLeg
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runs.told import Alone, Told
 from multibody_sym.simulation.trajectory import Trajectory
@@ -82,7 +82,7 @@ class Sides:
         return max(int(np.searchsorted(self._starts, t, side="right")) - 1, 0)
 
     @staticmethod
-    def _state(stretch: Stretch, t: float) -> tuple[float, Floats, Floats]:
+    def _state(stretch: FineLeg, t: float) -> tuple[float, Floats, Floats]:
         """Return a time in a stretch, and the coordinates and speeds then."""
         time, problem = min(t, stretch.until), stretch.problem
         return max(time, problem.start), *stretch.at(time)

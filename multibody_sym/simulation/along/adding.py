@@ -20,7 +20,7 @@ from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.simulation.along.fine import Stretch, integral_until, with_program
+from multibody_sym.simulation.along.fine import FineLeg, integral_until, with_program
 from multibody_sym.simulation.parts import Part
 
 
@@ -61,7 +61,7 @@ def _trace(name: str, mechanism: Mechanism, *more: Array) -> Trace:
 
 
 def told(
-    adding: Adding, stretches: Sequence[Stretch], parts: Sequence[Part], jumps: Iterable[tuple[float, Floats]] = ()
+    adding: Adding, stretches: Sequence[FineLeg], parts: Sequence[Part], jumps: Iterable[tuple[float, Floats]] = ()
 ) -> dict[str, Floats]:
     """Return outputs at the samples of a run's parts (m,), which are in the modes of its stretches.
 

@@ -43,7 +43,7 @@ _MONOMIALS: Final = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class FineLeg:
     """A part of a run in one mode: its Programs, its problem, until when, in how many steps.
 
     It is looked at in some pieces `per_step`; `near`: no step is longer than a piece then, so that samples lie as near
@@ -115,13 +115,13 @@ class Stretch:
         reached = self._to(time, 2, steps)
         return reached.q_final, reached.u_final
 
-    def part(self, begin: float, until: float, q: Floats, u: Floats) -> Stretch:
+    def part(self, begin: float, until: float, q: Floats, u: Floats) -> FineLeg:
         """Return the part of it that begins with a state, with its share of the steps."""
         steps = math.ceil(self.steps * (until - begin) / self.duration)
         problem = replace(self.problem, t0=begin, q0=q, u0=u, begun=None)
         return replace(self, problem=problem, until=until, steps=max(1, steps))
 
-    def halves(self) -> list[Stretch]:
+    def halves(self) -> list[FineLeg]:
         """Return both halves, or itself if no time lies between its ends."""
         start, middle = self.problem.start, self.until - self.duration / 2
         if not start < middle < self.until:
@@ -129,7 +129,7 @@ class Stretch:
         first = replace(self, until=middle, steps=max(1, self.steps // 2))
         return [first, self.part(middle, self.until, *self.at(middle))]
 
-    def smooth_parts(self, pieces: int | None = None) -> Iterator[Stretch]:
+    def smooth_parts(self, pieces: int | None = None) -> Iterator[FineLeg]:
         """Yield the parts between kinks, at which forces bend or jump; they end and begin just beside them.
 
         A kink may end a mode: then the last one ends just before it. Without kinks it is that one itself, of which
@@ -190,8 +190,8 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
 
 
 def with_program(
-    stretches: Sequence[Stretch], make: Callable[[Mechanism], Program], backend: Backend | None = None
-) -> Iterator[tuple[Stretch, Compiled]]:
+    stretches: Sequence[FineLeg], make: Callable[[Mechanism], Program], backend: Backend | None = None
+) -> Iterator[tuple[FineLeg, Compiled]]:
     """Yield what lasts of stretches with the Program that is made of the mechanism of each."""
     programs: dict[int, Compiled] = {}
     for stretch in stretches:

@@ -19,7 +19,7 @@ from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS, theorems
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled
-from multibody_sym.simulation.along.fine import MOST_PIECES, Stretch, integral, with_program
+from multibody_sym.simulation.along.fine import MOST_PIECES, FineLeg, integral, with_program
 from multibody_sym.simulation.along.jumps import Passed
 
 _FINER: Final = 4
@@ -52,7 +52,7 @@ class _Since:
 
 
 def verified(
-    stretches: Sequence[Stretch], backend: Backend | None = None, jumps: Iterable[Passed] = ()
+    stretches: Sequence[FineLeg], backend: Backend | None = None, jumps: Iterable[Passed] = ()
 ) -> dict[str, Miss]:
     """Return the largest miss of each theorem along a run, by name: three at each instant, three as integrals.
 
@@ -66,7 +66,7 @@ def verified(
 
 
 def _missed(
-    stretches: Sequence[Stretch], jumps: Iterator[Passed], backend: Backend | None
+    stretches: Sequence[FineLeg], jumps: Iterator[Passed], backend: Backend | None
 ) -> Iterator[tuple[str, Miss]]:
     since, waiting = _Since(), next(jumps, None)
     for stretch, program in with_program(stretches, theorems_program, backend):
@@ -88,7 +88,7 @@ def _of_jump(jump: Passed, since: _Since) -> Iterator[tuple[str, Miss]]:
         yield INTEGRAL[name], _worst(missed, jump.size[None, own], np.array([jump.t]))
 
 
-def _of_stretch(stretch: Stretch, program: Compiled, since: _Since) -> Iterator[tuple[str, Miss]]:
+def _of_stretch(stretch: FineLeg, program: Compiled, since: _Since) -> Iterator[tuple[str, Miss]]:
     finer = 1
     while True:
         fine = stretch.fine(finer * stretch.pieces)

@@ -21,7 +21,7 @@ from multibody_sym.model.mechanism.rows import VelocityRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
-from multibody_sym.simulation.along.fine import PIECES, Stretch, integral, with_program
+from multibody_sym.simulation.along.fine import PIECES, FineLeg, integral, with_program
 from multibody_sym.simulation.one_way.impact import Blow
 from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
 
@@ -59,7 +59,7 @@ class _Work:
     farther apart: a run may step over a blow.
     """
 
-    stretch: Stretch
+    stretch: FineLeg
     program: Compiled
     begins: tuple[Floats, Floats, Floats]
     energies: Floats
@@ -74,7 +74,7 @@ class _Work:
     last: tuple[Floats, Floats, Floats] | None
 
     @classmethod
-    def of(cls, stretch: Stretch, program: Compiled, asked: int, reaches: float | None = None) -> _Work:
+    def of(cls, stretch: FineLeg, program: Compiled, asked: int, reaches: float | None = None) -> _Work:
         """Return the work in a stretch from at least that many parts of it."""
         fine = stretch.fine(2 * asked)
         values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
@@ -160,7 +160,7 @@ def _without(values: Floats, places: npt.NDArray[np.bool_]) -> Floats:
     return values
 
 
-def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism, blows: Sequence[Blow] = ()) -> EnergyAccount:
+def energy_account(stretches: Sequence[FineLeg], mechanism: Mechanism, blows: Sequence[Blow] = ()) -> EnergyAccount:
     """Return the work of the friction and of the loads of a run with these blows.
 
     It is nan where powers change faster than places tell.
@@ -185,7 +185,7 @@ def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism, blows: Se
     return account
 
 
-def _ends(stretches: Sequence[Stretch], blows: Sequence[Blow]) -> Ends:
+def _ends(stretches: Sequence[FineLeg], blows: Sequence[Blow]) -> Ends:
     """Return the states in which stretches end, before what strikes then or, by rounding, sooner."""
     ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairwise(stretches)}
     untils = [stretch.until for stretch in stretches]
@@ -205,7 +205,7 @@ def _unsure(works: Sequence[_Work]) -> float:
     return float(sum(one.unsure.sum() for one in works))
 
 
-def _works(stretches: Sequence[Stretch], ends: Ends) -> list[_Work]:
+def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
     """Return the work in stretches and parts of them.
 
     Where places are too far apart there are nearer ones: friction that jams grows without bound at the very end of a

@@ -20,7 +20,7 @@ from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime import chain
-from multibody_sym.simulation.along.fine import Stretch as FineLeg
+from multibody_sym.simulation.along.fine import FineLeg
 from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.impact import Blow

@@ -14,7 +14,7 @@ from multibody_sym.simulation.runs.runnable import Runnable
 if TYPE_CHECKING:  # few runs need any of it
     from multibody_sym.runtime.chain import Answer
     from multibody_sym.scalars.node import Node
-    from multibody_sym.simulation.along.fine import Stretch as AlongStretch
+    from multibody_sym.simulation.along.fine import FineLeg
     from multibody_sym.simulation.along.jumps import Passed
     from multibody_sym.simulation.one_way.legs import Leg
     from multibody_sym.simulation.parts import Part
@@ -73,7 +73,7 @@ class RunInModes(Protocol):
     def loop(self) -> Loop: ...
 
     @property
-    def along(self) -> list[AlongStretch]: ...
+    def along(self) -> list[FineLeg]: ...
 
     @property
     def passed(self) -> Iterable[Passed]: ...

@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
 
     from multibody_sym.model.mechanism.mechanism import Mechanism
     from multibody_sym.scalars.node import Node
-    from multibody_sym.simulation.along.fine import Stretch as AlongStretch
+    from multibody_sym.simulation.along.fine import FineLeg
     from multibody_sym.simulation.along.jumps import Passed
     from multibody_sym.simulation.one_way.legs import Leg as LegInMode
 
@@ -206,8 +206,8 @@ class RecalledModes:
         return self.made.legs
 
     @property
-    def along(self) -> list[AlongStretch]:
-        """The stretches between jumps of speeds as they are run once more."""
+    def along(self) -> list[FineLeg]:
+        """The legs between jumps of speeds as they are run once more."""
         return self.made.along
 
     @property
