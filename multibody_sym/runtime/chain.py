@@ -16,7 +16,7 @@ from multibody_sym.integrators.flow import Status
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.course import Passage
-from multibody_sym.runtime.integration import loop_for
+from multibody_sym.runtime.integration import first_loop, loop_for
 from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress, RunFailure, Statistics
 
 
@@ -117,10 +117,10 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
 
     def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         done = Progress(0, problem.start, problem.x0, Statistics(), None)
-        legs[-1] = legs[-1].entered(problem, done)
+        legs[-1], run = legs[-1].entered(problem, done), first_loop(problem)
         while True:
             latest = done
-            for progress in loop_for(problem)(problem, samples):
+            for progress in run(problem, samples):
                 problem = legs[-1].of  # the loop may have gone on from mode to mode
                 latest = _joined(done, progress, problem)
                 legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
@@ -148,6 +148,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
             problem, done = replace(following.of, max_steps=max(left, 1)), latest
             legs[-1] = replace(legs[-1], until=following.start)  # before its last step ended, or behind it
             legs.append(following.entered(problem, latest))
+            run = loop_for(problem)
             if problem.is_over(problem.start):  # the end of the run is where it switched
                 yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
                 return

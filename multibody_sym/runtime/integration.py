@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -90,6 +90,29 @@ def loop_for(problem: Problem) -> Loop:
     from multibody_sym.runtime.python_loop import python_loop
 
     return python_loop
+
+
+def first_loop(problem: Problem) -> Loop:
+    """Return the loop of a run that begins, which may end where it does."""
+    return loop_for(problem) if held_at_start(problem) is None else end_at_once
+
+
+def held_at_start(problem: Problem) -> int | None:
+    """Return the index of the first stop whose condition holds at the start, None if there is none."""
+    if not any(problem.terminal):
+        return None
+    stops = slice(len(problem.terminal) - len(problem.margins))
+    values = problem.switching(problem.t0, problem.x0)[stops]
+    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal[stops], dtype=bool))
+    return int(holding[0]) if len(holding) else None
+
+
+def end_at_once(problem: Problem, samples: Floats) -> Iterator[Progress]:
+    """Write the start and stop there: a `Loop` for a problem with a stop that holds."""
+    index = held_at_start(problem)
+    assert index is not None
+    samples[0] = problem.x0
+    yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))
 
 
 def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:

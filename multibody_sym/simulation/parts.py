@@ -79,16 +79,13 @@ class Part:
 def parts_of(
     legs: Iterable[tuple[Leg, Told]], samples: tuple[Floats, Floats, Floats], first: int
 ) -> tuple[Part, ...]:
-    """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in.
-
-    There are none of a run that ends where it begins, before its first leg.
-    """
+    """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in."""
     found: list[Part] = []
     for leg, told in legs:
         t, q, u = (each[max(leg.first - first, 0) : max(leg.end - first, 0)] for each in samples)
         if len(t) or not found:
             found.append(Part(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
-    return tuple(found) if not len(samples[0]) or any(len(part.t) for part in found) else ()
+    return tuple(found)
 
 
 def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:

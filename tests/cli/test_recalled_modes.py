@@ -114,6 +114,15 @@ def test_a_run_that_ends_in_a_state_ends_there(told: list[str], run: Callable[..
     assert told == ["recalled"]
 
 
+def test_a_run_that_ends_where_it_begins_has_its_one_sample_in_a_mode(told: list[str], run: Callable[..., Any]) -> None:
+    Path("model.yaml").write_text(MODEL + "stop: {low: h < 2}\n")
+    first = run()
+    assert "the condition of stop 'low' holds at the start" in first[0]
+    assert f"total energy {SPEED**2 + G * HEIGHT:g} J at the start" in first[0]
+    assert run() == first
+    assert told == ["recalled"]
+
+
 @pytest.mark.parametrize("condition", ["u_h > 0", "hits strikes"])
 def test_a_run_that_ends_at_an_impact_ends_there(condition: str, told: list[str], run: Callable[..., Any]) -> None:
     """Behind it where it makes a comparison true, before it where something strikes."""

@@ -32,7 +32,8 @@ PRESSED = HandModel(
 
 
 def dropped(loop, onward, monkeypatch, stop=99.0, method="dormand_prince", **options):
-    monkeypatch.setattr(chains, "loop_for", lambda problem: loop)
+    for name in ("first_loop", "loop_for"):
+        monkeypatch.setattr(chains, name, lambda problem: loop)
     start = (np.array([1.0]), np.zeros(1), np.array([G, stop]), np.zeros(0))
     terminal = {"terminal": (True, True), "margins": (0.0,)}
     problem = Problem(BOUNCING.load(), METHODS[method], 0.0, 1.2, *start, **terminal, **options)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Callable
 
 from multibody_sym.integrators.flow import Status
-from multibody_sym.runtime.integration import Integration, integrate
-from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
+from multibody_sym.runtime.integration import Integration, first_loop, integrate
+from multibody_sym.runtime.problem import Chunk, Problem
 from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
 from multibody_sym.simulation.runs.made import Made, MadeAlone, Piece
 from multibody_sym.simulation.runs.modes import Beginning, Departed
@@ -33,9 +30,7 @@ def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
             piece = Piece(ready, problem.parameters, new.t, new.q, new.u, parts)
             on_progress(Samples(piece), new.time / problem.t_end)
 
-    loop = None if modes is None else modes.loop
-    if held_at_start(problem) is not None:
-        loop = end_at_once
+    loop = first_loop(problem) if modes is None else modes.loop
     try:
         done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
     except Departed as departed:
@@ -75,21 +70,3 @@ def _kept(ready: Runnable, problem: Problem, done: Integration) -> Integration:
     from multibody_sym.simulation.runs.why_failed import until_departure
 
     return until_departure(ready.mechanism, problem, done)
-
-
-def held_at_start(problem: Problem) -> int | None:
-    """Return the index of the first stop whose condition holds at the start, None if there is none."""
-    if not any(problem.terminal):
-        return None
-    stops = slice(len(problem.terminal) - len(problem.margins))
-    values = problem.switching(problem.t0, problem.x0)[stops]
-    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal[stops], dtype=bool))
-    return int(holding[0]) if len(holding) else None
-
-
-def end_at_once(problem: Problem, samples: NDArray[np.float64]) -> Iterator[Progress]:
-    """Write the start and stop there: a `Loop` for a problem with a stop that holds."""
-    index = held_at_start(problem)
-    assert index is not None
-    samples[0] = problem.x0
-    yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))
