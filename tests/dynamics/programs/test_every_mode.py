@@ -3,22 +3,13 @@ models: accelerations, multipliers, switching functions, corrections, powers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
+from every_mode_runs import compared, modes_of
 from random_models import random_model
 from random_runs import seed_of
 
-import multibody_sym as mbs
-from multibody_sym.dynamics.programs.friction_power import friction_power_program
-from multibody_sym.dynamics.programs.switching import switchings
-from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import MultibodyError
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.simulation.one_way.legs import Leg
-from multibody_sym.simulation.one_way.modes import function_of
 
 ALIKE = 1e-10
 """Relative to the largest value of its kind."""
@@ -115,55 +106,6 @@ pulleys: {drum1: {at: ground.low, radius: 0.1, rough: 0.2}, drum2: {at: ground.h
 constraints: {rope: {type: rope, path: [block, drum1, drum2, load], slack: true}}
 contacts: {c: {between: [block, ground.table], static: 0.2}}
 """
-
-
-def modes_of(text: str, until: float) -> list[Leg]:
-    """Return the first leg of each mode in which a run of a model is whose Programs serve all modes."""
-    prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3)
-    try:
-        run = prepared.run()
-    except mbs.RunError as error:
-        run = error.trajectory
-    found = {leg.program.key: leg for leg in (run.modes.legs if run.modes else ())}
-    return [leg for leg in found.values() if leg.program.mechanism.mode_numbers]
-
-
-def compared(leg: Leg) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Yield what the Programs of the mode alone and those of all modes say where a leg begins."""
-    entered, every, problem = leg.program.entered, leg.program.mechanism, leg.problem
-    alone, acting = np.array(leg.parameters), [row.name for row in entered.rows]
-    acting = [k for name in acting for k, row in enumerate(every.rows) if row.name == name]
-    made = programs(entered, FORMALISMS["composite_body"]).as_mapping()
-    state = problem.start, problem.q0, problem.u0
-    inputs = interpret(made["inputs"], *state, alone)[0]
-    of_mode, of_all = (alone, inputs, np.zeros(0)), (problem.parameters, inputs, problem.modes)
-
-    def both(name: str, *more: tuple[np.ndarray, np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        given = [*state, *of_mode, *(x for x, _ in more)][: len(made[name].inputs)]
-        first = interpret(made[name], *given)
-        return zip(first, problem.compiled[name](*state, *of_all, *(x for _, x in more)), strict=True)
-
-    qdot, udot, forces, report = both("state_derivative")
-    yield "qdot", *qdot
-    if report[0][0] < len(acting) and not all(row.restricts for row in entered.rows):
-        return  # what presses is not unique, and each takes it of least norm in its own unknowns
-    yield from (("udot", *udot), ("multipliers", forces[0], forces[1][acting]))
-    if acting:
-        yield from (("correction", *pair) for pair in both("put_back"))
-    friction = friction_power_program(entered), friction_power_program(every)
-    given = (*of_mode, forces[0]), (*of_all, forces[1])
-    powers = [interpret(program, *state, *own) for program, own in zip(friction, given, strict=True)]
-    yield from (("powers", *pair) for pair in zip(*powers, strict=True))
-    functions = [function_of(one) for one in switchings(entered)]
-    names = [None if one is None else function_of(one) for one in leg.program.switchings]
-    if "events" not in made:  # no stop, and no function at which the mode ends
-        assert set(names) <= {None}
-        return
-    ((values, of_every),) = both("events", forces)
-    first = len(values) - len(functions)
-    yield "stops", values[:first], of_every[:first]
-    yield "functions", values[first:], of_every[first:][[names.index(name) for name in functions]]
-    assert all(of_every[first + k] < 0.0 for k, name in enumerate(names) if name is None)
 
 
 def assert_alike(text: str, until: float = 0.3) -> int:
