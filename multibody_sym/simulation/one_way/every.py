@@ -20,7 +20,7 @@ from multibody_sym.simulation.settings import form_of
 
 _MOST_ROWS: Final = 24
 """Rows up to which all are computed wherever one acts; of more, few act at a time."""
-_MOST_BY_KINDS: Final = 256
+_MOST_BY_KINDS: Final = 25_000
 """The same where contacts are derived by kinds and computed where they act; the solve has room for all rows."""
 _MOST_ENTRIES: Final = 12
 """Elements of G^-1 for each row up to which they are computed: a robot on four feet has 117 and 12 rows, a row of

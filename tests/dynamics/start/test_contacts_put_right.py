@@ -40,6 +40,19 @@ def test_nothing_is_told_where_nothing_changes(height: float) -> None:
     assert mbs.solve(mbs.loads(FILE.replace("HEIGHT", f"{height} m"))).shifts == {}
 
 
+@pytest.mark.parametrize(("count", "closed"), [(12, True), (13, False)])
+def test_more_than_twelve_gaps_stay_as_given(count: int, closed: bool) -> None:
+    """Trying which of many bodies move to close them took minutes for thirty discs."""
+    bodies = {"ground": mbs.Body(surfaces={"floor": mbs.Surface(plane=[0, 0, 0], normal="y")})}
+    joints, contacts = {}, {}
+    for k in range(count):
+        bodies[f"b{k}"] = mbs.Body(mass=1)
+        joints[f"j{k}"] = mbs.PointJoint("ground", f"b{k}", axes="xy", q=[f"x{k}", f"y{k}"], initial={"q": [k, 1e-4]})
+        contacts[f"c{k}"] = mbs.Contact(between=[f"b{k}", "ground.floor"])
+    system = mbs.System("grains", gravity=[0, -9.81, 0], bodies=bodies, joints=joints, contacts=contacts)
+    assert set(mbs.check(system).shifts) == ({f"y{k}" for k in range(count)} if closed else set())
+
+
 def test_a_start_deeper_inside_is_refused() -> None:
     with pytest.raises(mbs.ModelError, match=r"contacts.c: a starts 0.05 m inside ground.floor"):
         mbs.solve(mbs.loads(FILE.replace("HEIGHT", "-5 cm")))
