@@ -35,21 +35,21 @@ def causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None)
     """
     parts = (part for element in statics.mechanism.one_way for part in element.frictions)
     smooth = {part.name for part in parts if not part.rubs}
-    rough = [limit for limit in limits if limit.way != "slips" or limit.part not in smooth]
+    rough = [limit for limit in limits if limit.kind != "cone" or limit.part not in smooth]
     found = dict.fromkeys(_causes(statics, rough, motion)) or dict.fromkeys(_causes(statics, limits, motion))
     return tuple(found) or (NOTHING,)
 
 
 def _causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
     for limit in limits:
-        if limit.way == "slips":
+        if limit.kind == "cone":
             yield f"slips at {_slipping(statics, limit)}{_TURNING if _turns(limit, limits) else ''}"
-        elif limit.way == "slackens":
-            yield f"{limit.group} slackens"
-        elif limit.way == "leaves":
-            yield f"{limit.group} leaves its stop"
-        elif limit.way == "turns":
+        elif limit.kind == "side":
             yield f"{limit.group} presses on its other side"
+        elif limit.of == "rope":
+            yield f"{limit.group} slackens"
+        elif limit.of == "stop":
+            yield f"{limit.group} leaves its stop"
         else:
             yield from _opening(statics, limit, limits, motion)
 
@@ -74,7 +74,7 @@ def _opening(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], mo
     Nothing where that are three corners: on these it stands, and something else gives way.
     """
     corners = [] if motion is None else [x for x in _closed(statics, motion) if (x.group or x.name) == limit.group]
-    opened = {other.part for other in limits if other.group == limit.group and other.way == "opens"}
+    opened = {other.part for other in limits if other.group == limit.group and other.kind == "force"}
     stay = [element for element in corners if element.name not in opened]
     if motion is None or not stay:
         yield f"lifts off at {limit.group}"
@@ -117,7 +117,7 @@ def _tipping(
 
 def _loose(statics: Statics, motion: Motion, limits: Sequence[RestLimit]) -> Iterator[Row]:
     """Yield the rows that do not hold where limits are passed, as what does not touch and what has no friction."""
-    passed = {(limit.way == "slips", limit.part) for limit in limits}
+    passed = {(limit.kind == "cone", limit.part) for limit in limits}
     closed = {element.name for element in _closed(statics, motion)}
     for element in statics.mechanism.one_way:
         if (False, element.name) in passed or (element.unilateral and element.name not in closed):

@@ -100,7 +100,7 @@ def gathered(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, li
     slips: dict[str, list[tuple[RestLimit, float]]] = {}
     found = dict[RestLimit, float]()
     for limit, share in zip(end.limits, end.shares, strict=True):
-        if limit.way == "slips":
+        if limit.kind == "cone":
             slips.setdefault(limit.part, []).append((limit, share))
         else:
             found[limit] = share

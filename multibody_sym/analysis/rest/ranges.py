@@ -127,7 +127,7 @@ class Search:
         value = self.searched[1] if self.kind == "coefficient" else self.value
         for choice in self.position.statics.choices():
             every = self.position.statics.limits(choice)
-            for limits in ([x for x in every if x.way != "slips"], every):
+            for limits in ([x for x in every if x.kind != "cone"], every):
                 conditions = self.at(limits)(value)
                 found = None if conditions is None else contradiction(conditions)
                 if found is not None:

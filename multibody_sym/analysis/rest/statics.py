@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import product
 from math import cos, pi, sin
-from typing import Final, Literal
+from typing import Final
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.laws.assemble import Numbered
@@ -24,21 +24,16 @@ from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.model.mechanism.every_mode import every_row
 from multibody_sym.model.mechanism.limits import taut_ropes
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay, OneWayKind
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.limits import Kind, most
 from multibody_sym.scalars.node import ONE, Node, as_node, negate
 from multibody_sym.scalars.vectors import S
 
 DIRECTIONS: Final = 8
 """In how many directions the circle of friction in space is first cut; and those of a reaction first tried."""
-
-Way = Literal["slips", "opens", "leaves", "slackens", "turns"]
-"""What happens where a limit is passed: a joint `leaves` its stop, a reaction of the other sign `turns`."""
-
-_WAYS: Final[Mapping[str, Way]] = {"rope": "slackens", "stop": "leaves"}
 
 Direction = tuple[float, float]
 Cuts = Mapping[str, tuple[Direction, ...]]
@@ -56,14 +51,15 @@ class Curve:
 
 @dataclass(frozen=True)
 class RestLimit:
-    """The sum of factors times multipliers (by number) that is >= 0 at rest, and what happens to what beyond it.
+    """The sum of factors times multipliers (by number) that is >= 0 at rest.
 
-    `part` is the friction part or the element, `group` the declared element that it belongs to; `along` the direction
-    in which a circle of friction is cut. `curve` is what the limit is a tangent of. `idle`: the multipliers that are
-    nothing where this normal force is.
+    `part` is the friction part or the element, `group` the declared element that it belongs to, `of` its kind; `along`
+    the direction in which a circle of friction is cut. `curve` is what the limit is a tangent of. `idle`: the
+    multipliers that are nothing where this normal force is.
     """
 
-    way: Way
+    kind: Kind
+    of: OneWayKind
     group: str
     part: str
     terms: tuple[tuple[int, Node], ...]
@@ -118,7 +114,7 @@ class Statics:
         """Return all limits, with the sides that press of joints; `cuts` in place of the first ones."""
         found: list[RestLimit] = []
         for k, row in taut_ropes(self.mechanism):
-            found.append(RestLimit("slackens", row.name, row.name, ((k, ONE),)))
+            found.append(RestLimit("force", "rope", row.name, row.name, ((k, ONE),)))
         for element in self.mechanism.one_way:
             found += self._of_element(element, choice, cuts or self.cuts)
         return tuple(found)
@@ -126,13 +122,13 @@ class Statics:
     def _of_element(self, element: OneWay, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
         group = element.group or element.name
         if element.unilateral:
-            way = _WAYS.get(element.kind, "opens")
             idle = tuple(self.place(row) for part in element.frictions for row in part.rows)
-            yield RestLimit(way, group, element.name, ((self.place(element.normals[0]), ONE),), idle=idle)
+            terms = ((self.place(element.normals[0]), ONE),)
+            yield RestLimit("force", element.kind, group, element.name, terms, idle=idle)
         for normal in () if element.unilateral else element.normals:
             place = self.place(normal)
             if place in choice.sides:
-                yield RestLimit("turns", group, element.name, ((place, as_node(choice.sides[place])),))
+                yield RestLimit("side", element.kind, group, element.name, ((place, as_node(choice.sides[place])),))
         for part in element.frictions:
             if not part.enough:
                 yield from self._of_friction(element, part, choice, cuts)
@@ -148,7 +144,8 @@ class Statics:
         for way in ways:
             against = tuple((k, negate(as_node(x))) for k, x in zip(rows, way, strict=False) if x)
             along = way if len(rows) == 2 else None
-            yield RestLimit("slips", element.group or element.name, part.name, (*normals, *against), along, curve)
+            group, terms = element.group or element.name, (*normals, *against)
+            yield RestLimit("cone", element.kind, group, part.name, terms, along, curve)
 
     def _pressing(self, element: OneWay, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
         """Yield the multipliers that make the normal force of friction, each with its factor."""
