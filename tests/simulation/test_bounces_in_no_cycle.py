@@ -132,13 +132,13 @@ def test_a_heavy_weight_that_a_light_one_jerks_lands_when_its_parabola_does(m2: 
 
 
 def test_an_impact_that_ends_a_mode_is_decided_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked, decided = list[float](), switches.decided
+    asked, decided = list[float](), switches.next_state
 
     def counted(facts, *given, **named):  # type: ignore[no-untyped-def]
         asked.append(facts.t)
         return decided(facts, *given, **named)
 
-    monkeypatch.setattr(switches, "decided", counted)
+    monkeypatch.setattr(switches, "next_state", counted)
     run = mbs.simulate(mbs.loads(JERKED.replace("EC", "0.5")), t_end=0.9, samples=3)
     assert len(run.events) > 5
     assert len(asked) == len(set(asked))

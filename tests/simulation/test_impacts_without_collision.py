@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import multibody_sym as mbs
 from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.simulation.failures import FailedRunError
-from multibody_sym.simulation.one_way.decision import decided
+from multibody_sym.simulation.one_way.decision import next_state
 from multibody_sym.simulation.one_way.facts import Facts
 
 ROD = """
@@ -62,7 +62,7 @@ def routh(e: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
 def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(sliding: Facts) -> None:
     """Routh: (p_n, p_t) compress until v_n = v_t = 0; then it sticks while e p_n more is given back."""
     p, u = routh()
-    found = decided(sliding, ["c"])
+    found = next_state(sliding, ["c"])
     assert found.mode is not None
     assert found.mode.sides == {"c": 0}
     np.testing.assert_allclose(found.facts.u, u, rtol=0, atol=1e-7)
@@ -73,7 +73,7 @@ def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(slidi
 
 
 def test_without_a_restitution_there_is_no_state_and_it_is_proved() -> None:
-    found = decided(slides(None), ["c"])
+    found = next_state(slides(None), ["c"])
     assert (found.mode, found.blow) == (None, None)
     assert found.found is not None
     assert found.found.proved
@@ -83,7 +83,7 @@ def test_without_a_restitution_there_is_no_state_and_it_is_proved() -> None:
 def test_with_a_restitution_of_zero_nothing_is_given_back() -> None:
     """Routh: its tip has stopped after the compression, and leaves, as the rod turns with w^2 sin(th) > g."""
     p, u = routh(0.0)
-    found = decided(slides(0.0), ["c"])
+    found = next_state(slides(0.0), ["c"])
     assert found.mode is not None
     assert found.blow is not None
     np.testing.assert_allclose(found.facts.u, u, rtol=0, atol=1e-7)

@@ -11,7 +11,7 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.integrators.methods.library import SUNDIALS
 from multibody_sym.integrators.methods.methods import METHODS
-from multibody_sym.simulation.one_way.decision import decided
+from multibody_sym.simulation.one_way.decision import next_state
 
 G, MU, ALPHA, V0 = 9.81, 0.25, 0.4, 5.0
 THROWN = f"""
@@ -164,7 +164,7 @@ def test_a_crank_goes_on_where_its_slider_stops_near_the_dead_centre(cranked) ->
     turning = -math.cos(phi) / 3 * w / math.cos(rod)
     slip = -0.1 * math.sin(phi) * w - 0.3 * math.sin(rod) * turning
     place = np.array([phi, rod - phi, 0.1 * math.cos(phi) + 0.3 * math.cos(rod)])
-    found = decided(laws.at(0.0, place, np.array([w, turning - w, slip]), Scale(0.3, 60.0)), ())
+    found = next_state(laws.at(0.0, place, np.array([w, turning - w, slip]), Scale(0.3, 60.0)), ())
     assert 0 < abs(slip) < 6e-8
     assert found.facts.u == pytest.approx([w, turning - w, 0.0], abs=1e-6)
 

@@ -81,7 +81,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
 
     with monkeypatch.context() as patched:
         patched.setattr(mode_run, "followed", counted("in Python", mode_run.followed))
-        patched.setattr(switches, "decided", counted("searched", switches.decided))
+        patched.setattr(switches, "next_state", counted("searched", switches.next_state))
         patched.setattr(mode_run, "_turned", counted("in C", mode_run._turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:

@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS
 from multibody_sym.simulation.along.jumps import passed
-from multibody_sym.simulation.one_way.impact import Blow
+from multibody_sym.simulation.one_way.impact import ImpactOutcome
 
 JUMPS = tuple(INTEGRAL.values())
 
@@ -22,7 +22,7 @@ def ran(system: mbs.System, t_end: float) -> mbs.Trajectory:
     return mbs.simulate(system, t_end=t_end, samples=3, rtol=1e-10, atol=1e-12, backend="python")
 
 
-def worst(run: mbs.Trajectory, jumps: list[Blow] | None = None) -> dict[str, float]:
+def worst(run: mbs.Trajectory, jumps: list[ImpactOutcome] | None = None) -> dict[str, float]:
     """Return by how much each theorem is missed at impacts, relative to its terms."""
     assert run.modes is not None
     laws = run.modes.switches.laws

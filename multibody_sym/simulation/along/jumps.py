@@ -30,7 +30,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 if TYPE_CHECKING:
-    from multibody_sym.simulation.one_way.impact import Blow
+    from multibody_sym.simulation.one_way.impact import ImpactOutcome
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Passed:
     size: Floats
 
 
-def passed(mechanism: Mechanism, blow: Blow) -> Passed:
+def passed(mechanism: Mechanism, blow: ImpactOutcome) -> Passed:
     """Return both sides of the theorems at an impact."""
     struck = tuple(row for row in every_row(mechanism) if blow.rows.get(row.name))
     before = _motion(replace(mechanism, rows=struck), blow, blow.u)
@@ -69,7 +69,7 @@ def passed(mechanism: Mechanism, blow: Blow) -> Passed:
     )
 
 
-def added(mechanism: Mechanism, blow: Blow, leaves: Sequence[Node]) -> Floats:
+def added(mechanism: Mechanism, blow: ImpactOutcome, leaves: Sequence[Node]) -> Floats:
     """Return what an impact adds to work and impulses (leaves).
 
     Forces are linear in accelerations and multipliers: du and the impulses in their place give impulses, and work at
@@ -87,7 +87,7 @@ def added(mechanism: Mechanism, blow: Blow, leaves: Sequence[Node]) -> Floats:
     return found
 
 
-def _lost_in_turn(whole: Mechanism, mean: Motion, blow: Blow, z: Sequence[float]) -> dict[str, float]:
+def _lost_in_turn(whole: Mechanism, mean: Motion, blow: ImpactOutcome, z: Sequence[float]) -> dict[str, float]:
     """Return by how much the work of what is declared, by name, differs from that at the mean of all speeds (J)."""
     rows = row_motions(mean)
     taken = {
@@ -103,7 +103,7 @@ def _lost_in_turn(whole: Mechanism, mean: Motion, blow: Blow, z: Sequence[float]
     return found
 
 
-def _motion(mechanism: Mechanism, blow: Blow, u: Floats) -> Motion:
+def _motion(mechanism: Mechanism, blow: ImpactOutcome, u: Floats) -> Motion:
     given = blow.t, blow.q.tolist(), u.tolist(), blow.parameters.tolist()
     return motion_of(mechanism, state_of(mechanism, float, *given))
 

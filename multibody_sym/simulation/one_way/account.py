@@ -22,7 +22,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.simulation.along.fine import PIECES, FineLeg, integral, with_program
-from multibody_sym.simulation.one_way.impact import Blow
+from multibody_sym.simulation.one_way.impact import ImpactOutcome
 from multibody_sym.simulation.runs.modes import EnergyAccount, FrictionWork
 
 _SETTLED: Final = 1e-10
@@ -160,7 +160,9 @@ def _without(values: Floats, places: npt.NDArray[np.bool_]) -> Floats:
     return values
 
 
-def energy_account(stretches: Sequence[FineLeg], mechanism: Mechanism, blows: Sequence[Blow] = ()) -> EnergyAccount:
+def energy_account(
+    stretches: Sequence[FineLeg], mechanism: Mechanism, blows: Sequence[ImpactOutcome] = ()
+) -> EnergyAccount:
     """Return the work of the friction and of the loads of a run with these blows.
 
     It is nan where powers change faster than places tell.
@@ -185,7 +187,7 @@ def energy_account(stretches: Sequence[FineLeg], mechanism: Mechanism, blows: Se
     return account
 
 
-def _ends(stretches: Sequence[FineLeg], blows: Sequence[Blow]) -> Ends:
+def _ends(stretches: Sequence[FineLeg], blows: Sequence[ImpactOutcome]) -> Ends:
     """Return the states in which stretches end, before what strikes then or, by rounding, sooner."""
     ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairwise(stretches)}
     untils = [stretch.until for stretch in stretches]

@@ -19,7 +19,7 @@ from multibody_sym.runtime.chain import End, Switch
 from multibody_sym.runtime.problem import Event
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.one_way.facts import Facts
-from multibody_sym.simulation.one_way.impact import Blow
+from multibody_sym.simulation.one_way.impact import ImpactOutcome
 from multibody_sym.simulation.one_way.legs import Leg
 
 _MOST: Final = 1e-6
@@ -74,7 +74,7 @@ def stop_met(declared: Mechanism, legs: tuple[Leg, Leg], switch: Switch, speed: 
     return None if jumped is None else End(stop=Event(time, jumped, True), leg=now, behind=True)
 
 
-def struck(condition: StateCondition, blow: Blow | None) -> bool:
+def struck(condition: StateCondition, blow: ImpactOutcome | None) -> bool:
     """Return whether a condition is that an element strikes, which takes an impulse in an impact."""
     return condition.strikes and blow is not None and bool(blow.impulses.get(condition.element))
 

@@ -28,8 +28,8 @@ from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, rounded_up
 from multibody_sym.simulation.one_way.flights import Fall, Instant, rest_of
 from multibody_sym.simulation.one_way.impact import (
-    Blow,
     Bounces,
+    ImpactOutcome,
     lost_height,
     low_bounce,
     low_together,
@@ -46,7 +46,7 @@ _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
 @dataclass(frozen=True, eq=False)
-class Decided:
+class NextState:
     """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode; None if there is none.
 
     Where something comes to rest after infinitely many impacts `facts` are those of their limit, later than the last
@@ -63,7 +63,7 @@ class Decided:
     largest: float
     found: Found | None
     posed: PosedLaws | None
-    blow: Blow | None = None
+    blow: ImpactOutcome | None = None
     late: Mapping[str, float] = field(default_factory=dict)
     collapsed: frozenset[str] = frozenset()
     hindered: Reason | None = None
@@ -145,15 +145,15 @@ class Before:
         return ending | {name: time for name, time in left.items() if time is not None and time < next_one}
 
 
-def decided(
+def next_state(
     facts: Facts,
     closed: Collection[str],
     before: Before | None = None,
     *,
     beyond: Collection[str] = (),
     hidden: tuple[str, ...] = (),
-    blow: Blow | None = None,
-) -> Decided:
+    blow: ImpactOutcome | None = None,
+) -> NextState:
     """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
 
     Others that touch there count as well, but for those that fly, however low, or have got `beyond` an edge, however
@@ -166,7 +166,7 @@ def decided(
     facts = moved(facts, q=onto_rows(facts, touching))
     if lying := facts.lying(named(facts, touching)):
         flat = Reason(f"{lying} ({ON_POINTS}, or end the run before),", ends=True)
-        return Decided(facts, None, 0.0, None, None, hindered=flat)
+        return NextState(facts, None, 0.0, None, None, hindered=flat)
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing) if before is not None else {}
     held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
@@ -191,7 +191,7 @@ def decided(
             left = _left(facts, touching, after.touching, before)
             late = late if left is None else dict.fromkeys(late, left)
     except NoSolutionError as error:
-        return Decided(facts, None, 0.0, None, None, hindered=_unsolved(error))
+        return NextState(facts, None, 0.0, None, None, hindered=_unsolved(error))
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
     state, mode = _lasting(problem, found, hidden)
     limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
@@ -199,8 +199,8 @@ def decided(
     if before is not None and before.rates is not None and blow is None and limit and not _stops(mode, before.mode):
         state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
     rows = [facts.laws.places[name] for name in problem.names]
-    largest = 0.0 if state is None else Decided.largest_of(state.z, facts, rows)
-    return Decided(facts, mode, largest, found, problem, blow, late, frozenset(held))
+    largest = 0.0 if state is None else NextState.largest_of(state.z, facts, rows)
+    return NextState(facts, mode, largest, found, problem, blow, late, frozenset(held))
 
 
 def _unsolved(error: NoSolutionError) -> Reason:
@@ -214,7 +214,7 @@ class _After:
 
     facts: Facts
     touching: list[str]
-    blow: Blow | None
+    blow: ImpactOutcome | None
     problem: PosedLaws
     found: Found
 
@@ -253,7 +253,7 @@ def _after(
 def _settled(
     facts: Facts,
     touching: list[str],
-    blow: Blow | None,
+    blow: ImpactOutcome | None,
     before: Before | None,
     late: Mapping[str, float],
     held: Collection[str],
@@ -266,7 +266,7 @@ def _settled(
     return _resting(facts, touching, before, blow)
 
 
-def _resting(facts: Facts, touching: list[str], before: Before | None, blow: Blow | None) -> _After:
+def _resting(facts: Facts, touching: list[str], before: Before | None, blow: ImpactOutcome | None) -> _After:
     """Return the states that are possible once what touches has struck."""
     facts = moved(facts, u=at_rest(facts, touching))
     problem = facts.posed(touching)

@@ -71,7 +71,7 @@ TOO_FAST: Final = f"more often than a run can hold that goes on at this pace; as
 
 
 @dataclass(frozen=True)
-class Blow:
+class ImpactOutcome:
     """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J).
 
     `t` (s) is when it was, `q` (nq,) and `u` (nu,) are those before it. `rows`: the impulses (N s) of all that struck
@@ -90,7 +90,7 @@ class Blow:
     notes: tuple[str, ...] = ()
     gives_back: bool = False
 
-    def then(self, other: Blow) -> Blow:
+    def then(self, other: ImpactOutcome) -> ImpactOutcome:
         """Return both impacts as one, the other one after this."""
 
         def summed(one: Mapping[str, float], more: Mapping[str, float]) -> dict[str, float]:
@@ -172,7 +172,7 @@ def _endless(contacts: int) -> int:
 class Hit:
     """An impact: its time (s), what took an impulse, and the coordinates and speeds (nq + nu,) before it.
 
-    `gives_back` as in `Blow`.
+    `gives_back` as in `ImpactOutcome`.
     """
 
     time: float
@@ -463,7 +463,7 @@ def ceases(facts: Facts, element: OneWay) -> bool:
     return 0.0 < facts.restitution(element) < 1.0
 
 
-def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow | None:
+def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> ImpactOutcome | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
 
     That of a rim that lies flat has no place. What is `hidden` takes no part; what does not close strikes nothing,
@@ -487,7 +487,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
     rows = {element.normals[0].name: impulse}
     at = facts.t, facts.q, facts.u
-    return Blow(jump, {element.name: impulse}, lost, *at, rows, facts.laws.parameters, gives_back=e == 1.0)
+    return ImpactOutcome(jump, {element.name: impulse}, lost, *at, rows, facts.laws.parameters, gives_back=e == 1.0)
 
 
 def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
@@ -499,7 +499,7 @@ def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
     return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
 
 
-def without_collision(facts: Facts, touching: Collection[str]) -> Blow:
+def without_collision(facts: Facts, touching: Collection[str]) -> ImpactOutcome:
     """Return the impact of what touches and rubs so that no forces fulfil the laws, though nothing closes (Painleve).
 
     It is the limit of what happens to what has been pressed together for a time that becomes zero: such impulses stop
@@ -518,7 +518,7 @@ def struck(
     *,
     pressed: float = 0.0,
     most: int | None = None,
-) -> Blow:
+) -> ImpactOutcome:
     """Return the impact of what touches, without a rebound of what is `resting`.
 
     What is `held` stays together, whichever way its impulse acts; where it pulls and jams, it does not rub. Loads have
@@ -554,7 +554,7 @@ def struck(
     found = _without_jam(posed, strike(posed), together)
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
     normals = [problem.places[x.normals[0].name] for x in own]
-    return Blow(
+    return ImpactOutcome(
         facts.speeds(found.x) + pressed * facts.known["free"],
         {x.name: float(found.impulses[place]) for x, place in zip(own, normals, strict=True)},
         {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},

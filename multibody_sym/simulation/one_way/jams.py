@@ -25,7 +25,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import stepped
 from multibody_sym.scalars.limits import most, pressing
 from multibody_sym.simulation.one_way.facts import Facts
-from multibody_sym.simulation.one_way.impact import Blow
+from multibody_sym.simulation.one_way.impact import ImpactOutcome
 from multibody_sym.simulation.one_way.legs import Leg
 
 _FIRST: Final = 1e-9
@@ -130,7 +130,7 @@ def before_jam(now: Leg, facts: Facts) -> float | None:
     return None if way is None else way.before(_state(facts), _BACK * facts.scale.time)
 
 
-def slip_stopped(now: Leg, facts: Facts) -> Blow | None:
+def slip_stopped(now: Leg, facts: Facts) -> ImpactOutcome | None:
     """Return the impact in which slip stops where m, from an instant of a mode on, only fades; None if it does not."""
     way = _way_from(now, facts)
     posed = facts.posed([x.name for x in facts.laws.unilateral if x.name in now.active])
@@ -145,7 +145,7 @@ def slip_stopped(now: Leg, facts: Facts) -> Blow | None:
     lost = dict(zip(slides, took.tolist(), strict=True))
     names = [row.name for row in now.program.mechanism.rows]
     impulses = dict.fromkeys(posed.names, 0.0) | dict(zip(names, pushed.tolist(), strict=True))
-    return Blow(
+    return ImpactOutcome(
         after[1 + len(facts.q) :] - facts.u,
         {x.name: impulses[x.normals[0].name] for x in posed.elements if x.unilateral},
         {x.name: sum(lost.get(row.name, 0.0) for row in x.rows) for x in posed.elements},

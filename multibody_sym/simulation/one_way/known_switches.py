@@ -23,7 +23,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.runtime.course import ActiveRows, Rub
 from multibody_sym.scalars.limits import most
 from multibody_sym.simulation.one_way import settling
-from multibody_sym.simulation.one_way.decision import SOON, Decided
+from multibody_sym.simulation.one_way.decision import SOON, NextState
 from multibody_sym.simulation.one_way.facts import Facts, Laws
 from multibody_sym.simulation.one_way.tips import is_tip
 
@@ -65,7 +65,7 @@ class Solved:
     terms: Floats
 
 
-def known_switch(found: Decided, before: Mode, cause: Switching) -> KnownSwitch | None:
+def known_switch(found: NextState, before: Mode, cause: Switching) -> KnownSwitch | None:
     """Return what a switch that was decided is remembered by; None where it is not."""
     facts, mode, posed = found.facts, found.mode, found.posed
     if mode is None or posed is None or found.blow is not None or found.several or mode == before:
@@ -140,7 +140,7 @@ def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[F
 
 def followed(
     switch: KnownSwitch, facts: Facts, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
-) -> Decided | None:
+) -> NextState | None:
     """Return how a run goes on, None where it is not clear. `rates`: of coordinates and speeds in the mode before."""
     if tuple(facts.touching(closed)) != switch.touching:
         return None
@@ -154,8 +154,8 @@ def followed(
         solved = _ahead(switch, switch.before, switch.cause, facts, rates)
     if solved is None:
         return None
-    largest = Decided.largest_of(solved.z, facts, list(switch.rows))
-    return Decided(facts, switch.mode, largest, None, None)
+    largest = NextState.largest_of(solved.z, facts, list(switch.rows))
+    return NextState(facts, switch.mode, largest, None, None)
 
 
 def _ahead(

@@ -21,9 +21,9 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime import chain
 from multibody_sym.simulation.along.fine import FineLeg
-from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.decision import NextState
 from multibody_sym.simulation.one_way.facts import Facts
-from multibody_sym.simulation.one_way.impact import Blow
+from multibody_sym.simulation.one_way.impact import ImpactOutcome
 from multibody_sym.simulation.one_way.modes import ModeProgram
 from multibody_sym.simulation.parts import Part, parts_of
 from multibody_sym.simulation.runs.told import Alone, Told
@@ -64,13 +64,13 @@ class Cause:
     """
 
     time: float
-    blow: Blow | None = None
+    blow: ImpactOutcome | None = None
     late: Mapping[str, float] = field(default_factory=dict)
     collapsed: frozenset[str] = frozenset()
     several: Mapping[str, str] = field(default_factory=dict)
 
     @staticmethod
-    def of(found: Decided, time: float) -> Cause:
+    def of(found: NextState, time: float) -> Cause:
         """Return what happens where a leg begins in a mode that was found, at a time or at that of the impact."""
         time = time if found.blow is None else found.blow.t
         return Cause(time, found.blow, found.late, found.collapsed, found.undecided)
@@ -163,7 +163,7 @@ class Legs:
         return [each.told for each in self.changes]
 
     @cached_property
-    def blows(self) -> list[Blow]:
+    def blows(self) -> list[ImpactOutcome]:
         """All impacts of the run, once it is done."""
         return [cause.blow for cause, _ in happened(self.legs, self.jumps) if cause.blow is not None]
 

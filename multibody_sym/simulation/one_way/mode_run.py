@@ -22,7 +22,7 @@ from multibody_sym.simulation.along.jumps import Passed, added, passed
 from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import energy_account
 from multibody_sym.simulation.one_way.at_switches import stop_jumped, stop_met, stopped, struck
-from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.decision import NextState
 from multibody_sym.simulation.one_way.facts import Facts, rubs
 from multibody_sym.simulation.one_way.jams import before_jam, jam_of, jams, slip_stopped
 from multibody_sym.simulation.one_way.known_switches import followed
@@ -113,7 +113,7 @@ def next_leg(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     found = _known(leg, switch, run)
     if found is not None:
         return _followed(leg, found, switch, run)
-    found = switches.decided(leg, switch.begun.time, switch.x, switch.index)
+    found = switches.next_state(leg, switch.begun.time, switch.x, switch.index)
     switches.learn(leg, switch.index, found)
     run.prepared.memory.learn(found, leg, switch.index)
     following = _followed(leg, found, switch, run)
@@ -152,14 +152,14 @@ def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     return _later(leg, found, switch, run)
 
 
-def _later(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+def _later(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
     """Return the leg in the mode that was found at an instant beyond a switch, but before the next sample."""
     at, following = found.facts.t, run.prepared.template.times()[switch.begun.written :][:1]
     at = at if found.blow is None else found.blow.t  # facts may be those of a later limit of impacts
     return _followed(leg, found, replace(switch, begun=replace(switch.begun, time=min(at, *following))), run)
 
 
-def _slip_stopped(leg: Leg, facts: Facts, run: ModeRun) -> Decided | None:
+def _slip_stopped(leg: Leg, facts: Facts, run: ModeRun) -> NextState | None:
     """Return what follows where slip stops at once, as its friction hardly moves what presses it."""
     time = before_jam(leg, facts)
     if time is None or run.switches.standstill.lasts(facts.t, len(facts.laws.unilateral)):
@@ -179,7 +179,7 @@ def _on_its_way(leg: Leg, switch: Switch, part: FrictionPart, run: ModeRun) -> L
     return run.switches.enter(replace(leg, of=problem, since=None, mode=mode, cause=None))
 
 
-def _known(leg: Leg, switch: Switch, run: ModeRun) -> Decided | None:
+def _known(leg: Leg, switch: Switch, run: ModeRun) -> NextState | None:
     """Return how the run goes on where a switch was decided before and leads on in the same way."""
     switches = run.prepared.memory.known(leg, switch.index)
     if not switches:
@@ -190,7 +190,7 @@ def _known(leg: Leg, switch: Switch, run: ModeRun) -> Decided | None:
     return next((found for found in ways if found is not None), None)
 
 
-def _followed(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+def _followed(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
     """Return the leg in the mode that was found at a switch, or the stop that the run meets."""
     following = _entered(leg, found, switch, run)
     if isinstance(following, End):
@@ -200,7 +200,7 @@ def _followed(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | E
     return end or following
 
 
-def _entered(leg: Leg, found: Decided, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+def _entered(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
     """Return the leg in the mode that was found at a switch, from what happened there on: slightly before it, perhaps.
 
     Where impacts have a limit, which is later, it is the motion that leads to this in the mode that follows.

@@ -24,7 +24,7 @@ from multibody_sym.numerics.rank import ROUNDED, rank
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
-from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.decision import NextState
 from multibody_sym.simulation.one_way.facts import Facts, rounded_up, rubs
 from multibody_sym.simulation.one_way.held import held_speeds
 from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals, rounded_meeting
@@ -191,13 +191,13 @@ class Modes:
                 found.append(own.get(entry.name, 0.0))
         return np.array(found)
 
-    def problem(self, decided: Decided, begun: Begun | None) -> tuple[Problem, ModeProgram]:
+    def problem(self, state: NextState, begun: Begun | None) -> tuple[Problem, ModeProgram]:
         """Return the run from an instant on in the mode that was found."""
-        at, mode = decided.facts, decided.mode
+        at, mode = state.facts, state.mode
         assert mode is not None
         program = self.program(mode, at)
         entered = program.entered
-        independent = len(entered.rows) if decided.posed is None else independent_rows(entered, decided.posed)
+        independent = len(entered.rows) if state.posed is None else independent_rows(entered, state.posed)
         mode = _slowly(mode, at.scale)
         values = self.parameters(program.mechanism, at.laws.parameters, mode, independent)
         count = len(program.switchings)
@@ -216,7 +216,7 @@ class Modes:
             crosses=not rubs(at, entered),  # friction may jam there
             terminal=own + (True,) * count,
             margins=tuple(
-                0.0 if one is None else _margin(one, mode, at, decided.largest) for one in program.switchings
+                0.0 if one is None else _margin(one, mode, at, state.largest) for one in program.switchings
             ),
             limiting=tuple(k for k, one in enumerate(program.switchings) if one is not None and one.shortens),
             begun=begun,

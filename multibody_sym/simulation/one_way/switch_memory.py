@@ -12,7 +12,7 @@ from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.runtime.course import ANGLE, FORCE, LENGTH, SPEED, ActiveRows, KnownTurn, Passage
 from multibody_sym.runtime.problem import Course, CourseMode, Problem
 from multibody_sym.simulation.one_way.at_switches import stops_at_turns
-from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.decision import NextState
 from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.known_switches import KnownSwitch, known_switch, plain
 from multibody_sym.simulation.one_way.legs import Leg
@@ -45,7 +45,7 @@ class SwitchMemory:
         """Return where a switching function of a leg's mode has led."""
         return self._led.get((leg.program.key, index), ())
 
-    def learn(self, found: Decided, leg: Leg, index: int) -> None:
+    def learn(self, found: NextState, leg: Leg, index: int) -> None:
         """Remember where a switch led: for forces at a limit all ways, for others the last one."""
         cause = leg.switching(index)
         switch = known_switch(found, leg.mode, cause)

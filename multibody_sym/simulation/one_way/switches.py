@@ -20,9 +20,9 @@ from multibody_sym.runtime.chain import stepped
 from multibody_sym.runtime.problem import Reason
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.one_way import settling, thin_bars
-from multibody_sym.simulation.one_way.decision import SOON, Before, Decided, decided
+from multibody_sym.simulation.one_way.decision import SOON, Before, NextState, next_state
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, Hit, Returns, Standstill, bounced, ceases
+from multibody_sym.simulation.one_way.impact import Bounces, Hit, ImpactOutcome, Returns, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.legs import Cause, Change, Leg
 from multibody_sym.simulation.one_way.modes import Key
 from multibody_sym.simulation.one_way.tips import Tips, is_tip, rounded_meeting
@@ -63,7 +63,7 @@ class Switches:
     hidden: tuple[str, ...] = ()
     bounces: Bounces = field(default_factory=Bounces)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
-    _last: tuple[tuple[float, int, bytes], Decided] | None = None
+    _last: tuple[tuple[float, int, bytes], NextState] | None = None
 
     @cached_property
     def tips(self) -> Tips:
@@ -75,7 +75,7 @@ class Switches:
         nq = len(self.laws.mechanism.coordinates)
         return self.laws.at(t, x[:nq], x[nq:], self.scale)
 
-    def first(self, t: float, x: Floats) -> Decided:
+    def first(self, t: float, x: Floats) -> NextState:
         """Return what is decided at the start. Raises ModelError where a point moves across a thin bar it touches."""
         facts = self.at(t, x)
         for bar in self.bars:
@@ -84,9 +84,9 @@ class Switches:
         facts = self.at(t, x)
         aside = self.tips.aside(facts, ())
         self.hidden = thin_bars.hidden_sides(
-            self.bars, facts, lambda known: decided(facts, (), hidden=known, beyond=aside)
+            self.bars, facts, lambda known: next_state(facts, (), hidden=known, beyond=aside)
         )
-        return self.tips.resting(decided(facts, (), hidden=self.hidden, beyond=aside))
+        return self.tips.resting(next_state(facts, (), hidden=self.hidden, beyond=aside))
 
     def hindered(
         self, t: float, x: Floats, cause: Switching, changes: Callable[[], Sequence[Change]]
@@ -103,7 +103,7 @@ class Switches:
 
     # --- what follows -------------------------------------------------------------------------------------------------
 
-    def decided(self, now: Leg, t: float, x: Floats, index: int) -> Decided:
+    def next_state(self, now: Leg, t: float, x: Floats, index: int) -> NextState:
         """Return how a leg goes on from a state at which a switching function of it has crossed.
 
         An impact that ends the mode is asked for twice: whether the mode goes on behind it, and what follows.
@@ -118,22 +118,22 @@ class Switches:
         beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
         beyond += self.tips.aside(facts, now.active)
         before = Before(now.mode, now.udot_at(facts), now.of.rates, guess, self.bounces)
-        found = self.tips.resting(decided(facts, closed, before, beyond=beyond, hidden=self.hidden))
+        found = self.tips.resting(next_state(facts, closed, before, beyond=beyond, hidden=self.hidden))
         self._last = asked, found
         return found
 
-    def learn(self, now: Leg, index: int, found: Decided) -> None:
+    def learn(self, now: Leg, index: int, found: NextState) -> None:
         """Remember which mode followed: the next search begins with it."""
         if found.mode is not None:
             self._usual[now.program.key, index] = found.mode
 
-    def beyond(self, now: Leg, facts: Facts, blow: Blow | None = None) -> Decided:
+    def beyond(self, now: Leg, facts: Facts, blow: ImpactOutcome | None = None) -> NextState:
         """Return what follows at an instant to which the mode does not lead, behind an impact if one is known."""
         before = Before(now.mode, now.udot_at(facts), None, None, self.bounces)
         aside = self.tips.aside(facts, now.active)
-        return self.tips.resting(decided(facts, now.active, before, beyond=aside, hidden=self.hidden, blow=blow))
+        return self.tips.resting(next_state(facts, now.active, before, beyond=aside, hidden=self.hidden, blow=blow))
 
-    def soon_beyond(self, now: Leg, limit: Facts) -> Decided | None:
+    def soon_beyond(self, now: Leg, limit: Facts) -> NextState | None:
         """Return what follows just beyond the limit of a mode; None where that is a state like others, or not known.
 
         Friction with what presses either way may have two states on one side of where that turns, and none beyond.
@@ -142,13 +142,13 @@ class Switches:
         proved = found.mode is None and found.found is not None and found.found.proved
         return found if found.blow is not None or proved else None
 
-    def slid_out(self, now: Leg, facts: Facts) -> Decided | None:
+    def slid_out(self, now: Leg, facts: Facts) -> NextState | None:
         """Return what follows where all that touches rests, as its slip ends at once; None where it does not."""
         u = settling.slid_out(facts, now.active, now.udot_at(facts))
         found = None if u is None else self.beyond(now, settling.moved(facts, u=u))
         return None if found is None or found.mode is None else found
 
-    def tipped(self, now: Leg, facts: Facts) -> Decided | None:
+    def tipped(self, now: Leg, facts: Facts) -> NextState | None:
         """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
         if now.mode.shares is None:
             return None
@@ -197,7 +197,7 @@ class Switches:
         if blow is not None and not before.late(facts, [element]):
             u = facts.u + blow.jump
         else:
-            found = self.decided(now, t, x, index)
+            found = self.next_state(now, t, x, index)
             blow, facts, u, late, collapsed = found.blow, found.facts, found.facts.u, {**found.late}, found.collapsed
             if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
                 return None
@@ -223,7 +223,7 @@ class Switches:
         self.bounces.rested([name for name, side in leg.mode.sides.items() if side])
         return leg
 
-    def hit(self, blow: Blow, facts: Facts) -> None:
+    def hit(self, blow: ImpactOutcome, facts: Facts) -> None:
         """Note an impact, and what holds after it."""
         taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
         self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u]), blow.gives_back))

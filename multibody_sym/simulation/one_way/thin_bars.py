@@ -19,7 +19,7 @@ from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.decision import NextState
 from multibody_sym.simulation.one_way.facts import Facts
 
 _BEHIND: Final = 10.0
@@ -107,7 +107,7 @@ def _one_sided(element: OneWay) -> OneWay:
 
 
 def hidden_sides(
-    bars: Sequence[ThinBar], facts: Facts, decide: Callable[[tuple[str, ...]], Decided]
+    bars: Sequence[ThinBar], facts: Facts, decide: Callable[[tuple[str, ...]], NextState]
 ) -> tuple[str, ...]:
     """Return the sides of bars on which points are not; where they rest that which carries less, as is decided."""
     places = {bar: bar.hidden(facts) for bar in bars}

@@ -31,7 +31,7 @@ from multibody_sym.model.resolution.contacts.skins import corners_of
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, slot
-from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.decision import NextState
 from multibody_sym.simulation.one_way.facts import ROUNDED_GAP, Facts, Laws
 
 _FIRST: Final = (ONE, ZERO, ZERO)
@@ -218,7 +218,7 @@ class Tips:
         near = (x for x in (element, *beside) if x.name not in others)
         return next((x for x in near if facts.standing(x) == "closing"), None)
 
-    def resting(self, found: Decided) -> Decided:
+    def resting(self, found: NextState) -> NextState:
         """Return what was decided with the sides of bars left out whose very ends are held by what meets them."""
         if found.mode is None:
             return found
