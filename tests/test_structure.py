@@ -114,7 +114,7 @@ def test_what_friction_allows_stands_once():
 
 
 def test_what_friction_leaves_of_its_cone_is_a_difference_in_one_place():
-    """`room`; over arrays that of `laws`, whose coefficients may be large, and that of remembered switches."""
+    """`room`; over arrays that of `laws`, whose coefficients may be large."""
     differences = {
         str(path)
         for path, found in nodes().items()
@@ -122,7 +122,7 @@ def test_what_friction_leaves_of_its_cone_is_a_difference_in_one_place():
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
         if any(is_call_of(x, "most") for x in (node.left, node.right))
     }
-    assert differences == {"scalars/limits.py", "dynamics/laws/scaled.py", "simulation/one_way/turns.py"}
+    assert differences == {"scalars/limits.py", "dynamics/laws/scaled.py"}
 
 
 def test_which_limits_a_mode_has_is_told_in_one_place():

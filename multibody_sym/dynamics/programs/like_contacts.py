@@ -145,7 +145,7 @@ def like_contacts(mechanism: Mechanism, motion: Motion, weighted: Weighted) -> L
 
     Arguments: its motion, and what makes of a row (n) one of speeds that count by mass.
     """
-    if len(every_row(mechanism)) <= _MANY or not are_alike(mechanism):
+    if len(every_row(mechanism)) <= _MANY or not alike_rows(mechanism):
         return _NONE
     bodies, numbers = _Bodies(motion, weighted), list[Node]()
     known: dict[Any, int] = {}
@@ -181,22 +181,30 @@ def like_contacts(mechanism: Mechanism, motion: Motion, weighted: Weighted) -> L
 _NONE: Final = LikeContacts((), (), (), (), {}, {})
 
 
-def are_alike(mechanism: Mechanism) -> bool:
-    """Return whether it seems that contacts are of few kinds, by what touches and how many speeds carry that."""
+def alike_rows(mechanism: Mechanism) -> int:
+    """Return how many rows contacts of few kinds have: what touches, and how many speeds carry it, are of few sorts."""
     if not all(row.restricts for row in every_row(mechanism)):
-        return False
+        return 0
     ways = list[frozenset[int]]()
     for body in mechanism.bodies:
         ways.append(frozenset(body.u) | (ways[body.parent] if body.parent >= 0 else frozenset()))
-    kinds, contacts = set[Any](), 0
+    kinds, contacts, count = set[Any](), 0, 0
     for element in mechanism.one_way:
-        rows = [row for row in element.rows if isinstance(row, ContactRow)]
-        if len(rows) == len(list(element.rows)):
-            skins = rows[0].skins
+        if _may_be_alike(element):
+            skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
             own = [ways[x.place.body] if x.place.body >= 0 else frozenset() for x in skins]
-            kinds.add((len(rows), *map(type, skins), *map(len, own), len(own[0] & own[1])))
-            contacts += 1
-    return contacts >= _FEW * len(kinds) > 0
+            rows = len(list(element.rows))
+            kinds.add((rows, *map(type, skins), *map(len, own), len(own[0] & own[1])))
+            contacts, count = contacts + 1, count + rows
+    return count if contacts >= _FEW * len(kinds) else 0
+
+
+def _may_be_alike(element: OneWay) -> bool:
+    """Return whether a kind can name what touches in an element."""
+    if not all(isinstance(row, ContactRow) for row in element.rows) or not element.unilateral:
+        return False
+    skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
+    return len(element.normals) == 1 and not any(isinstance(skin, Bent | Level | Tip) for skin in skins)
 
 
 def slots(array: str, places: Iterable[int]) -> tuple[Node, ...]:
@@ -291,11 +299,9 @@ class _Local:
 
     def __init__(self, mechanism: Mechanism, bodies: _Bodies, place: int, numbers: list[Node]) -> None:
         element = mechanism.one_way[place]
-        if not all(isinstance(row, ContactRow) for row in element.rows) or not element.unilateral:
+        if not _may_be_alike(element):
             raise _UnlikeError
         skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
-        if len(element.normals) != 1 or any(isinstance(skin, Bent | Level | Tip) for skin in skins):
-            raise _UnlikeError
         self.place, self.numbers = place, numbers
         self.slots: dict[Node, Node] = {}
         self._done: dict[Any, Any] = {}

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.dynamics.programs.like_contacts import are_alike
+from multibody_sym.dynamics.programs.like_contacts import alike_rows
 from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.every_mode import every_row, functions, in_every_mode
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -20,8 +20,10 @@ from multibody_sym.simulation.settings import form_of
 
 _MOST_ROWS: Final = 24
 """Rows up to which all are computed wherever one acts; of more, few act at a time."""
+_MOST_WITH_KINDS: Final = 256
+"""The same beside contacts that are derived by kinds and computed where they act, these among them."""
 _MOST_BY_KINDS: Final = 25_000
-"""The same where contacts are derived by kinds and computed where they act; the solve has room for all rows."""
+"""Those of contacts by kinds alone: tables of so many take a minute."""
 _MOST_ENTRIES: Final = 12
 """Elements of G^-1 for each row up to which they are computed: a robot on four feet has 117 and 12 rows, a row of
 eleven rods with one contact 94, which took twice the time."""
@@ -69,8 +71,9 @@ def _is_served(declared: Mechanism) -> bool:
     Not where rows hold what has no mass, there are so many that few of them act at a time, or chains so long, with so
     few rows, that G^-1 takes longer than the motion itself.
     """
-    rows = len(every_row(declared))
-    few = rows <= (_MOST_BY_KINDS if are_alike(declared) else _MOST_ROWS)
+    rows, alike = len(every_row(declared)), alike_rows(declared)
+    few = rows <= (_MOST_WITH_KINDS if alike else _MOST_ROWS)
+    few = few or (rows - alike <= _MOST_ROWS and rows <= _MOST_BY_KINDS)
     few = few and _entries(declared) <= _MOST_ENTRIES * rows
     return few and not declared.minimum_norm and not massless_speeds(declared)
 

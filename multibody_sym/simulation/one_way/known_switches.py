@@ -21,7 +21,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_worth
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.course import ActiveRows, Rub
-from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.limits import most, room
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.decision import SOON, NextState
 from multibody_sym.simulation.one_way.facts import Facts, Laws
@@ -258,7 +258,7 @@ def _clearly(solved: Solved, facts: Facts, acting: ActiveRows, free: int | None)
     z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.known["exerted"])
     forces = [(k, z[k] * sizes[k]) for k in acting.pressing]
     for stick in acting.sticks:
-        left = most(mu[stick.part, 0], z[stick.normal]) - abs(z[stick.tangent])
+        left = room(mu[stick.part, 0], z[stick.normal], [z[stick.tangent]])
         forces.append((stick.tangent, sizes[stick.tangent] * left))
     ways = [(k, a[k]) for k in acting.apart]
     ways += [(slide.tangent, slide.sense * a[slide.tangent]) for slide in acting.slides if slide.begins]
