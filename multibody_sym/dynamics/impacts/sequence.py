@@ -1,8 +1,9 @@
 """Impacts one after the other, the fastest closing first, or again and again at once; and collapse where none ends.
 
-One that closes afterwards is a new impact from where the last one has led. More than 100 + 20 n impacts of n connected
-contacts are too many: they strike once more, all at once and without bouncing. So does what closes too slowly to count
-after impacts in turn, which is the limit of those that would follow.
+One that closes afterwards is a new impact from where the last one has led. What strikes at the same time, but moves
+nothing of each other, strikes as if it were alone. More than 100 + 20 n impacts of n connected contacts are too many:
+they strike once more, all at once and without bouncing. So does what closes too slowly to count after impacts in turn,
+which is the limit of those that would follow.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from multibody_sym.dynamics.impacts.account import Account
 from multibody_sym.dynamics.impacts.giving_back import give_back
 from multibody_sym.dynamics.impacts.one_contact import Single, routh
 from multibody_sym.dynamics.impacts.together import newton, poisson
-from multibody_sym.dynamics.laws.problem import LawProblem
+from multibody_sym.dynamics.laws.problem import Equality, LawProblem
+from multibody_sym.dynamics.laws.scaled import Flags
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.numerics.connected import connected
 from multibody_sym.numerics.rank import scaled_rows
@@ -33,12 +35,22 @@ class _Counts:
     """How many impacts each connected cluster had."""
 
     def __init__(self, account: Account) -> None:
-        self.account, self.cluster = account, clusters(account.rows)
+        self.account, self.near = account, _near(account.rows)
+        self.cluster = _numbers(self.near)
         self.counts: dict[int, int] = {}
 
     def of(self, row: int) -> list[int]:
         """Return the unilateral rows that are connected with one."""
         return [k for k in self.account.unilateral if self.cluster[k] == self.cluster[row]]
+
+    def islands(self, struck: Collection[int], held: Collection[int] = ()) -> list[list[int]]:
+        """Return the rows that are struck, and held, by those that push each other beside what always acts."""
+        rows = self.account.rows
+        acting = {*struck, *held, *(k for k, law in enumerate(rows.laws) if isinstance(law, Equality))}
+        parts = (part for part in rows.parts if acting.issuperset(part.normals))
+        every = sorted(acting.union(*(part.rows for part in parts)))
+        groups = ([every[k] for k in group] for group in connected(self.near[np.ix_(every, every)]))
+        return [[k for k in group if k in struck or k in held] for group in groups if not set(struck).isdisjoint(group)]
 
     def number(self, row: int) -> int:
         """Return how many impacts the cluster of a row had."""
@@ -73,7 +85,8 @@ def at_once(account: Account) -> None:
         rows = [k for k in account.not_separating() if k in cluster]
         if account.problem.law == "stronge":
             rows = _single(account, [k for k in closing if k in cluster])
-        _strike(account, rows, known)
+        for island in counts.islands(rows):
+            _strike(account, island, known)
 
 
 def _single(account: Account, closing: list[int]) -> list[int]:
@@ -98,7 +111,8 @@ def one_by_one(account: Account) -> None:
         cluster = counts.of(fastest)
         rows = [k for k in closing if k in cluster and v[k] <= (1.0 - ALIKE) * v[fastest]]
         held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
-        _strike(account, rows + held, known)
+        for island in counts.islands(rows, held):
+            _strike(account, island, known)
     _to_their_limit(account, counts)
 
 
@@ -150,10 +164,19 @@ def _rubs(account: Account, rows: Collection[int]) -> bool:
 
 def clusters(rows: LawProblem) -> list[int]:
     """Return for each row the number of its cluster: rows push each other there, over any others."""
+    return _numbers(_near(rows))
+
+
+def _numbers(near: Flags) -> list[int]:
+    found = {k: group[0] for group in connected(near) for k in group}
+    return [found[k] for k in range(len(near))]
+
+
+def _near(rows: LawProblem) -> Flags:
+    """Return which rows push each other (m, m)."""
     A, C = scaled_rows(rows.matrix)[1], scaled_rows(rows.exerted)[1]
     K = np.abs(A @ C.T) + np.abs(rows.coupling)
     near = K > CONNECTED
     for part in rows.parts:
         near[np.ix_([*part.rows, *part.normals], [*part.rows, *part.normals])] = True
-    found = {k: group[0] for group in connected(near) for k in group}
-    return [found[k] for k in range(len(near))]
+    return near
