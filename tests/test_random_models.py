@@ -103,12 +103,15 @@ def test_motions_that_end_beside_friction_name_why(seed: int, words: str) -> Non
 @pytest.mark.parametrize(
     ("number", "words"),
     [
-        (1085, "step became too small at t = .* b2 and b3, without mass, come into line"),
-        (166, r"is no finite number at t = .* b1\.a and ground\.b meet there, and f2 between them"),
+        (1085, "at t = .* b2 and b3, without mass, come into line"),
+        (166, r"t = .* b1\.a and ground\.b meet there, and f2 between them"),
     ],
 )
 def test_what_has_vanished_is_named_where_a_run_ends(number: int, words: str) -> None:
-    """At speeds of 4 rad/s and 1 m/s nothing grows yet: a mass vanishes, and a direction."""
+    """At speeds of 4 rad/s and 1 m/s nothing grows yet: a mass vanishes, and a direction.
+
+    Whether steps become small, too many, or meet no finite number there is rounding of the machine's own sine.
+    """
     with pytest.raises(FailedRunError, match=words):
         mbs.simulate(mbs.loads(random_model(seed_of("cc544163841cf644b57d75632377b40ed4e5e622", number))), t_end=1.0)
 

@@ -108,11 +108,8 @@ def _cause(run: Trajectory, time: float) -> str | None:
         return None
     rows = Rows(mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
-    lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
-    active = (row for row in mechanism.rows if isinstance(row, RopeRow))
-    lines += [(rope.name, ends) for rope in active for ends in pairwise(rope.points)]
     return (
-        _met(lines, first, last)
+        _met(_stretched(mechanism), first, last)
         or _lies_flat(run, last)
         or _locked(last)
         or _in_line(first, last)
@@ -120,6 +117,13 @@ def _cause(run: Trajectory, time: float) -> str | None:
         or _grown(run, time, last)
         or _load_grown(run, time, last)
     )
+
+
+def _stretched(mechanism: Mechanism) -> list[tuple[str, tuple[Marker, Marker]]]:
+    """Return what acts along lines between points, by name."""
+    lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
+    active = (row for row in mechanism.rows if isinstance(row, RopeRow))
+    return [*lines, *((rope.name, ends) for rope in active for ends in pairwise(rope.points))]
 
 
 def _met(lines: Iterable[tuple[str, tuple[Marker, Marker]]], first: Motion, last: Motion) -> str | None:
@@ -410,7 +414,8 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
     if end.q_final is not None and end.u_final is not None:
         rows = Rows(mechanism, run.parameters.tolist(), [], time)
         first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
-        if told := _locked(last) or _about_nothing(first, last) or _turns_fast(run, time, last):
+        found = _met(_stretched(mechanism), first, last) or _locked(last) or _about_nothing(first, last)
+        if told := found or _turns_fast(run, time, last):
             return told
     named = dict.fromkeys(leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u")
     place = next((k for k in named if _jumps_with(run, time, k)), None)
