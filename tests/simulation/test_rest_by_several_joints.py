@@ -130,3 +130,33 @@ def test_a_block_in_a_corner_of_more_faces_than_hold_it_rests_while_a_sledge_slo
     assert run.t[-1] == 0.3
     assert not run.u[:, :2].any()
     np.testing.assert_allclose(run.q[:, 2], run.t - 0.2 * 9.81 * run.t**2 / 2.0, rtol=1e-9, atol=1e-15)
+
+
+AT_A_WALL = """
+multibody_sym: 1
+name: at_a_wall
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  disc: {shape: {disc: 0.1, mass: 0.5}, surfaces: {rim: {disc: 0.1}}}
+  pebble: {mass: 0.5}
+joints:
+  rests: {type: planar, parent: ground, child: disc, q: [x, y, phi], initial: {q: [0.1, 0.1, 0]}}
+  flies: {type: point, parent: ground, child: pebble, q: [a, h], initial: {q: [1, 0.001], u: [1, 0]}}
+contacts:
+  floor: {between: [disc.rim, ground.floor], static: 0.3}
+  wall: {between: [disc.rim, ground.wall], static: 0.3}
+  lands: {open: true, between: [pebble, ground.floor], static: 0.3}
+simulation: {t_end: 1, samples: 3}
+"""
+
+
+def test_a_pebble_lands_and_slides_while_a_disc_touches_a_wall_without_pressing_it() -> None:
+    """It loses mu times its fall in the impact, then mu g; the disc is held by four rows, of which the wall's push 0."""
+    run = mbs.simulate(mbs.loads(AT_A_WALL))
+    fallen = math.sqrt(2 * 0.001 / 9.81)
+    slides, sticks = run.events
+    assert (slides["kind"], sticks["kind"]) == ("slide+", "stick")
+    assert slides["t"] == pytest.approx(fallen, rel=1e-9)
+    assert sticks["t"] == pytest.approx(fallen + (1 - 0.3 * 9.81 * fallen) / (0.3 * 9.81), rel=1e-9)
+    assert not run.u[:, :3].any()

@@ -25,8 +25,13 @@ from multibody_sym.scalars.limits import most, sliding
 
 CLEAR: Final = 1e-11
 """The part of the largest force by which shares are clearly away from all bounds."""
-_MOST_CURVED: Final = 1e14
-"""The largest second derivative that is told, that of a ten millionth of the largest force before a bound."""
+_MOST_CURVED: Final = 1e8
+"""The largest second derivative that is told, that of a ten thousandth of the largest force before a bound.
+
+What carries nothing at all, as the wall beside a disc in a corner, still restricts motion: with less of it in what rows
+exert their solve is of rounding.
+"""
+_LEAST_CURVED: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,5 +155,5 @@ def _normals(one: _Sharing) -> set[int]:
 def _root(hessian: Floats) -> Floats:
     """Return lower triangular L with L L^T the inverse of second derivatives, none of it vanishing."""
     sizes, axes = np.linalg.eigh(hessian)
-    inverse = axes / np.clip(sizes, _MOST_CURVED * 1e-15, _MOST_CURVED) @ axes.T
+    inverse = axes / np.clip(sizes, _LEAST_CURVED, _MOST_CURVED) @ axes.T
     return np.asarray(np.linalg.cholesky(inverse), dtype=float)
