@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.flow import LEAST_STEPS
+from multibody_sym.integrators.flow import longest_in_modes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
@@ -104,7 +104,8 @@ class FineLeg:
         No step is longer than one of `steps` evenly spaced ones.
         """
         problem = self.problem
-        whole = min(problem.lasts, LEAST_STEPS / steps * (until - problem.start))
+        part = longest_in_modes(1.0, problem.rates(problem.start, problem.x0))
+        whole = min(problem.lasts, (until - problem.start) / (steps * part))
         problem = replace(problem, t0=problem.start, t_end=until, samples=samples, begun=None, whole=whole)
         return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=()))
 

@@ -77,7 +77,8 @@ class _Work:
     def of(cls, stretch: FineLeg, program: Compiled, asked: int, reaches: float | None = None) -> _Work:
         """Return the work in a stretch from at least that many parts of it."""
         fine = stretch.fine(2 * asked)
-        values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
+        powers, *others = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
+        values = np.where(_stick(stretch.mechanism), 0.0, powers), *others
         powers = np.column_stack([values[0], values[2]])
         kinetic, potential = fine.evaluated("energy")
         places = (len(fine.t) - 1) // 8
@@ -232,6 +233,12 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
         limit = float(changes[known - 1]) if known else 0.0
         works = [part for work in works for part in work.finer(limit)]
     return works
+
+
+def _stick(mechanism: Mechanism) -> list[bool]:
+    """Tell of each friction part whether it sticks in a mode: its power is of rounding, and no places are near enough."""
+    assert mechanism.mode is not None
+    return [mechanism.mode.slips.get(part.name) == STICKS for _, part in friction_parts(mechanism)]
 
 
 def _may_work(mechanism: Mechanism) -> bool:
