@@ -17,6 +17,7 @@ _TITLES = {
     "textbook": "Textbook problems with friction, contacts and ropes",
     "questions": "Questions and answers",
     "impacts": "Impacts",
+    "feet": "Walking, landing, toppling",
     "oscillations": "Small oscillations",
     "guides": "Curves that guide",
     "variable_mass": "Masses that vary",

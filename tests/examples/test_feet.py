@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 from math import cos, pi, sin, sqrt
 
@@ -10,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from twins import from_file
+from twins import EXAMPLES, from_file
 
 import multibody_sym as mbs
 
@@ -209,3 +210,28 @@ def test_a_tilted_robot_comes_to_stand_where_virtual_work_says() -> None:
     assert carried(run) == pytest.approx(pushes[2::3], rel=1e-5)
     assert carried(run).sum() == pytest.approx(12 * G, rel=1e-7)
     assert (np.hypot(pushes[::3], pushes[1::3]) <= 0.7 * pushes[2::3] * (1 + 1e-6)).all()
+
+
+# --- the box ----------------------------------------------------------------------------------------------------------
+
+
+def test_discs_in_a_box_come_to_rest_on_its_floor_and_each_other() -> None:
+    """Balances of force and of energy hold for all discs together, whatever carries each."""
+    spec = importlib.util.spec_from_file_location("box_of_discs", EXAMPLES / "feet/box_of_discs.py")
+    assert spec is not None
+    assert spec.loader is not None
+    box = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(box)
+    count, columns = 5, 3
+    run = mbs.simulate(box.box_of_discs(count, columns), t_end=1.5, samples=21)
+    assert set(run.final["speeds"].values()) == {0.0}
+    assert any(event["element"].startswith("pair") for event in run.events)
+    places = run.q.reshape(-1, count, 3)
+    assert max(box.overlap(each, columns) for each in places) < 1e-9
+    weight = count * box.MASS * box.GRAVITY
+    assert run["held_up"][-1] == pytest.approx(weight, rel=1e-9)
+    assert run["pushed_right"][-1] == pytest.approx(0.0, abs=1e-9 * weight)
+    fallen = float((places[0, :, 1] - places[-1, :, 1]).sum()) * box.MASS * box.GRAVITY
+    taken = sum(event.get("lost", 0.0) for event in run.events)
+    taken -= sum(work.total for work in run.friction_work.values())
+    assert taken == pytest.approx(fallen, rel=1e-8)

@@ -152,7 +152,7 @@ simulation: {t_end: 1, samples: 3}
 
 
 def test_a_pebble_lands_and_slides_while_a_disc_touches_a_wall_without_pressing_it() -> None:
-    """It loses mu times its fall in the impact, then mu g; the disc is held by four rows, of which the wall's push 0."""
+    """It loses mu times its fall in the impact, then mu g; the disc has four rows, and the wall pushes 0."""
     run = mbs.simulate(mbs.loads(AT_A_WALL))
     fallen = math.sqrt(2 * 0.001 / 9.81)
     slides, sticks = run.events

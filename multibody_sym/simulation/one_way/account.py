@@ -236,7 +236,7 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
 
 
 def _stick(mechanism: Mechanism) -> list[bool]:
-    """Tell of each friction part whether it sticks in a mode: its power is of rounding, and no places are near enough."""
+    """Tell of each friction part whether it sticks in a mode: its power is of rounding, which no places resolve."""
     assert mechanism.mode is not None
     return [mechanism.mode.slips.get(part.name) == STICKS for _, part in friction_parts(mechanism)]
 
