@@ -72,10 +72,12 @@ def test_declared_speeds_that_close_a_rigid_loop_are_kept() -> None:
     assert report.agrees, report.missing
 
 
-def test_friction_that_jams_as_a_mode_begins_is_told() -> None:
-    """The way to a jam is followed back no further than to where its mode begins: here that is the jam itself."""
-    with pytest.raises(FailedRunError, match="friction jams at t = 0\\.00431"):
-        mbs.simulate(mbs.loads(random_model(seed_of("67366ace774f20e61a63b3da1196b57649146c35", 1669))), t_end=0.01)
+def test_a_box_that_rattles_is_not_taken_for_jammed() -> None:
+    """Of four corners two carry nothing at 0.00431 s: their rows were of rounding in the solve for what slides."""
+    seed = seed_of("67366ace774f20e61a63b3da1196b57649146c35", 1669)
+    run = mbs.simulate(mbs.loads(random_model(seed)), t_end=0.00432)
+    assert run.t[-1] == 0.00432
+    assert judged_run(run.as_json(), 0.00432)["class"] == "answer"
 
 
 @pytest.mark.long
