@@ -71,18 +71,16 @@ def solve_some_in_c(
     s, n = matrix.shape
     places = 2 * s + n
     spans = (CSpan * (places + 1))(*[CSpan(-1, -1, -1, -1)] * (places + 1))
-    size = 1 + s * (2 * n + 16) + 2 * n
+    room = min(s, 1024 + 4 * n)
+    size = 2 + room * (2 * n + 16) + 2 * n
     if exerted is not None:
-        size += s * (n + 4) + (s + n) * (2 * (s + n) + 8)
+        size += room * (n + 4) + (room + n) * (2 * (room + n) + 8)
     factors, *found = (np.full(size + 1, guard) for size in (size, n, s, 3))
-    kind = "some" if exerted is None else "rubbing"
     given = [part for x in ([matrix] if exerted is None else [matrix, exerted]) for part in _sparse(np.asarray(x))]
     flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
-    getattr(library, f"mbs_factorise_{kind}")(
-        *given, _pointer(flags), ctypes.c_double(most), _pointer(factors), spans
-    )
-    substitute = getattr(library, f"mbs_substitute_{kind}")
-    substitute(given[0], _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
+    given += [] if exerted is not None else [None, None]
+    library.mbs_factorise_acting(*given, _pointer(flags), ctypes.c_double(most), _pointer(factors), spans)
+    library.mbs_substitute_acting(given[0], _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
     assert all(a[-1] == guard for a in (factors, *found))
     assert spans[places].high == -1
     return Solution(*(a[:-1] for a in found))

@@ -92,7 +92,7 @@ class _Names(dict[Node, str]):
         return text if node.shadow is not None else self.setdefault(node, text)
 
 
-_ON_STACK: Final = 256
+_ROWS_ON_STACK: Final = 256
 """Rows of which some act up to which their factors lie on the stack."""
 
 
@@ -146,8 +146,8 @@ class Printer:
             declared[name] = f"double *{name}"
             patterns.append(_pattern(f"{self.function.name}__{name}", spans, columns))
         for name, (matrices, columns) in self.masked.items():
-            count, size = len(matrices[0]), "RUBBING" if len(matrices) > 1 else "SOME"
-            storage = "MBS_SCRATCH " if count > _ON_STACK else ""
+            count, size = len(matrices[0]), "RUBBING" if len(matrices) > 1 else "ACTING"
+            storage = "MBS_SCRATCH " if count > _ROWS_ON_STACK else ""
             most = f"MBS_MOST_ACTING({count}, {columns})"
             body.append(f"    {storage}double {name}[MBS_{size}_FACTORS({most}, {columns})];")
             body.append(f"    {storage}mbs_span {name}_spans[MBS_PLACES({count}, {columns})];")
@@ -268,7 +268,7 @@ class Printer:
     def variant(self, factors: str) -> str:
         """Return the ending of the functions that eliminate a matrix of this pattern."""
         if factors in self.masked:
-            return "_rubbing" if len(self.masked[factors][0]) > 1 else "_some"
+            return "_acting"
         return "_unrolled" if elimination_cost(self.patterns[factors][0]) <= _UNROLLED else ""
 
     def _output(self, name: str, output: Output) -> None:

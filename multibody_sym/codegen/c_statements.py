@@ -92,6 +92,7 @@ def _factorise_some(printer: Printer, statement: Solve, factors: str) -> None:
         pointer, array = printer.pointer(name, [x for row in rows.elements for x in row])
         given += [f"&{printer.function.name}__{factors}{kind}", pointer]
         declared += [array] if array else []
+    given += [] if statement.exerted else ["0", "0"]
     acting, array = printer.pointer("acting", statement.acting)
     declared += [array] if array else []
     given += [acting, printer.names[statement.most], factors, f"{factors}_spans"]

@@ -50,10 +50,10 @@ typedef struct {
 #define MBS_FACTORS(rows, columns) ((rows) * ((columns) + 6) + 3)
 
 /* ... and those of a matrix of which some rows act, so many at most. */
-#define MBS_MOST_ACTING(rows, columns) ((rows) < 256 + 4 * (columns) ? (rows) : 256 + 4 * (columns))
-#define MBS_SOME_FACTORS(rows, columns) (1 + (rows) * (2 * (columns) + 16) + 2 * (columns))
+#define MBS_MOST_ACTING(rows, columns) ((rows) < 1024 + 4 * (columns) ? (rows) : 1024 + 4 * (columns))
+#define MBS_ACTING_FACTORS(rows, columns) (2 + (rows) * (2 * (columns) + 16) + 2 * (columns))
 #define MBS_RUBBING_FACTORS(rows, columns) \
-    (MBS_SOME_FACTORS(rows, columns) + (rows) * ((columns) + 4) + \
+    (MBS_ACTING_FACTORS(rows, columns) + (rows) * ((columns) + 4) + \
      ((rows) + (columns)) * (2 * ((rows) + (columns)) + 8))
 
 /* Places beside them: of elements, of rows, and of columns. */
@@ -73,19 +73,13 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                             double *multipliers, double *report);
 
-/* The same for the rows that act, those for which `acting` is not zero, MBS_MOST_ACTING of them: of more x is nan. Factors
-   have beside them the `spans` of elements, MBS_PLACES of them. */
-void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
-                        mbs_span *spans);
-void mbs_substitute_some(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
-                         double *multipliers, double *report);
-
-/* ... and x = C^T multipliers with what rows exert, C, in the place of A. Where A C^T is singular x and the multipliers,
-   times lengths of C, are of least norm together. */
-void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                           const double *acting, double most, double *factors, mbs_span *spans);
-void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right,
-                            double *solution, double *multipliers, double *report);
+/* The same for the rows that act, those for which `acting` is not zero, MBS_MOST_ACTING of them: of more x is nan. With
+   `forces` what rows exert, C, stands in the place of A in x = C^T multipliers: where A C^T is singular x and the
+   multipliers, times lengths of C, are of least norm together. Factors have beside them MBS_PLACES `spans`. */
+void mbs_factorise_acting(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                          const double *acting, double most, double *factors, mbs_span *spans);
+void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
+                           double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */
 void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent);

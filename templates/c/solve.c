@@ -486,7 +486,7 @@ static double factorise_all(const mbs_rows *rows, const double *matrix, const mb
                             const double *acting, double most, double *factors, places p, int whole)
 {
     int count = link_islands(rows, forces, acting, p, whole);
-    double rank = count < 0 ? NAN : 0.0, *space = factors + 1;
+    double rank = count < 0 ? NAN : 0.0, *space = factors + 2;
     mbs_span *spans = p.spans;
     for (int number = 0; number < count; ++number) {
         int plain = acting[p.link[p.link[number].low].first] == PLAIN;
@@ -496,23 +496,18 @@ static double factorise_all(const mbs_rows *rows, const double *matrix, const mb
         spans += s.pattern.rows;
     }
     factors[0] = count;
+    factors[1] = forces != 0;
     return rank;
 }
 
 /* Islands are independent of each other. Where they have more rank than there should be in all, by rounding, all rows are
    taken as one, the clearest of them first. */
-void mbs_factorise_rubbing(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                           const double *acting, double most, double *factors, mbs_span *spans)
+void mbs_factorise_acting(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
+                          const double *acting, double most, double *factors, mbs_span *spans)
 {
     places p = places_in(spans, rows->rows);
     if (factorise_all(rows, matrix, forces, exerted, acting, most, factors, p, 0) > most && factors[0] > 1)
         factorise_all(rows, matrix, forces, exerted, acting, most, factors, p, 1);
-}
-
-void mbs_factorise_some(const mbs_rows *rows, const double *matrix, const double *acting, double most, double *factors,
-                        mbs_span *spans)
-{
-    mbs_factorise_rubbing(rows, matrix, 0, 0, acting, most, factors, spans);
 }
 
 /* x and the multipliers of an island. */
@@ -553,7 +548,7 @@ static double residual_of_all(double *factors, mbs_span *spans, int rubs)
 {
     double longest = 0.0, left = 0.0, largest = 0.0;
     for (int pass = 0; pass < 2; ++pass) {
-        double *space = factors + 1;
+        double *space = factors + 2;
         mbs_span *first = spans;
         for (int number = 0; number < factors[0]; ++number) {
             island s = island_at(space, first, rubs);
@@ -573,10 +568,11 @@ static double residual_of_all(double *factors, mbs_span *spans, int rubs)
     return left / largest;
 }
 
-static void substitute_all(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
-                           double *multipliers, double *report, int rubs)
+void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
+                           double *multipliers, double *report)
 {
-    double *space = factors + 1, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0;
+    int rubs = factors[1] != 0.0;
+    double *space = factors + 2, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0;
     mbs_span *first = spans;
     mbs_fill(rows->columns, 0.0, solution);
     mbs_fill(rows->rows, 0.0, multipliers);
@@ -604,16 +600,4 @@ static void substitute_all(const mbs_rows *rows, double *factors, mbs_span *span
         mbs_fill(rows->rows, NAN, multipliers);
         mbs_fill(3, NAN, report);
     }
-}
-
-void mbs_substitute_rubbing(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right,
-                            double *solution, double *multipliers, double *report)
-{
-    substitute_all(rows, factors, spans, right, solution, multipliers, report, 1);
-}
-
-void mbs_substitute_some(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
-                         double *multipliers, double *report)
-{
-    substitute_all(rows, factors, spans, right, solution, multipliers, report, 0);
 }

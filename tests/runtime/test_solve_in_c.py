@@ -260,3 +260,16 @@ def test_rows_that_are_not_finite_have_no_order(bad):
         finally:
             os._exit(2)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+@pytest.mark.parametrize("rubs", [False, True])
+def test_more_rows_than_there_is_room_for_have_no_solution(rubs):
+    """In two columns 1032 may act: of as many x is that of least norm, of one more it is nan."""
+    library = ctypes.CDLL(str(OSCILLATOR.load().path))
+    rng = np.random.default_rng(3)
+    matrix, acting = rng.standard_normal((1040, 2)), np.ones(1040)
+    x = np.array([0.7, -0.2])
+    for count in (1032, 1033):
+        acting[:] = np.arange(1040) < count
+        found = solve_some_in_c(library, matrix, matrix @ x, 2, acting, 1.0 * matrix if rubs else None)
+        assert found.solution == pytest.approx(x if count == 1032 else [np.nan] * 2, abs=1e-12, nan_ok=True)

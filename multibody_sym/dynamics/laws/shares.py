@@ -26,12 +26,13 @@ from multibody_sym.scalars.limits import most, sliding
 CLEAR: Final = 1e-11
 """The part of the largest force by which shares are clearly away from all bounds."""
 _MOST_CURVED: Final = 1e8
-"""The largest second derivative that is told, that of a ten thousandth of the largest force before a bound.
+"""The second derivative at a ten thousandth of the largest force from a bound; larger ones count as this one.
 
-What carries nothing at all, as the wall beside a disc in a corner, still restricts motion: with less of it in what rows
-exert their solve is of rounding.
+Without it the rows of a contact that carries nothing, as a wall beside a disc in a corner, exert so little that the
+solve for the motion along them is rounding.
 """
 _LEAST_CURVED: Final = 0.1
+"""Smaller second derivatives count as this one, so that their inverse stays finite."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,11 +30,10 @@ Named = dict[str, list[Node]]
 
 
 def pressing(kind: ContactKind, rows: RowValues) -> Named:
-    """Return `gamma` and `right` with Baumgarte's terms, what rows exert that share forces and bring friction along,
-    `exerted`, and what they exert at first, `carried` (see `exerted_by`)."""
+    """Return `gamma` and `right` with Baumgarte's terms, and the elements of `exerted` and `carried` (`exerted_by`)."""
     own, (exerted, carried) = kind.leaves, exerted_by(kind, rows)
     given = zip(kind.mechanism.rows, own["phi"], own["phidot"], strict=True)
-    terms = [stabilising(row, phi, phidot, own[STABILISING]) for row, phi, phidot in given]
+    terms = [baumgarte(row, phi, phidot, own[STABILISING]) for row, phi, phidot in given]
     return {
         "gamma": [x + dx for x, dx in zip(own["gamma"], terms, strict=True)],
         "right": [x + dx for x, dx in zip(own["right"], terms, strict=True)],
@@ -44,8 +43,10 @@ def pressing(kind: ContactKind, rows: RowValues) -> Named:
 
 
 def exerted_by(kind: ContactKind, rows: RowValues) -> tuple[list[Row], Row]:
-    """Return what the rows of a kind exert in the ways in which they share forces, and with what they carry at first,
-    each by the speeds that carry the contact."""
+    """Return by the speeds of a contact the force of each way in which its rows share, friction included.
+
+    And that of all its rows with the shares that a mode gives them.
+    """
     sliding = with_sliding(rows.matrix("exerted", kind.leaves), _frictions(kind))
     modes = ModeNodes(kind.mechanism)
     ways = [combination((x, sliding[j]) for j, x in way) for way in modes.ways()]
@@ -53,17 +54,17 @@ def exerted_by(kind: ContactKind, rows: RowValues) -> tuple[list[Row], Row]:
 
 
 def unloaded(kind: ContactKind, rows: RowValues) -> Named:
-    """Return `right` beside what all rows carry at first, `near`."""
+    """Return `right` less what the motion `near`, that of the shares of all rows, gives to it."""
     return {"right": _less(kind.leaves["right"], rows.matrix("matrix", kind.leaves), kind.leaves["near"])}
 
 
 def missing(kind: ContactKind, rows: RowValues) -> Named:
-    """Return what accelerations `near` those of the mode miss of `gamma`."""
+    """Return by how much the accelerations `near` are short of `gamma`."""
     return {"missing": _less(kind.leaves["gamma"], rows.matrix("jacobian", kind.leaves), kind.leaves["near"])}
 
 
 def multipliers(kind: ContactKind, rows: RowValues) -> Named:
-    """Return the multipliers of all rows for both parts of what each way has `taken`, and `more`."""
+    """Return the multipliers of all rows for the sum of both solves, `taken` and `more`, one number a way."""
     own, modes = kind.leaves, ModeNodes(kind.mechanism)
     taken = [x + y for x, y in zip(own["taken"], own["more"], strict=True)]
     found = Sharing(modes.carried(), modes.ways()).carried(taken)
@@ -125,7 +126,7 @@ def elements(rows: Iterable[Row]) -> list[Node]:
     return [row[k] for row in rows for k in sorted(row)]
 
 
-def stabilising(row: DeclaredRow, phi: Node, phidot: Node, alpha_beta: Sequence[Node]) -> Node:
+def baumgarte(row: DeclaredRow, phi: Node, phidot: Node, alpha_beta: Sequence[Node]) -> Node:
     """Return Baumgarte's term of a row (see `system.stabilised`)."""
     alpha, beta = alpha_beta
     return -2 * alpha * phidot - beta**2 * phi if row.is_holonomic else -alpha * phidot

@@ -9,6 +9,7 @@ all rows, whatever the mode. Multipliers lambda that other rows are defined by s
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
@@ -17,8 +18,13 @@ from typing import Final
 from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs import contacts_in_modes
-from multibody_sym.dynamics.programs.contacts_in_modes import correcting_rows, exerted_by, missed_by, of_moving
-from multibody_sym.dynamics.programs.contacts_in_modes import stabilising as baumgarte
+from multibody_sym.dynamics.programs.contacts_in_modes import (
+    baumgarte,
+    correcting_rows,
+    exerted_by,
+    missed_by,
+    of_moving,
+)
 from multibody_sym.dynamics.programs.law_rows import (
     STABILISING,
     RowProgram,
@@ -211,12 +217,12 @@ class _EveryMode:
         for k in range(len(contacts.places)):
             yield {name: values[k] for name, values in found.items()}
 
-    def _at_rows(self, trace: Trace, make: _Make, **given: Sequence[Node]) -> dict[str, dict[int, Node]]:
+    def _at_rows(self, trace: Trace, make: _Make, **given: Sequence[Node]) -> Mapping[str, dict[int, Node]]:
         """Return what contacts by kinds make of their rows, by name and row."""
-        found: dict[str, dict[int, Node]] = {}
+        found = defaultdict[str, dict[int, Node]](dict)
         for k, values in enumerate(self._of_contacts(trace, make, given)):
             for name, nodes in values.items():
-                found.setdefault(name, {}).update(zip(self.known.contacts.of("rows", k), nodes, strict=True))
+                found[name].update(zip(self.known.contacts.of("rows", k), nodes, strict=True))
         return found
 
     def _spread(self, number: int, rows: Sequence[Row], nodes: Iterable[Node]) -> list[Row]:
@@ -270,13 +276,13 @@ class _EveryMode:
         exerted, right, begun = with_sliding(pressed.exerting, frictions), pressed.right, [ZERO] * n
         if self._sharing is not None:
             exerted, right, begun = self._shared(trace, now, replace(pressed, exerting=exerted))
-        if not (self._rubs or self._sharing or self.known.coupled):
+        if not (friction_parts(self.mechanism) or self._sharing or self.known.coupled):
             exerted = []
         first = self._solve(trace, now, right, exerted)
         near = _sums(now.values["free"], now.unweighted(_sums(first.solution[:n], begun)))
         left = self._at_rows(
             trace, contacts_in_modes.missing, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
-        ).get("missing", {})
+        )["missing"]
         for k in self._others:
             left[k] = pressed.gamma[k] - times(now.jacobian[k], near) - times(now.coupling[k], first.solution)
         second = self._solve(trace, now, [left[k] for k in range(self.known.count)], exerted)
@@ -284,10 +290,6 @@ class _EveryMode:
         multipliers = self._multipliers(trace, now, (first.multipliers, second.multipliers), frictions)
         outputs = {"udot": udot, "multipliers": multipliers, "report": first.report}
         return trace.finish({name: column(values) for name, values in outputs.items()})
-
-    @property
-    def _rubs(self) -> bool:
-        return any(True for _ in friction_parts(self.mechanism))
 
     def _pressed(self, trace: Trace, now: _Instant) -> _Pressed:
         """Return what acts, with what presses contacts by kinds."""
@@ -324,7 +326,7 @@ class _EveryMode:
         (begun,) = trace.call_where(self.modes.any_shares, program, [values])
         beside = self._at_rows(
             trace, contacts_in_modes.unloaded, right=right, matrix=now.values["matrix"], near=begun
-        ).get("right", {})
+        )["right"]
         for k in range(self.known.count):
             right[k] = beside[k] if k in beside else right[k] - times(now.matrix[k], begun)
         return exerted, right, list(begun)
@@ -339,8 +341,7 @@ class _EveryMode:
         found = with_friction(found, frictions)
         given = {"phidot": now.values["phidot"], "limits": now.values["coefficients"]}
         by_kinds = self._at_rows(trace, contacts_in_modes.multipliers, taken=taken[0], more=taken[1], **given)
-        known = by_kinds.get("multipliers", {})
-        return [known.get(k, x) for k, x in enumerate(found)]
+        return [by_kinds["multipliers"].get(k, x) for k, x in enumerate(found)]
 
     @cached_property
     def _sharing(self) -> Sharing | None:
@@ -387,8 +388,7 @@ class _EveryMode:
     def missed(self) -> Program:
         """Return -> phi, residual of the rows that act."""
         trace = Trace("missed", arrays(self.mechanism))
-        known: dict[str, dict[int, Node]] = {"phi": {}, "residual": {}}
-        known |= self._at_rows(trace, contacts_in_modes.missed)
+        known = self._at_rows(trace, contacts_in_modes.missed)
         rows = tuple(self.mechanism.rows[k] for k in self._others)
         others = row_motions(replace(self._motion, mechanism=replace(self.mechanism, rows=rows)))
         for level, nodes in missed_by(others, [self._acts[k] for k in self._others]).items():

@@ -9,7 +9,7 @@ from multibody_sym.model.declaration.states import STRIKES, VERBS
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, Mode, OneWay
 
 SEVERAL: Final = "several states"
-"""What is told of elements of which the laws leave several states."""
+"""The word for the event of an element of which the laws leave several states."""
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
 
 

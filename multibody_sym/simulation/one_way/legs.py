@@ -149,7 +149,7 @@ class Legs:
 
     @property
     def changes(self) -> list[Change]:
-        """What switches did, in the order of time: what was told to rest later than another one did so by then."""
+        """The changes at switches in the order of time; rest that an impact predicts comes by the next switch."""
         found: list[Change] = []
         for cause, changed in happened([*self.legs, self.ahead] if self.ahead else self.legs, self.jumps):
             late = next((k for k in reversed(range(len(found))) if found[k].time <= cause.time), -1) + 1

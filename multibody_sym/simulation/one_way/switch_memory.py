@@ -56,7 +56,7 @@ class SwitchMemory:
     # --- the loop in C ------------------------------------------------------------------------------------------------
 
     def course(self, passed: Callable[[Passage], None]) -> Course | None:
-        """Return the course of a run, which is told of the turns that the loop in C takes; None if it cannot follow."""
+        """Return the course of a run, None where C cannot follow it; `passed` gets each turn that C takes."""
         laws, elements = self.laws, self.laws.mechanism.one_way
         if not self.follows:
             return None

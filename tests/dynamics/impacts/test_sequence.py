@@ -176,3 +176,26 @@ def test_impacts_in_turn_that_shrink_end_in_their_limit_without_any_slip() -> No
     assert struck.after == pytest.approx(np.zeros(4), abs=1e-13)
     K = discs.H @ np.linalg.solve(discs.M, discs.H.T)
     assert struck.impulses == pytest.approx(np.linalg.solve(K, -discs.H @ discs.u), rel=1e-12)
+
+
+def test_what_strikes_together_but_moves_nothing_of_each_other_strikes_as_if_alone() -> None:
+    """Two rods on a floor, whose ends touch each other as well: slip of each stops on the way and turns back."""
+
+    def rods(count: int) -> Impact:
+        """Return rods that fall and slip, with an end on the floor; neighbours touch along the floor."""
+        impact = Impact(np.eye(3 * count), np.tile([0.4, -1.0, 0.0], count))
+        for k in range(count):
+            normal, tangent = np.zeros((2, 3 * count))
+            normal[3 * k + 1 : 3 * k + 3], tangent[3 * k], tangent[3 * k + 2] = (1.0, -0.92), 1.0, 0.56
+            impact.contact(normal, 0.5, [tangent], 0.11)
+        for k in range(count - 1):
+            between = np.zeros(3 * count)
+            between[3 * k], between[3 * k + 3] = -1.0, 1.0
+            impact.contact(between, 0.5)
+        return impact
+
+    alone, both = rods(1), rods(2)
+    found = strike(alone.problem("poisson", "one_by_one"))
+    struck = strike(both.problem("poisson", "one_by_one"))
+    assert found.course(0) == (1, -1)
+    assert both.after(struck) == pytest.approx(np.tile(alone.after(found), 2), abs=1e-14)

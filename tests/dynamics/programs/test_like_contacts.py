@@ -9,6 +9,7 @@ from test_every_mode import assert_alike
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.programs.law_rows import row_program
+from multibody_sym.model.mechanism.every_mode import every_row
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.simulation.one_way.every import LawMechanism
 from multibody_sym.simulation.settings import Settings
@@ -111,3 +112,10 @@ def test_modes_of_a_run_are_those_of_each_alone(text: str, until: float, modes: 
     found = row_program(declared).contacts
     assert len(found.chosen) >= 4 * len(found.kinds) > 0
     assert assert_alike(text, until) >= modes
+
+
+def test_one_set_of_programs_serves_however_many_contacts_of_few_kinds() -> None:
+    """Each mode of more than 256 rows had Programs of its own."""
+    declared = mechanism(mbs.loads(discs(16)))
+    assert len(every_row(declared)) > 300
+    assert LawMechanism.of(declared, Settings()).every is not None
