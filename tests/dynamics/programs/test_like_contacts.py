@@ -102,10 +102,37 @@ bodies:
 {contacts}"""
 
 
+def plates(count: int = 3) -> str:
+    """Plates in space on four feet each, which share their weight: the first rests, others slide and turn."""
+    feet = {"a": (0.3, 0.2), "b": (-0.3, 0.2), "c": (0.3, -0.2), "d": (-0.3, -0.2)}
+    points = ", ".join(f"{name}: [{x}, {y}, -0.15]" for name, (x, y) in feet.items())
+    bodies = "".join(
+        f"  b{k}: {{shape: {{box: [0.6, 0.4, 0.3], mass: {1 + k}}}, points: {{{points}}}}}\n" for k in range(count)
+    )
+    joints = "".join(
+        f"  j{k}: {{type: free, parent: ground, child: b{k}, initial: {{q: [0, {2 * k}, 0.15, 1, 0, 0, 0],"
+        f" u: [{0.8 * k}, 0, 0, 0, 0, {k}]}}}}\n"
+        for k in range(count)
+    )
+    contacts = "".join(
+        f"  c{k}{name}: {{between: [b{k}.{name}, ground.floor], {LAW}}}\n" for k in range(count) for name in feet
+    )
+    return f"""
+multibody_sym: 1
+name: plates
+gravity: [1, 0, -9.81]
+parameters: {{mu: 0.4}}
+bodies:
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: z}}}}}}
+{bodies}joints:
+{joints}contacts:
+{contacts}"""
+
+
 @pytest.mark.parametrize(
     ("text", "until", "modes"),
-    [(discs(), 0.4, 10), (balls(), 1.0, 2), (crates(), 0.3, 3)],
-    ids=["discs", "balls", "crates"],
+    [(discs(), 0.4, 10), (balls(), 1.0, 2), (crates(), 0.3, 3), (plates(), 0.05, 1)],
+    ids=["discs", "balls", "crates", "plates that share their weight"],
 )
 def test_modes_of_a_run_are_those_of_each_alone(text: str, until: float, modes: int) -> None:
     declared = LawMechanism.of(mechanism(mbs.loads(text)), Settings()).declared
