@@ -42,6 +42,8 @@ SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
 _WEDGED: Final = 3
 """Impacts without collision at one instant."""
+_CLOSES: Final = 4.0
+"""The multiple of the depth at which a contact closes below which what rocks is made by the fall through that depth."""
 _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
@@ -324,22 +326,24 @@ def _rubs(facts: Facts, element: OneWay) -> bool:
 
 
 def _seen(facts: Facts, rest: _After, low: Collection[str], steps: float) -> set[str]:
-    """Return what might bounce, of what is `low`, higher than what is lost in steps; all where friction would pull.
+    """Return what might bounce, of what is `low`, higher than what is lost in steps.
 
-    That is where the rest has to hold together what rubs and separates: it is friction of no impulse then. Of forces
-    that are not unique it takes the most even ones.
+    Where the rest has to hold together what rubs and separates, friction of no impulse would pull: then only that is
+    lost which is about as low as a contact gets in before it closes. The fall through this depth makes such speeds, and
+    a box would rock by them for ever. Of forces that are not unique the rest takes the most even ones.
     """
     if rest.blow is None or not rest.found.states:
         return set(low)
     elements, energy = named(facts, low), 0.0
-    if any(rest.blow.impulses[x.name] < 0.0 for x in elements if _rubs(facts, x)):
-        return set(low)
+    pulls = any(rest.blow.impulses[x.name] < 0.0 for x in elements if _rubs(facts, x))
     places = [rest.problem.places[x.normals[0].name] for x in elements]
     exerted = rest.problem.problem.exerted[places].T
     forces = least_squares(exerted, exerted @ rest.found.states[0].z[places], SWITCHED).tolist()
     for x, force in zip(elements, forces, strict=True):
         energy += abs(facts.rate(x) * rest.blow.impulses[x.name]) / 2.0 + force * max(facts.gap(x), 0.0)
-    return {x.name for x, force in zip(elements, forces, strict=True) if energy >= force * lost_height(facts, x, steps)}
+    heights = (_CLOSES * facts.rounded_gap(x) if pulls else lost_height(facts, x, steps) for x in elements)
+    triples = zip(elements, forces, heights, strict=True)
+    return {x.name for x, force, height in triples if energy >= force * height}
 
 
 def _alone(end: Facts, touching: Collection[str]) -> bool:
