@@ -5,11 +5,11 @@
 #define TOUCHING 1e-9  /* part of the model's size, and of its speed, that gaps and speeds of what touches may have */
 #define ROUNDING 1e-15 /* and that is not put back */
 #define SLIGHT 1e-6    /* part of speeds that may be put back */
-#define INDEPENDENT 1e-6
+#define INDEPENDENT 1e-3 /* part of a row that others leave, where rows are put back */
 #define CLEAR 3e-10    /* part of the largest force, and of an acceleration's terms, by which inequalities hold */
 #define ROUNDED 1e-12  /* and of the largest acceleration */
 #define WITHIN 0.1     /* part of that by which a limit is kept */
-#define PIVOT 1e-5     /* least part of a row that others leave */
+#define PIVOT 1e-5     /* ... and where forces are asked */
 #define FEW 8          /* rows that are put back */
 #define MOST 12        /* rows that act */
 #define BESIDE 1.37
@@ -31,7 +31,8 @@ static int width(const mbs_course *c)
 long long mbs_room(const mbs_course *course)
 {
     const mbs_system *s = course->modes->problem->system;
-    return (long long)(MOST + 5) * s->nu + 4LL * s->nq;
+    int widest = s->nu > MOST ? s->nu : MOST;
+    return (long long)(MOST + 5) * s->nu + 4LL * s->nq + MBS_FACTORS(MOST, widest);
 }
 
 static void ask(const mbs_course *c, double t, const double *q, const double *u)
@@ -113,38 +114,27 @@ static int signs_alike(const mbs_course *c, const mbs_turn *turn)
     return 1;
 }
 
+/* `x` receives the least x with rows x = wanted; 0 where others leave no more than a part `least` of a row. */
+static int least_norm(const mbs_course *c, mbs_pattern rows, const double *matrix, const double *wanted, double least,
+                      double *x)
+{
+    double *factors = c->room + (MOST + 5) * width(c) + 4 * c->modes->problem->system->nq;
+    double multipliers[MOST], report[3];
+    mbs_factorise(&rows, matrix, rows.rows, factors);
+    mbs_substitute(&rows, factors, wanted, x, multipliers, report);
+    return report[0] == rows.rows && report[1] > least;
+}
+
 /* `change` receives inverse x with the least x for which rows x = wanted; 0 where rows are many or nearly dependent. */
 static int least_change(const mbs_course *c, int count, const int *rows, const double *wanted, double *change)
 {
     int n = width(c);
-    const double *a = c->laws->matrix;
-    double triangle[FEW][FEW], y[FEW], *x = c->room;
-    if (count > FEW)
+    double *x = c->room, *some = c->room + 5 * n;
+    const mbs_pattern pattern = {count, n, 0};
+    for (int i = 0; i < count; ++i)
+        mbs_copy(n, c->laws->matrix + rows[i] * n, some + i * n);
+    if (!least_norm(c, pattern, some, wanted, INDEPENDENT, x))
         return 0;
-    for (int i = 0; i < count; ++i) {
-        double right = wanted[i];
-        for (int j = 0; j <= i; ++j) {
-            double value = dot(n, a + rows[i] * n, a + rows[j] * n), square = value;
-            for (int p = 0; p < j; ++p)
-                value -= triangle[i][p] * triangle[j][p];
-            if (j == i && !(value > INDEPENDENT * square))
-                return 0;
-            triangle[i][j] = j < i ? value / triangle[j][j] : sqrt(value);
-        }
-        for (int p = 0; p < i; ++p)
-            right -= triangle[i][p] * y[p];
-        y[i] = right / triangle[i][i];
-    }
-    for (int i = count - 1; i >= 0; --i) {
-        for (int p = i + 1; p < count; ++p)
-            y[i] -= triangle[p][i] * y[p];
-        y[i] /= triangle[i][i];
-    }
-    for (int k = 0; k < n; ++k) {
-        x[k] = 0.0;
-        for (int i = 0; i < count; ++i)
-            x[k] += a[rows[i] * n + k] * y[i];
-    }
     for (int k = 0; k < n; ++k)
         change[k] = dot(n, c->laws->inverse + k * n, x);
     return 1;
@@ -205,38 +195,6 @@ static int at_rest(const mbs_course *c, const mbs_turn *turn, double t, const do
     return 1;
 }
 
-/* Solve K z = r by elimination with pivots in columns; 0 where rows are nearly dependent. */
-static int eliminated(int m, double k[MOST][MOST], double *r)
-{
-    for (int i = 0; i < m; ++i) {
-        int best = i;
-        for (int j = i + 1; j < m; ++j)
-            best = fabs(k[j][i]) > fabs(k[best][i]) ? j : best;
-        if (!(fabs(k[best][i]) > PIVOT))
-            return 0;
-        for (int p = 0; p < m; ++p) {
-            double kept = k[i][p];
-            k[i][p] = k[best][p];
-            k[best][p] = kept;
-        }
-        double right = r[i];
-        r[i] = r[best];
-        r[best] = right;
-        for (int j = i + 1; j < m; ++j) {
-            double part = k[j][i] / k[i][i];
-            for (int p = i; p < m; ++p)
-                k[j][p] -= part * k[i][p];
-            r[j] -= part * r[i];
-        }
-    }
-    for (int i = m - 1; i >= 0; --i) {
-        for (int p = i + 1; p < m; ++p)
-            r[i] -= k[i][p] * r[p];
-        r[i] /= k[i][i];
-    }
-    return 1;
-}
-
 static int place_of(const mbs_acting *acting, int row)
 {
     int k = 0;
@@ -250,7 +208,8 @@ static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *ac
 {
     const mbs_laws *l = c->laws;
     int n = width(c), m = acting->actives;
-    double *pushes = c->room + 5 * n, k[MOST][MOST], sizes[MOST], largest = 0.0;
+    double *pushes = c->room + 5 * n, matrix[MOST * MOST], right[MOST], sizes[MOST], largest = 0.0;
+    const mbs_pattern pattern = {m, m, 0};
     s->x = c->room + 4 * n;
     for (int i = 0; i < m; ++i)
         mbs_copy(n, l->exerted + acting->active[i] * n, pushes + i * n);
@@ -267,10 +226,10 @@ static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *ac
         const double *row = l->matrix + acting->active[i] * n;
         double size = length_of(n, row);
         for (int j = 0; j < m; ++j)
-            k[i][j] = dot(n, row, pushes + j * n) / (size * sizes[j]);
-        s->z[i] = l->right[acting->active[i]] / size;
+            matrix[i * m + j] = dot(n, row, pushes + j * n) / (size * sizes[j]);
+        right[i] = l->right[acting->active[i]] / size;
     }
-    if (!eliminated(m, k, s->z))
+    if (m && !least_norm(c, pattern, matrix, right, PIVOT, s->z))
         return 0;
     mbs_fill(n, 0.0, s->x);
     s->force = 0.0;
@@ -288,8 +247,8 @@ static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *ac
             s->x[p] += pushes[i * n + p] * s->z[i];
     }
     for (int i = 0; i < turn->takes; ++i) {
-        double right = fabs(l->right[turn->rows[i]]) / length_of(n, l->matrix + turn->rows[i] * n);
-        largest = right > largest ? right : largest;
+        double wanted = fabs(l->right[turn->rows[i]]) / length_of(n, l->matrix + turn->rows[i] * n);
+        largest = wanted > largest ? wanted : largest;
     }
     s->rounded = ROUNDED / CLEAR * (sqrt(dot(n, s->x, s->x)) + largest);
     s->force += s->rounded;

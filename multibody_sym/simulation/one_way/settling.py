@@ -10,12 +10,16 @@ import numpy as np
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.few_rows import least_change
+from multibody_sym.numerics.least_norm import dot, solve_lists
 from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.simulation.one_way.facts import Facts
 
 _ROUNDING: Final = 1e-15
 """The part of the model's size, and of its largest speed, that is not put back."""
+_FEW: Final = 8
+"""Rows that are put back as they come."""
+_INDEPENDENT: Final = 1e-3
+"""The part of a row that others leave then."""
 _COARSER: Final = (SWITCHED, 1e-7, 1e-5, 1e-3)
 """Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
 stands still holds nothing else, and a crank does not stop for a slider that does."""
@@ -57,7 +61,7 @@ def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
         return None
     there = np.flatnonzero(phi)
     rows, wanted = facts.known["matrix"][places][there], -phi[there]
-    change = least_change(rows, wanted, facts.known["inverse"])
+    change = _least_change(facts, rows, wanted)
     if change is None:
         change = facts.speeds(least_squares(rows, wanted, SWITCHED))
     rates = coordinate_rates(facts.laws.mechanism, facts.q.tolist(), change.tolist())
@@ -99,10 +103,23 @@ def slid_out(facts: Facts, touching: Collection[str], udot: Floats) -> Floats | 
     return facts.u + next(_changes(facts, places, -facts.known["phidot"][places]))
 
 
+def _least_change(facts: Facts, rows: Floats, wanted: Floats) -> Floats | None:
+    """Return the least change of speeds that changes rows as wanted; None where rows are many or nearly dependent.
+
+    `turns.c` gives the same bits.
+    """
+    if len(rows) > _FEW:
+        return None
+    x, _, (rank, least, _) = solve_lists(rows.tolist(), wanted.tolist(), rows.shape[1], len(rows))
+    if not (rank == len(rows) and least > _INDEPENDENT):
+        return None
+    return np.array([dot(row, x) for row in facts.known["inverse"].tolist()])
+
+
 def _changes(facts: Facts, places: Sequence[int], wanted: Floats) -> Iterator[Floats]:
     """Yield changes of speeds (nu,) that change rows as wanted, by ever fewer of the rows."""
     rows = facts.known["matrix"][places]
-    change = least_change(rows, wanted, facts.known["inverse"])
+    change = _least_change(facts, rows, wanted)
     if change is not None:
         yield change
     yield from (facts.speeds(least_squares(rows, wanted, independent)) for independent in _COARSER)
