@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, assert_never
+from typing import Any
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Integers
-from multibody_sym.program.statements import Assign, Call, Callee, Kernel, Loop, Scan, Solve
+from multibody_sym.program.statements import Assign, Call, Callee, Kernel, Loop, Scan, with_operands
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node
@@ -29,18 +29,14 @@ def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Progr
 
     trace = Trace(program.name, program.inputs)
     for statement in program.statements:
-        if isinstance(statement, Call):
-            arguments = tuple(map(constant, statement.arguments))
-            trace.adopt(Call(_callee(statement, input, numbers, values), arguments, statement.targets))
-        elif isinstance(statement, Scan):
-            trace.adopt(_scan(statement, constant))
-        elif isinstance(statement, Solve):
-            matrix, exerted = (rows.changed(constant) for rows in (statement.matrix, statement.exerted))
-            right, (most,) = constant(statement.right), constant((statement.most,))
-            acting = constant(statement.acting)
-            trace.adopt(replace(statement, matrix=matrix, right=right, most=most, acting=acting, exerted=exerted))
-        elif not isinstance(statement, Assign):
-            assert_never(statement)
+        if isinstance(statement, Assign):
+            continue
+        changed = with_operands(statement, constant)
+        if isinstance(statement, Call) and isinstance(changed, Call):
+            changed = replace(changed, program=_callee(statement, input, numbers, values))
+        elif isinstance(changed, Scan):
+            changed = replace(changed, loops=tuple(_loop(loop, changed.given) for loop in changed.loops))
+        trace.adopt(changed)
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
 
 
@@ -50,11 +46,6 @@ def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[
         if array.name == input and arguments == tuple(numbers):
             return folded(call.program, input, values)
     return call.program
-
-
-def _scan(scan: Scan, constant: Callable[[Sequence[Node]], Vector]) -> Scan:
-    given = tuple(map(constant, scan.given))
-    return replace(scan, given=given, loops=tuple(_loop(loop, given) for loop in scan.loops))
 
 
 def _loop(loop: Loop, given: Sequence[Vector]) -> Loop:

@@ -19,7 +19,7 @@ from multibody_sym.program.statements import Array, Kernel, Loop
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, slots
 from multibody_sym.scalars.traversal import leaves, postorder
 
 _KEPT: Final = "kept"
@@ -37,6 +37,26 @@ class Bodies:
     kinds: tuple[int, ...]
     leaves: tuple[tuple[Node, ...], ...]
     atoms: tuple[tuple[Node, ...], ...]
+
+    def places(self, known: Mapping[Node, tuple[int, int]]) -> list[Places]:
+        """Return where the leaves of each kind stand, by the arrays and places of atoms."""
+        found = []
+        for kind in range(len(self.leaves)):
+            table = [[known[x] for x in own] for k, own in zip(self.kinds, self.atoms, strict=True) if k == kind]
+            where = np.array([[place for _, place in row] for row in table], dtype=np.int64)
+            found.append(Places(tuple(array for array, _ in table[0]), where))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where the leaves of a kind stand: the number of the array of each, and for each of its bodies where there.
+
+    `where` has the shape (bodies of the kind, leaves).
+    """
+
+    arrays: tuple[int, ...]
+    where: Integers
 
 
 @dataclass(frozen=True)
@@ -59,7 +79,7 @@ class Pass:
     @property
     def slots(self) -> tuple[Node, ...]:
         """What a body reads."""
-        return tuple(slot(self.name, k) for k in range(self.size))
+        return slots(self.name, self.size)
 
 
 @dataclass(frozen=True)
@@ -84,19 +104,33 @@ def scan_tree(
     passes: Sequence[Pass],
     results: Sequence[Result],
     step: Step,
-    *,
-    values: Sequence[Sequence[Node]] | None = None,
-    gates: Sequence[Node] = (),
 ) -> dict[str, tuple[Node, ...]]:
     """Return the results of passes along a tree, one after the other, as one scan.
 
-    Arguments: `given` are the arrays among whose elements the atoms of `bodies` and the leaves of roots are, `values`
-    those of the arrays, where they are not these elements themselves; `gates` an element for each body, which takes no
-    part where that is 0.
+    The atoms of `bodies` and the leaves of roots are among the elements of the arrays that are `given`.
     """
-    scanner = _Scanner(given, bodies, passes, results, step, gates)
-    found = trace.scan(values or given, [result.size for result in results], scanner.work, scanner.loops())
-    return {result.name: values for result, values in zip(results, found, strict=True)}
+    known = {atom: (i, k) for i, atoms in enumerate(given) for k, atom in enumerate(atoms)}
+    scanner = _Scanner(len(given), bodies.kinds, bodies.leaves, bodies.places(known), results, step, passes, known)
+    return scanner.scanned(trace, given)
+
+
+def scan_each(
+    trace: Trace,
+    given: Sequence[Sequence[Node]],
+    kinds: Sequence[int],
+    leaves: Sequence[Sequence[Node]],
+    places: Sequence[Places],
+    results: Sequence[Result],
+    made: Sequence[Values],
+    gate: tuple[int, Integers] | None = None,
+) -> dict[str, tuple[Node, ...]]:
+    """Return what each of many things of some `kinds` has `made`, as one scan.
+
+    `places` tell for each kind where what stands for its leaves is; the gate names the array and the place of an
+    element for each thing, which takes no part where that is 0.
+    """
+    scanner = _Scanner(len(given), kinds, leaves, places, results, lambda kind, _: made[kind], gate=gate)
+    return scanner.scanned(trace, given)
 
 
 class _Scanner:
@@ -104,29 +138,38 @@ class _Scanner:
 
     def __init__(
         self,
-        given: Sequence[Sequence[Node]],
-        bodies: Bodies,
-        passes: Sequence[Pass],
+        given: int,
+        kinds: Sequence[int],
+        leaves: Sequence[Sequence[Node]],
+        places: Sequence[Places],
         results: Sequence[Result],
         step: Step,
-        gates: Sequence[Node],
+        passes: Sequence[Pass] = (),
+        known: Mapping[Node, tuple[int, int]] | None = None,
+        gate: tuple[int, Integers] | None = None,
     ) -> None:
-        self.bodies, self.passes, self.results, self.gates = bodies, passes, results, gates
-        self.places = {atom: (i, k) for i, atoms in enumerate(given) for k, atom in enumerate(atoms)}
+        self.passes, self.results, self.gate = passes, results, gate
+        self.of_bodies = np.array(kinds, dtype=np.int64)
+        self.leaves, self.places, self.known = leaves, places, known or {}
         names = [p.name for p in passes] or [""]
-        self.numbers = {p.name: len(given) + len(results) + i for i, p in enumerate(passes)}
-        done = _steady(bodies, passes, step)
+        self.numbers = {p.name: given + len(results) + i for i, p in enumerate(passes)}
+        done = _steady(len(leaves), passes, step)
         self.live = _live(passes, results, done)
         self.kinds = [_Kind(names, self.live, outputs) for outputs in done]
-        self.segments = [_segments(bodies, kind, self.places) for kind in range(len(done))]
-        self.first_result = len(given)
-        self.stretches = _stretches(bodies.kinds)
-        self.rows = np.cumsum([0, *(self.kinds[kind].kept_size for kind in bodies.kinds)])
+        self.segments = list(map(_segments, leaves, places))
+        self.first_result = given
+        self.stretches = _stretches(kinds)
+        self.rows = np.cumsum([0, *(self.kinds[kind].kept_size for kind in kinds)])
+
+    def scanned(self, trace: Trace, given: Sequence[Sequence[Node]]) -> dict[str, tuple[Node, ...]]:
+        """Return the results by name."""
+        found = trace.scan(given, [result.size for result in self.results], self.work, self.loops())
+        return {result.name: values for result, values in zip(self.results, found, strict=True)}
 
     @property
     def work(self) -> list[int]:
         """The sizes of the arrays that only work."""
-        return [*((len(self.bodies.kinds) + 1) * len(self.live[p.name]) for p in self.passes), int(self.rows[-1])]
+        return [*((len(self.of_bodies) + 1) * len(self.live[p.name]) for p in self.passes), int(self.rows[-1])]
 
     def loops(self) -> list[Loop]:
         """Return a loop for each pass, and one iteration before those that begin at the root."""
@@ -150,26 +193,19 @@ class _Scanner:
         inputs = [Array(f"given_{_letters(k)}") for k in range(len(atoms))]
         known = dict(zip(atoms, (array.slots[0] for array in inputs), strict=True))
         program = Trace("root", inputs).finish({given.name: ((len(live),), _substituted(values, known))})
-        reads = [Window(array, Progression((k,))) for array, k in map(self.places.__getitem__, atoms)]
+        reads = [Window(array, Progression((k,))) for array, k in map(self.known.__getitem__, atoms)]
         written = Window(self.numbers[given.name], Progression((0,)))
         return [Loop(1, (Kernel(program, tuple(reads), (written,)),))]
 
     def _loop(self, stage: int, order: Integers) -> Loop:
         """Return the loop over some bodies."""
-        kinds = np.array(self.bodies.kinds, dtype=np.int64)[order]
-        there, chosen = np.unique(kinds, return_inverse=True)
+        there, chosen = np.unique(self.of_bodies[order], return_inverse=True)
         kernels = []
         for number, kind in enumerate(there.tolist()):
             turns = np.nonzero(chosen == number)[0]
             kernels.append(self._kernel(kind, stage, turns, order[turns]))
-        return Loop(len(order), tuple(kernels), progression(chosen), self._gate(order))
-
-    def _gate(self, order: Integers) -> Window | None:
-        """Return what the loop over some bodies looks at."""
-        if not self.gates:
-            return None
-        places = [self.places[self.gates[k]] for k in order.tolist()]
-        return Window(places[0][0], progression([place for _, place in places]))
+        gate = None if self.gate is None else Window(self.gate[0], progression(self.gate[1][order]))
+        return Loop(len(order), tuple(kernels), progression(chosen), gate)
 
     def _kernel(self, kind: int, stage: int, turns: Integers, members: Integers) -> Kernel:
         """Return the kernel of a kind, which runs for `members` in the iterations `turns`."""
@@ -187,10 +223,9 @@ class _Scanner:
             given = next(p for p in self.passes if p.name == name)
             row = members if given.root is None else np.array(given.parents, dtype=np.int64)[members]
             return self.numbers[name], (row + 1) * len(self.live[name])
-        leaf = self.segments[kind][name][0]
-        position = self.bodies.leaves[kind].index(leaf)
-        found = [self.places[self.bodies.atoms[k][position]] for k in members.tolist()]
-        return found[0][0], np.array([place for _, place in found], dtype=np.int64)
+        position = self.leaves[kind].index(self.segments[kind][name][0])
+        of_kind = np.cumsum(self.of_bodies == kind)[members] - 1
+        return self.places[kind].arrays[position], self.places[kind].where[of_kind, position]
 
     @property
     def numbers_of_kept(self) -> int:
@@ -221,7 +256,7 @@ def _stretches(kinds: Sequence[int]) -> list[Integers]:
     return [order] if len(order) else []
 
 
-def _steady(bodies: Bodies, passes: Sequence[Pass], step: Step) -> list[dict[str, tuple[Node, ...]]]:
+def _steady(kinds: int, passes: Sequence[Pass], step: Step) -> list[dict[str, tuple[Node, ...]]]:
     """Return what each kind does, with the constants in place that the root and all kinds hand on alike."""
     handed: dict[str, list[Node | None]] = {}
     for p in passes:
@@ -233,7 +268,7 @@ def _steady(bodies: Bodies, passes: Sequence[Pass], step: Step) -> list[dict[str
         }
         done = [
             {name: tuple(map(as_node, values)) for name, values in step(kind, read).items()}
-            for kind in range(len(bodies.leaves))
+            for kind in range(kinds)
         ]
         before = {name: constants.copy() for name, constants in handed.items()}
         for p in passes:
@@ -322,17 +357,17 @@ class _Kind:
         return Trace(f"pass_{stage + 1}", inputs).finish(ready)
 
 
-def _segments(bodies: Bodies, kind: int, places: Mapping[Node, tuple[int, int]]) -> dict[str, list[Node]]:
+def _segments(leaves: Sequence[Node], places: Places) -> dict[str, list[Node]]:
     """Return the leaves of a kind, by names of their own, in groups that all its bodies have one after the other."""
-    members = [atoms for k, atoms in zip(bodies.kinds, bodies.atoms, strict=True) if k == kind]
-    table = [[places[atom] for atom in atoms] for atoms in members]
+    arrays, where = places.arrays, places.where
     groups: list[list[int]] = []
-    for j in sorted(range(len(bodies.leaves[kind])), key=table[0].__getitem__):
-        if groups and all(row[j] == (row[groups[-1][-1]][0], row[groups[-1][-1]][1] + 1) for row in table):
+    for j in sorted(range(len(leaves)), key=lambda j: (arrays[j], where[0, j])):
+        last = groups[-1][-1] if groups else j
+        if groups and arrays[j] == arrays[last] and (where[:, j] == where[:, last] + 1).all():
             groups[-1].append(j)
         else:
             groups.append([j])
-    return {f"given_{_letters(k)}": [bodies.leaves[kind][j] for j in group] for k, group in enumerate(groups)}
+    return {f"given_{_letters(k)}": [leaves[j] for j in group] for k, group in enumerate(groups)}
 
 
 def _substituted(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node]:

@@ -25,7 +25,7 @@ from multibody_sym.numerics.least_norm import Span
 from multibody_sym.program.profile import column_order, spans_of
 from multibody_sym.program.progressions import Integers, Progression, Window
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, slots
 from multibody_sym.scalars.vectors import S
 
 TARGETS: Final = "z"
@@ -67,7 +67,7 @@ class Array:
     @property
     def slots(self) -> tuple[Node, ...]:
         """The leaves that stand for the elements."""
-        return tuple(slot(self.name, k) for k in range(self.size))
+        return slots(self.name, self.size)
 
 
 @dataclass(frozen=True, repr=False)
@@ -154,9 +154,9 @@ class Rows:
                 row[k] = node
         return found
 
-    def changed(self, change: Callable[[Sequence[Node]], Sequence[Node]]) -> Rows:
+    def changed(self, change: Callable[[tuple[Node, ...]], tuple[Node, ...]]) -> Rows:
         """Return the rows with other elements in the same columns."""
-        return replace(self, elements=tuple(tuple(change(row)) for row in self.elements))
+        return replace(self, elements=tuple(map(change, self.elements)))
 
 
 NO_ROWS: Final = Rows((), ())
@@ -258,6 +258,24 @@ def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
         return statement.arguments
     if isinstance(statement, Scan):
         return statement.given
+    assert_never(statement)
+
+
+def with_operands(statement: Record, change: Callable[[tuple[Node, ...]], tuple[Node, ...]]) -> Record:
+    """Return a record that reads other atoms."""
+    if isinstance(statement, Solve):
+        return replace(
+            statement,
+            matrix=statement.matrix.changed(change),
+            right=change(statement.right),
+            most=change((statement.most,))[0],
+            acting=change(statement.acting),
+            exerted=statement.exerted.changed(change),
+        )
+    if isinstance(statement, Call):
+        return replace(statement, arguments=tuple(map(change, statement.arguments)))
+    if isinstance(statement, Scan):
+        return replace(statement, given=tuple(map(change, statement.given)))
     assert_never(statement)
 
 

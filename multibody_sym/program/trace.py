@@ -28,7 +28,7 @@ from multibody_sym.program.statements import (
     targets,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node, as_node, slot
+from multibody_sym.scalars.node import Node, as_node, slots
 
 _LONGEST: Final = 16
 """Operations of one statement at most, so that lines of generated code stay readable."""
@@ -37,16 +37,16 @@ _LONGEST: Final = 16
 class Trace:
     """A Program in the making: `trace["q"]` are the slots of an input; expressions are built with them as ever.
 
-    Arguments: the name of the Program and its inputs.
+    Arguments: the name of the Program and its inputs, and the records that it will `adopt`.
     """
 
-    def __init__(self, name: str, inputs: Iterable[Array]) -> None:
+    def __init__(self, name: str, inputs: Iterable[Array], adopted: Iterable[Record] = ()) -> None:
         self.name = name
         self.inputs = tuple(inputs)
         self._slots = {array.name: array.slots for array in self.inputs}
         self._records: list[Record] = []
         self._makers: dict[Node, int] = {}
-        self._next = 0
+        self._next = 1 + max((x.data[1] for record in adopted for part in targets(record) for x in part), default=-1)
 
     def __getitem__(self, name: str) -> tuple[Node, ...]:
         return self._slots[name]
@@ -114,7 +114,7 @@ class Trace:
 
     def _fresh(self, count: int) -> tuple[Node, ...]:
         first, self._next = self._next, self._next + count
-        return tuple(slot(TARGETS, first + k) for k in range(count))
+        return slots(TARGETS, count, first)
 
     def finish(self, outputs: Mapping[str, tuple[tuple[int, ...], Sequence[Node]]]) -> Program:
         """Return the Program that computes `outputs`: name -> (shape, elements row by row).

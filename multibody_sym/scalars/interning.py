@@ -7,9 +7,11 @@ on the values of constants other than 0, 1 and -1: what is derived with other nu
 
 from __future__ import annotations
 
+import gc
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from sys import getrefcount
 from threading import RLock
@@ -22,6 +24,8 @@ _SMALLEST_LIMIT: Final = 200_000
 _TOLD_APART: Final = (0, 1, -1)
 _table: dict[tuple[Any, ...], Any] = {}
 _limit = [_SMALLEST_LIMIT]
+_arrays: dict[str, list[Any]] = {}
+"""The slots of each array from the first on, as far as they were asked for in a row."""
 _changing = RLock()
 """Held while the table changes (it is read without): a finaliser or signal handler may come back here meanwhile."""
 if hasattr(os, "register_at_fork"):  # a child must not inherit a lock that a thread holds which it has not
@@ -112,6 +116,17 @@ def intern(cls: type[E], op: str, args: tuple[E, ...], data: Any = None) -> E:
         return kept
 
 
+def intern_slots(cls: type[E], array: str, begin: int, end: int) -> list[E]:
+    """Return the slots of an array in a row, which are looked up all at once."""
+    known = _arrays.get(array, [])
+    if len(known) < end:
+        with _changing:
+            known = _arrays.get(array, [])
+            known += [intern(cls, "slot", (), (array, k)) for k in range(len(known), end)]
+            _arrays[array] = known
+    return known[begin:end]
+
+
 def in_order(a: E, b: E) -> tuple[E, E]:
     """Return two operands in the order of their keys; of those that only constants tell apart, by the first of them."""
     if a.key == b.key:
@@ -137,6 +152,7 @@ def forget_unused() -> None:
 
     What another thread finds in the table just before it leaves it goes back; until then that thread's equals wait.
     """
+    _arrays.clear()
     stack = list(_table)
     while stack:
         identity = stack.pop()
@@ -146,6 +162,21 @@ def forget_unused() -> None:
                 _table[identity] = taken[0]
             taken.clear()  # else it would hold its operands, whose turn is next
     _limit[0] = max(_SMALLEST_LIMIT, 2 * len(_table))
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Let nobody look for circles of references meanwhile: expressions have none, and a million take a second a time.
+
+    Afterwards this is as it was before.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _leaf_key(op: str, data: Any) -> int:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, ExpressionError, shown
-from multibody_sym.scalars.interning import Interned, constant_value, finite_float, in_order, intern
+from multibody_sym.scalars.interning import Interned, constant_value, finite_float, in_order, intern, intern_slots
 from multibody_sym.scalars.plain_numbers import unboxed
 
 Exact = int | Fraction
@@ -142,6 +142,11 @@ def symbol_with(name: str, declaration: Hashable) -> Node:
 def slot(array: str, index: int) -> Node:
     """Return the leaf that stands for element `index` of a program's input or temporary `array`."""
     return intern(Node, "slot", (), (array, index))
+
+
+def slots(array: str, count: int, begin: int = 0) -> tuple[Node, ...]:
+    """Return the leaves that stand for `count` elements of an array, one after the other, from one on."""
+    return tuple(intern_slots(Node, array, begin, begin + count))
 
 
 def quantity(function: str, names: Iterable[str]) -> Node:

@@ -16,6 +16,7 @@ from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.scalars.interning import uncollected
 from multibody_sym.scalars.node import Node
 
 if TYPE_CHECKING:
@@ -60,8 +61,9 @@ def compiled(
     from multibody_sym.dynamics.constraints.closing_programs import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
-    derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
-    made = loading.load(derived, native=native, backend=backend, rare=closing, multistep=form == "multistep")
+    with uncollected():
+        derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
+        made = loading.load(derived, native=native, backend=backend, rare=closing, multistep=form == "multistep")
     loading.remember(structure_key(mechanism, formalism, form), made, {})
     return replace(made, remake=partial(compiled, mechanism, formalism, form))
 
@@ -105,12 +107,13 @@ def recalled_laws(
     from multibody_sym.dynamics.programs.law_rows import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program
 
-    if not formalism:
-        program, places = law_program(mechanism, row_program(mechanism))
-        derived = {"inputs": inputs_program(mechanism), "laws": program}
-    else:
-        derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
-    made = loading.load(derived, native=native, backend=backend, multistep=form == "multistep")
+    with uncollected():
+        if not formalism:
+            program, places = law_program(mechanism, row_program(mechanism))
+            derived = {"inputs": inputs_program(mechanism), "laws": program}
+        else:
+            derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
+        made = loading.load(derived, native=native, backend=backend, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)
 

@@ -400,17 +400,17 @@ class _EveryMode:
         """Return both corrections: that of u for phidot where that of q leads, with H where it starts."""
         trace = Trace("put_back", arrays(self.mechanism))
         now, holonomic = self._rows(trace), [k for k, row in enumerate(self.mechanism.rows) if row.is_holonomic]
-        change = self._correction(trace, now, holonomic, [-now.values["phi"][k] for k in holonomic])
-        of_q = coordinate_rates(self.mechanism, trace["q"], change)
+        change = self._least(trace, now, holonomic, now.values["phi"])
+        of_q = coordinate_rates(self.mechanism, trace["q"], [-x for x in change])
         given = {array.name: trace[array.name] for array in missed.inputs}
         given["q"] = tuple(as_node(x) + dx for x, dx in zip(given["q"], of_q, strict=True))
         residual = trace.call(missed, list(given.values()))[1]
         restricting = [k for k, row in enumerate(self.mechanism.rows) if row.restricts]
-        of_u = self._correction(trace, now, restricting, [-residual[k] for k in restricting])
-        return trace.finish({"of_q": column(of_q), "of_u": column(of_u)})
+        of_u = self._least(trace, now, restricting, residual)
+        return trace.finish({"of_q": column(of_q), "of_u": column([-x for x in of_u])})
 
-    def _correction(self, trace: Trace, now: _Instant, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
-        """Return the least change of the speeds that changes rows as wanted: of all by mass, or of those not held.
+    def _least(self, trace: Trace, now: _Instant, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
+        """Return the least speeds for which the rows at `places` are as wanted: least by mass, or of those not held.
 
         Rows that define forces restrict nothing: without them so many fewer are independent.
         """
@@ -426,7 +426,7 @@ class _EveryMode:
         every = zip(self._acts, self.mechanism.rows, strict=True)
         defining = sum((acts for acts, row in every if not row.restricts), ZERO)
         most = self.mechanism.parameters.slot(INDEPENDENT) - defining
-        found = trace.solve(matrix, wanted, len(held), most, acting)
+        found = trace.solve(matrix, [wanted[k] for k in places], len(held), most, acting)
         pairs = zip(self._moving(found.solution), now.unweighted(found.solution), strict=True)
         return [chosen(some, a, b) for a, b in pairs]
 

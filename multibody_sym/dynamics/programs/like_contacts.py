@@ -7,11 +7,13 @@ of kinds have the axes of the world, so that what does not turn with them is exa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from itertools import accumulate, count, pairwise
 from typing import Any, Final
+
+import numpy as np
 
 from multibody_sym.dynamics.programs.scanned import vectors
 from multibody_sym.kinematics.motion import BodyMotion, Motion, PlacedMotion, accelerations
@@ -22,11 +24,12 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import ORIGIN, Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
-from multibody_sym.program.passes import Bodies, Result, Values, scan_tree
+from multibody_sym.program.passes import Places, Result, Values, scan_each
+from multibody_sym.program.progressions import Integers
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, slots
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
@@ -82,30 +85,30 @@ class ContactKind:
 class LikeContacts:
     """The contacts of a mechanism by kinds: `places` of their elements, `speeds` that carry each, the kind `chosen`.
 
-    `atoms` are by array the slots that stand for the leaves of each contact's kind, `values` those of the arrays that
-    are known: the numbers of declarations, poses and velocities of bodies, accelerations without udot, columns.
+    `atoms` are by array the places there of what stands for the leaves of each contact's kind, `values` those of the
+    arrays that are known: the numbers of declarations, poses and velocities of bodies, accelerations without udot,
+    columns.
     """
 
     kinds: tuple[ContactKind, ...]
     places: tuple[int, ...]
     speeds: tuple[tuple[int, ...], ...]
     chosen: tuple[int, ...]
-    atoms: Mapping[str, tuple[tuple[Node, ...], ...]]
+    atoms: Mapping[str, Sequence[Sequence[int]]]
     values: Mapping[str, tuple[Node, ...]]
 
-    def of(self, array: str, number: int) -> list[int]:
+    def of(self, array: str, number: int) -> Sequence[int]:
         """Return where in an array stands what belongs to a contact."""
-        return [leaf.data[1] for leaf in self.atoms[array][number]]
+        return self.atoms[array][number]
 
     def reading(self, places: Mapping[str, Sequence[Sequence[int]]]) -> LikeContacts:
         """Return contacts that have places in other arrays too, by name: those of each, as many for all of a kind."""
         first = [self.chosen.index(kind) for kind in range(len(self.kinds))]
-        atoms = {name: tuple(slots(name, each) for each in of) for name, of in places.items()}
         kinds = []
         for kind, k in zip(self.kinds, first, strict=True):
-            own = {name: slots(name, range(len(of[k]))) for name, of in places.items()}
+            own = {name: slots(name, len(of[k])) for name, of in places.items()}
             kinds.append(replace(kind, leaves={**kind.leaves, **own}))
-        return replace(self, kinds=tuple(kinds), atoms={**self.atoms, **atoms})
+        return replace(self, kinds=tuple(kinds), atoms={**self.atoms, **places})
 
     def scanned(
         self, trace: Trace, made: Sequence[Values], given: Mapping[str, Sequence[Node]], gates: Sequence[Node] = ()
@@ -121,23 +124,34 @@ class LikeContacts:
         inputs = {array.name: trace[array.name] for array in trace.inputs}
         arrays = {name: values for name, values in {**inputs, **self.values, **given}.items() if name in read}
         own = [name for name in self.atoms if name in arrays]
-        bodies = Bodies(
-            self.chosen,
-            tuple(tuple(leaf for name in own for leaf in kind.leaves[name]) for kind in self.kinds),
-            tuple(tuple(atom for name in own for atom in self.atoms[name][k]) for k in range(len(self.chosen))),
-        )
+        numbers = {name: number for number, name in enumerate(arrays)}
         ends = {name: [0, *accumulate(len(made[kind][name]) for kind in self.chosen)] for name in made[0]}
-        found = scan_tree(
+        found = scan_each(
             trace,
-            [[slot(name, k) for k in range(len(values))] for name, values in arrays.items()],
-            bodies,
-            (),
+            list(arrays.values()),
+            self.chosen,
+            [[leaf for name in own for leaf in kind.leaves[name]] for kind in self.kinds],
+            [
+                Places(
+                    tuple(numbers[name] for name in own for _ in kind.leaves[name]),
+                    np.hstack([self._tables[name][k] for name in own]),
+                )
+                for k, kind in enumerate(self.kinds)
+            ],
             [Result(name, places[-1], tuple(places[:-1])) for name, places in ends.items()],
-            lambda kind, _: made[kind],
-            values=list(arrays.values()),
-            gates=gates,
+            made,
+            (numbers[gates[0].data[0]], np.array([gate.data[1] for gate in gates])) if gates else None,
         )
         return {name: [found[name][a:b] for a, b in pairwise(places)] for name, places in ends.items()}
+
+    @cached_property
+    def _tables(self) -> dict[str, list[Integers]]:
+        """The places in each array of what belongs to the contacts of each kind."""
+        members = [[k for k, kind in enumerate(self.chosen) if kind == number] for number in range(len(self.kinds))]
+        return {
+            name: [np.array([of[k] for k in own], dtype=np.int64).reshape(len(own), -1) for own in members]
+            for name, of in self.atoms.items()
+        }
 
 
 def like_contacts(mechanism: Mechanism, motion: Motion, weighted: Weighted) -> LikeContacts:
@@ -166,14 +180,14 @@ def like_contacts(mechanism: Mechanism, motion: Motion, weighted: Weighted) -> L
         return _NONE
     numbering = _Numbering(mechanism)
     atoms = [
-        {**local.atoms, **numbering.atoms(local.place), "speeds": slots("speeds", local.speeds)} for local in found
+        {**local.atoms, **numbering.atoms(local.place), "speeds": local.speeds} for local in found
     ]
     return LikeContacts(
         tuple(kinds),
         tuple(local.place for local in found),
         tuple(tuple(local.speeds) for local in found),
         tuple(chosen),
-        {name: tuple(each[name] for each in atoms) for name in atoms[0]},
+        {name: [each[name] for each in atoms] for name in atoms[0]},
         {name: tuple(nodes) for name, nodes in {**bodies.values, "number": numbers}.items()},
     )
 
@@ -205,11 +219,6 @@ def _may_be_alike(element: OneWay) -> bool:
         return False
     skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
     return len(element.normals) == 1 and not any(isinstance(skin, Bent | Level | Tip) for skin in skins)
-
-
-def slots(array: str, places: Iterable[int]) -> tuple[Node, ...]:
-    """Return slots of an array."""
-    return tuple(slot(array, k) for k in places)
 
 
 # --- what contacts read of their bodies ---------------------------------------------------------------------------
@@ -305,7 +314,7 @@ class _Local:
         self.place, self.numbers = place, numbers
         self.slots: dict[Node, Node] = {}
         self._done: dict[Any, Any] = {}
-        self.atoms: dict[str, tuple[Node, ...]] = dict.fromkeys((*_OWN, "number"), ())
+        self.atoms: dict[str, list[int]] = {name: [] for name in (*_OWN, "number")}
         self._bodies = list(dict.fromkeys(skin.place.body for skin in skins if skin.place.body >= 0))
         self.touched = [bodies.of(body) for body in self._bodies]
         self._places = self._local_numbers("place")
@@ -314,7 +323,7 @@ class _Local:
         for name in bodies.values:
             counts = [sum(not _in_text(x) for x in body.numbers[name]) for body in self.touched]
             ranges = (range(b.begins[name], b.begins[name] + n) for b, n in zip(self.touched, counts, strict=True))
-            self.atoms[name] = slots(name, (k for each in ranges for k in each))
+            self.atoms[name] = [k for each in ranges for k in each]
 
     @property
     def ways(self) -> tuple[tuple[int, ...], ...]:
@@ -336,15 +345,14 @@ class _Local:
             mechanism, bodies=tuple(bodies), coordinates=(), speeds=(), loads=(), rows=(), one_way=(self.element,)
         )
         every = in_every_mode(alone, shares=True)
-        numbers_of = (slots(name, range(len(self.atoms[name]))) for name in ("place", "number"))
+        numbers_of = (slots(name, len(self.atoms[name])) for name in ("place", "number"))
         named = [*self.slots.values(), *(leaf for each in numbers_of for leaf in each)]
         state = State(Node, (), (ZERO,) * (_SPEEDS * len(moved)), {leaf: leaf for leaf in named})
-        leaves = {name: slots(name, range(len(atoms))) for name, atoms in self.atoms.items()}
-        leaves |= {name: slots(name, range(len(atoms))) for name, atoms in _Numbering(alone).atoms(0).items()}
+        leaves = {name: slots(name, len(atoms)) for name, atoms in {**self.atoms, **_Numbering(alone).atoms(0)}.items()}
         return ContactKind(
             every,
             PlacedMotion(every, state, tuple(moved), (), ZERO_VECTOR, [(x.R_PB, x.p_PB) for x in moved]),
-            {**leaves, "speeds": slots("speeds", range(len(self.speeds)))},
+            {**leaves, "speeds": slots("speeds", len(self.speeds))},
             self.ways,
             tuple(map(_sixes, numbers["column"])),
             tuple(map(_sixes, numbers["weighted"])),
@@ -382,7 +390,7 @@ class _Local:
     def _number(self, number: Node) -> Node:
         """Return the slot that stands for a number."""
         own = slot("number", len(self.atoms["number"]))
-        self.atoms["number"] += slots("number", [len(self.numbers)])
+        self.atoms["number"].append(len(self.numbers))
         self.numbers.append(number)
         return own
 
@@ -393,7 +401,7 @@ class _Local:
             raise _UnlikeError
         if leaf not in self.slots:
             self.slots[leaf] = slot(array, len(self.atoms[array]))
-            self.atoms[array] += (leaf,)
+            self.atoms[array].append(leaf.data[1])
         return self.slots[leaf]
 
 
@@ -446,11 +454,11 @@ class _Numbering:
         self.rows = list(accumulate((len(list(element.rows)) for element in elements), initial=own))
         self.limits = list(accumulate((2 * sum(x.rubs for x in element.frictions) for element in elements), initial=0))
 
-    def atoms(self, place: int) -> dict[str, tuple[Node, ...]]:
-        """Return the slots of the arrays `rows`, `limits` and `modes` that belong to an element."""
+    def atoms(self, place: int) -> dict[str, Sequence[int]]:
+        """Return the places in the arrays `rows`, `limits` and `modes` that belong to an element."""
         alone = replace(self.mechanism, rows=(), one_way=(self.mechanism.one_way[place],))
         return {
-            "rows": slots("rows", range(*self.rows[place : place + 2])),
-            "limits": slots("limits", range(*self.limits[place : place + 2])),
-            MODES: slots(MODES, (self.modes[name] for name in in_every_mode(alone, shares=True).mode_numbers)),
+            "rows": range(*self.rows[place : place + 2]),
+            "limits": range(*self.limits[place : place + 2]),
+            MODES: [self.modes[name] for name in in_every_mode(alone, shares=True).mode_numbers],
         }

@@ -26,11 +26,12 @@ from multibody_sym.program.statements import (
     Loop,
     Record,
     Scan,
-    Solve,
     Statement,
     callees,
     operands,
+    targets,
     with_kernels,
+    with_operands,
 )
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
@@ -118,81 +119,57 @@ class _Class:
 
 
 class _Rolling:
-    """Builds the Program stage by stage: a scan of what the next solve needs, the solve, at the end the outputs."""
+    """Builds the Program stage by stage: a scan of what the next record needs, the record, at the end the outputs.
+
+    Records keep their targets; `atoms` are those that stand for computed values, `read` the leaves that these read.
+    """
 
     def __init__(self, program: Program, most: float) -> None:
         self.given, self.most = program, most
-        self.trace = Trace(program.name, program.inputs)
-        self.atoms: dict[Node, Node] = {leaf: leaf for array in program.inputs for leaf in array.slots}
+        records = [statement for statement in program.statements if not isinstance(statement, Assign)]
+        self.trace = Trace(program.name, program.inputs, records)
+        self.atoms: dict[Node, Node] = {}
+        self.uses = _uses(program)
+        self.read = {node for node in self.uses if not node.args}
         self.places: Places = {}
         self.arrays: list[tuple[Node, ...]] = []
         for array in program.inputs:
-            if array.size:
-                self._readable(array.slots)
-        self.uses = _uses(program)
+            self._readable(array.slots)
         self.size = 0
 
     def program(self) -> Program:
         """Return the whole."""
         for statement in self.given.statements:
-            if isinstance(statement, Solve):
-                self._solve(statement)
-            elif isinstance(statement, Call):
-                self._call(statement)
-            elif isinstance(statement, Scan):
-                self._scan(statement)
+            if not isinstance(statement, Assign):
+                self._record(statement)
         self._compute([value for output in self.given.outputs for value in output.values])
         return self.trace.finish(
             {output.name: (output.shape, [self._atom(x) for x in output.values]) for output in self.given.outputs}
         )
 
-    def _call(self, statement: Call) -> None:
-        self._compute(_asked(statement))
-        arguments = [[self._atom(x) for x in values] for values in statement.arguments]
-        for old, new in zip(statement.targets, self.trace.call(statement.program, arguments), strict=True):
-            self._given(old, new)
+    def _record(self, statement: Record) -> None:
+        asked = [x for x in _asked(statement) if x.args]
+        if asked:
+            self._compute(asked)
+            statement = with_operands(statement, lambda atoms: tuple(map(self._atom, atoms)))
+        self.trace.adopt(statement)
+        for leaves in targets(statement):
+            self._readable(leaves)
 
-    def _scan(self, statement: Scan) -> None:
-        self._compute(_asked(statement))
-        given = [[self._atom(x) for x in values] for values in statement.given]
-        sizes = [len(leaves) for leaves in statement.targets]
-        for old, new in zip(
-            statement.targets, self.trace.scan(given, sizes, statement.work, statement.loops), strict=True
-        ):
-            self._given(old, new)
-
-    def _solve(self, statement: Solve) -> None:
-        self._compute(_asked(statement))
-        matrix, exerted = (
-            rows.changed(lambda row: list(map(self._atom, row))) for rows in (statement.matrix, statement.exerted)
-        )
-        right = [self._atom(x) for x in statement.right]
-        acting = [self._atom(x) for x in statement.acting]
-        done = self.trace.solve(matrix, right, len(statement.solution), self._atom(statement.most), acting, exerted)
-        for old, new in (
-            (statement.solution, done.solution),
-            (statement.multipliers, done.multipliers),
-            (statement.report, done.report),
-        ):
-            self._given(old, new)
-
-    def _given(self, old: Sequence[Node], new: Sequence[Node]) -> None:
-        """Take what a statement gives for what it gave in the Program that is rolled up."""
-        self.atoms.update(zip(old, new, strict=True))
-        if new:
-            self._readable(new, old)
-
-    def _readable(self, atoms: Sequence[Node], old: Sequence[Node] | None = None) -> None:
-        """Let scans read an array."""
-        self.places |= {leaf: (len(self.arrays), k) for k, leaf in enumerate(old or atoms)}
-        self.arrays.append(tuple(atoms))
+    def _readable(self, atoms: tuple[Node, ...], values: Sequence[Node] = ()) -> None:
+        """Let scans read an array, whose atoms stand for values that are no leaves."""
+        found = {leaf: (len(self.arrays), k) for k, leaf in enumerate(atoms) if leaf in self.read}
+        found |= {node: (len(self.arrays), k) for k, node in enumerate(values)}
+        if found:
+            self.places |= found
+            self.arrays.append(atoms)
 
     def _atom(self, node: Node) -> Node:
-        return node if node.shadow is not None else self.atoms[node]
+        return self.atoms.get(node, node)
 
     def _compute(self, wanted: Iterable[Node]) -> None:
         """Compute values, and what of those below them has a name, by one scan."""
-        roots = [node for node in dict.fromkeys(wanted) if node.shadow is None and node not in self.atoms]
+        roots = [node for node in dict.fromkeys(wanted) if node.shadow is None and node.args and node not in self.atoms]
         if not roots:
             return
         classes = _Classes(roots, self.uses, self.places, self.most - self.size)
@@ -317,11 +294,11 @@ def _asked(statement: Record) -> list[Node]:
 
 
 def _uses(program: Program) -> dict[Node, int]:
-    """Return how often each value is read; one that is asked for counts twice, a sign is no value."""
-    asked = [x for output in program.outputs for x in output.values]
+    """Return how often each computed value is read; one that is asked for counts twice, a sign is no value."""
+    asked = [x for output in program.outputs for x in output.values if x.args]
     for statement in program.statements:
         if not isinstance(statement, Assign):
-            asked += _asked(statement)
+            asked += [x for x in _asked(statement) if x.args]
     uses = dict.fromkeys(asked, 2)
     for node in postorder(dict.fromkeys(asked)):
         if node.shadow is None:
