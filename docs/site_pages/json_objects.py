@@ -159,6 +159,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "start": "how the start was assembled",
         "interrupted": "whether Ctrl-C ended the run",
         "theorems": "with `--verify`: how far theorems are missed",
+        "times": "with `--times`: seconds by stage of the run",
         "written": "the files that were written",
     },
     "animate": {

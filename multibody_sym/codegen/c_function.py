@@ -179,6 +179,8 @@ class Printer:
         for name, output in zip(self.outputs, self.function.program.outputs, strict=True):
             for start, end in runs(output.values, self.places):
                 source = self.places.get(output.values[start])
+                if self._is_written(name, start, end):
+                    continue
                 if end - start >= SHORTEST_RUN and source and source[0] not in self.inputs:
                     self._copy(name, start, end - start, source)
                     self.written |= {(name, k) for k in range(start, end)}
@@ -254,11 +256,25 @@ class Printer:
             self.piece.used.add(name)
 
     def targets(self, name: str, leaves: Sequence[Node], storage: str = "") -> None:
-        """Declare the array that a call, solve or scan fills."""
-        self.piece.lines.append(f"    {storage}double {name}[{max(1, len(leaves))}];")
+        """Declare the array that a call, solve or scan fills: what is part of an output stands there at once.
+
+        Not in functions that others may call, with one array for what is given and what is found.
+        """
+        there = self.wanted.get(leaves[0]) if leaves and not self.function.exported else None
+        if there and list(runs(leaves, self.wanted)) == [(0, len(leaves))] and len(leaves) >= SHORTEST_RUN:
+            output, first = there
+            self.piece.used.add(output)
+            self.written |= {(output, k) for k in range(first, first + len(leaves))}
+            self.piece.lines.append(f"    double *{name} = {output}{f' + {first}' if first else ''};")
+        else:
+            self.piece.lines.append(f"    {storage}double {name}[{max(1, len(leaves))}];")
         for k, leaf in enumerate(leaves):
             self.define(leaf, f"{name}[{k}]")
             self.places[leaf] = name, k
+
+    def _is_written(self, name: str, start: int, end: int) -> bool:
+        """Return whether some elements of an output stand there already."""
+        return all((name, k) in self.written for k in range(start, end))
 
     def record(self) -> str:
         """Return a number for the local arrays of a call or solve."""
@@ -277,6 +293,8 @@ class Printer:
         short = (part for part in parts if part[1] - part[0] < SHORTEST_RUN)
         self._scatter(name, values, [k for part in short for k in range(*part)])
         for start, end in parts:
+            if self._is_written(name, start, end):
+                continue
             if end - start >= SHORTEST_RUN and values[start] in self.places:
                 self._copy(name, start, end - start, self.places[values[start]])
                 continue

@@ -22,6 +22,7 @@ from multibody_sym.runtime.compiler import CompilerError, begin_runtime, build_l
 from multibody_sym.runtime.native import NativeFunction, open_library
 from multibody_sym.runtime.python_module import PythonFunction, open_module
 from multibody_sym.runtime.signature import Signature
+from multibody_sym.stages import stage
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
@@ -158,11 +159,12 @@ def load(
         return python_source(every)
 
     try:
-        made = _in_c_or_python(
-            backend,
-            lambda: load_c(signatures, key, printed_c, native=native),
-            lambda: load_python(signatures, key, printed_python),
-        )
+        with stage("compile"):
+            made = _in_c_or_python(
+                backend,
+                lambda: load_c(signatures, key, printed_c, native=native),
+                lambda: load_python(signatures, key, printed_python),
+            )
         again = functools.partial(load, programs, rare=dict(rare), multistep=multistep)
         return replace(made, wanted=backend, native=native, remake=again)
     except OSError as problem:

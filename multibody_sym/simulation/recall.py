@@ -18,6 +18,7 @@ from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.interning import uncollected
 from multibody_sym.scalars.node import Node
+from multibody_sym.stages import stage
 
 if TYPE_CHECKING:
     from multibody_sym.program.programs import Form
@@ -62,7 +63,8 @@ def compiled(
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
     with uncollected():
-        derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
+        with stage("derive"):
+            derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
         made = loading.load(derived, native=native, backend=backend, rare=closing, multistep=form == "multistep")
     loading.remember(structure_key(mechanism, formalism, form), made, {})
     return replace(made, remake=partial(compiled, mechanism, formalism, form))
@@ -108,11 +110,12 @@ def recalled_laws(
     from multibody_sym.dynamics.programs.system import inputs_program
 
     with uncollected():
-        if not formalism:
-            program, places = law_program(mechanism, row_program(mechanism))
-            derived = {"inputs": inputs_program(mechanism), "laws": program}
-        else:
-            derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
+        with stage("derive"):
+            if not formalism:
+                program, places = law_program(mechanism, row_program(mechanism))
+                derived = {"inputs": inputs_program(mechanism), "laws": program}
+            else:
+                derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
         made = loading.load(derived, native=native, backend=backend, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)

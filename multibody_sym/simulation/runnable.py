@@ -22,6 +22,7 @@ from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.simulation.recall import compiled, formalism_name, known, recalled_laws
 from multibody_sym.simulation.runs.runnable import Numbers, Runnable
 from multibody_sym.simulation.settings import form_of
+from multibody_sym.stages import stage
 
 if TYPE_CHECKING:
     from multibody_sym.program.programs import Form
@@ -49,7 +50,8 @@ def runnable(
     """
     verify_formalism(formalism)
     finding = _Programs(system, formalism, native, backend)
-    state, made = _started(system, finding)
+    with stage("start"):
+        state, made = _started(system, finding)
     state = with_numbers_as_data(state.before_a_run)
     laws = _laws(state, system) if modes and state.declared.one_way else None
     if laws is not None and laws.every is not None:

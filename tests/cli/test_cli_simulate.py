@@ -231,3 +231,11 @@ def test_every_example_of_a_new_user_runs(tmp_path: Path) -> None:
 def test_step_longer_than_the_run_is_told() -> None:
     done = here("simulate", PENDULUM, "--method", "rk4", "--step", "0.2", "--t-end", "0.1")
     assert "step 0.2 s, longer than the run" in done.stdout
+
+
+def test_times_of_stages_are_told_where_asked() -> None:
+    told = here("simulate", PENDULUM, "--t-end", "1", "--times").stdout
+    assert "took " in told
+    assert "integrate " in told
+    assert answer(here("simulate", PENDULUM, "--t-end", "1", "--times", "--json"))["times"]["integrate"] > 0.0
+    assert "times" not in answer(here("simulate", PENDULUM, "--t-end", "1", "--json"))

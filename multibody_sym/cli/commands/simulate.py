@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
 from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.stages import timed
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
@@ -47,6 +48,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--x", metavar="NAME", help="over what it is drawn: a name instead of time")
     verify = "tell how well momentum and energy theorems hold"
     parser.add_argument("--verify", action="store_true", help=verify)
+    times = "tell what the stages of the run took"
+    parser.add_argument("--times", action="store_true", help=times)
     add_settings(parser)
 
 
@@ -67,7 +70,8 @@ def run(options: argparse.Namespace) -> Answer:
     for target in (options.output, figure):
         verify_apart(options.file, target)
     table = _recording(options.output, units)
-    done = _simulated(options, table)
+    with timed("other") as times:
+        done = _simulated(options, table)
     if table is not None:
         table.finish(done)
     if figure is not None:
@@ -77,6 +81,7 @@ def run(options: argparse.Namespace) -> Answer:
     misses = done.verified() if options.verify else None
     written = [path for path in (table and table.place, figure) if path is not None]
     told = [] if misses is None else _theorems(misses, units)
+    told += [str(times)] if options.times else []
     lines = [run_summary(done, units), *told, *(f"wrote {path}" for path in written)]
     code = _INTERRUPTED if done.interrupted else 0
     missed = ""
@@ -85,7 +90,8 @@ def run(options: argparse.Namespace) -> Answer:
         code = code or OutputError.exit_code
     theorems = {} if misses is None else {"theorems": {name: asdict(miss) for name, miss in misses.items()}}
     found = done.as_json() if options.json else {}  # lists of a million rows take longer than the run
-    return Answer({**found, **theorems, "written": written}, "\n".join(lines), code, missed)
+    taken = {"times": times.seconds} if options.times else {}
+    return Answer({**found, **theorems, **taken, "written": written}, "\n".join(lines), code, missed)
 
 
 def _theorems(misses: Mapping[str, Miss], units: Units) -> list[str]:

@@ -30,6 +30,7 @@ from multibody_sym.simulation.one_way.legs import Cause, Jump, Leg, Legs, betwee
 from multibody_sym.simulation.one_way.modes import key_of, on_its_way
 from multibody_sym.simulation.one_way.prepared import PreparedRuns
 from multibody_sym.simulation.runs.modes import EnergyAccount
+from multibody_sym.stages import stage
 
 _RETURNS: Final = 2
 _GIVEN_UP: Final = 20
@@ -100,8 +101,12 @@ class ModeRun(Legs):
 
 def next_leg(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     """Return the leg that follows one at a switch, or why none does, or the stop that the run meets."""
-    if switch.index == NO_STEP:
-        return _across(leg, switch, run)
+    with stage("decide"):
+        return _across(leg, switch, run) if switch.index == NO_STEP else _behind(leg, switch, run)
+
+
+def _behind(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+    """Return the leg that follows one at a switch between steps."""
     t, cause, switches = switch.begun.time, leg.switching(switch.index), run.switches
     reason = switches.hindered(t, switch.x, cause, lambda: run.changes)
     if reason is not None:
@@ -247,7 +252,8 @@ def _begun(leg: Leg, facts: Facts, t: float, run: ModeRun) -> Leg:
 def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
     """Return the state after an impact from which the run goes on in its mode; None where that ends."""
     leg, switches = run.legs[-1], run.switches
-    met = switches.within(leg, t, x, index)
+    with stage("decide"):
+        met = switches.within(leg, t, x, index)
     if met is None:
         return None
     if met.cause is not None and met.cause.blow is not None and met.facts is not None:

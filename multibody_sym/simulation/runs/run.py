@@ -13,6 +13,7 @@ from multibody_sym.simulation.runs.modes import Beginning, Departed
 from multibody_sym.simulation.runs.runnable import Runnable
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.stages import stage
 
 Progressed = Callable[[Samples, float], None] | None
 """What is told of the samples that are new, and of the part of the time that is done."""
@@ -32,7 +33,8 @@ def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
 
     loop = first_loop(problem) if modes is None else modes.loop
     try:
-        done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
+        with stage("integrate"):
+            done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
     except Departed as departed:
         return run(departed.begin(), on_progress, told)
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
