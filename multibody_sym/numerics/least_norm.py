@@ -238,7 +238,7 @@ def _reported(
     for places, names in islands:
         for j in places:
             row = [rows[j].get(k, 0.0) for k in names]
-            lengths[j] = math.sqrt(dot(row, row))
+            lengths[j] = math.sqrt(_dot(row, row))
     longest = max(lengths.values()) or 1.0
     largest = [max(abs(right[j]) / (lengths[j] or longest) for j in places) for places, _ in islands]
     left = max((report[2] * size for report, size in zip(reports, largest, strict=True)), default=0.0)
@@ -288,10 +288,10 @@ def _few_in_order(matrix: Lists, spans: Sequence[Sequence[int]]) -> _Factors | N
         inside, head = row[first:end], list[float]()
         rest = [*[0.0] * (first - low), *inside, *[0.0] * (high - end)]
         for i in range(low, k):
-            _subtract(factors[i] * dot(vectors[i], rest), vectors[i], rest)
+            _subtract(factors[i] * _dot(vectors[i], rest), vectors[i], rest)
             head.append(rest.pop(0))
-        squares.append(dot(inside, inside))
-        left.append(dot(rest, rest))
+        squares.append(_dot(inside, inside))
+        left.append(_dot(rest, rest))
         if not left[k] > CLEAR * CLEAR * squares[k]:
             return None
         rest[0] = found.reflect(rest[0], math.sqrt(left[k]))
@@ -360,17 +360,17 @@ def _solved(factors: _Factors | None, right: list[float], columns: int) -> Found
     scaled = [right[j] / factors.scale[j] for j in factors.order]
     y, missed, multipliers = list[float](), 0.0, [0.0] * len(right)
     for low, head, value, inverse in zip(factors.lows, factors.heads, scaled, factors.inverse, strict=False):
-        y.append((value - dot(head, y[low:])) * inverse)
+        y.append((value - _dot(head, y[low:])) * inverse)
     rank = len(y)
     for head, value in zip(factors.heads[rank:], scaled[rank:], strict=True):
-        missed = max(missed, abs(value - dot(head, y)))
+        missed = max(missed, abs(value - _dot(head, y)))
     rest, x = y.copy(), [0.0] * (columns - rank)
     for k in reversed(range(rank)):
         value, low, j = rest[k] * factors.inverse[k], factors.lows[k], factors.order[k]
         multipliers[j] = value / factors.scale[j]
         rest[low:k] = [a - value * b for a, b in zip(rest[low:k], factors.heads[k], strict=True)]
         x.insert(0, y[k])
-        _subtract(factors.factors[k] * dot(factors.vectors[k], x), factors.vectors[k], x)
+        _subtract(factors.factors[k] * _dot(factors.vectors[k], x), factors.vectors[k], x)
     residual = missed / max(map(abs, scaled)) if missed > 0.0 else 0.0
     return x, multipliers, [float(rank), factors.conditioning, residual]
 
@@ -379,7 +379,7 @@ def _rubbing(
     matrix: Lists, exerted: Sequence[Sequence[float]], right: list[float], columns: int, most: float, *, plain: bool
 ) -> Found:
     """Return x = C^T lambda, lambda, A x = r: of least norm together, lambda times lengths, if A C^T is singular."""
-    lengths = [1.0 if plain else math.sqrt(dot(row, row)) for row in exerted]
+    lengths = [1.0 if plain else math.sqrt(_dot(row, row)) for row in exerted]
     shortest = max(SHORTEST * max(lengths), _NEARLY_ZERO)
     lengths = [length if length > shortest else shortest for length in lengths]
     unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]
@@ -399,7 +399,7 @@ def _alone(
     Else x is unique, and lambda of least norm follows.
     """
     count = len(right)
-    square = [[*[dot(a, c) for c in unit], *[0.0] * (columns - count)] for a in matrix]
+    square = [[*[_dot(a, c) for c in unit], *[0.0] * (columns - count)] for a in matrix]
     factors = _factorised(square, columns, most, row_spans(square))
     if factors is not None:
         if factors.rank < count and not _same_rank(factors.rank, matrix, unit, most):
@@ -435,12 +435,12 @@ def _least_left(factors: _Factors, matrix: Lists) -> float:
     """Return the smallest part of a kept row of A that A C^T leaves, beside its other rows."""
     least = math.inf if factors.rank else 0.0
     for j, inverse in zip(factors.order, factors.inverse, strict=False):
-        length = math.sqrt(dot(matrix[j], matrix[j]))
+        length = math.sqrt(_dot(matrix[j], matrix[j]))
         least = min(least, factors.scale[j] / abs(inverse) / length) if length else least
     return least
 
 
-def dot(first: Sequence[float], second: Sequence[float]) -> float:
+def _dot(first: Sequence[float], second: Sequence[float]) -> float:
     """Return the product of as many numbers as the shorter one has, added from left to right."""
     total = 0.0
     for product in map(mul, first, second):

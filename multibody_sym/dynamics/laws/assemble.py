@@ -108,6 +108,21 @@ class Numbered:
         return {row.name: k for k, row in enumerate(every_row(self.mechanism))}
 
     @cached_property
+    def elements(self) -> dict[str, int]:
+        """The number of each element by its name."""
+        return {element.name: k for k, element in enumerate(self.mechanism.one_way)}
+
+    @cached_property
+    def two_sided(self) -> tuple[str, ...]:
+        """The names of the elements that do not only press: they may act at any time."""
+        return tuple(element.name for element in self.mechanism.one_way if not element.unilateral)
+
+    def named(self, names: Iterable[str]) -> list[OneWay]:
+        """Return the elements of these names, in order."""
+        numbers = {self.elements[name] for name in names if name in self.elements}
+        return [self.mechanism.one_way[k] for k in sorted(numbers)]
+
+    @cached_property
     def turning(self) -> frozenset[str]:
         """The stops whose gap is an angle."""
         units = {coordinate.joint: coordinate.unit for coordinate in self.mechanism.coordinates}
@@ -229,7 +244,7 @@ class RowNumbers(ABC):
     def posed(self, closed: Collection[str]) -> PosedLaws:
         """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
         mechanism = self.laws.mechanism
-        elements = tuple(x for x in mechanism.one_way if x.name in closed or not x.unilateral)
+        elements = tuple(self.laws.named({*closed, *self.laws.two_sided}))
         rubbing = [[part for part in x.frictions if part.name in self.laws.parts] for x in elements]
         names = [row.name for row in mechanism.rows]
         for element, parts in zip(elements, rubbing, strict=True):

@@ -16,6 +16,7 @@ from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, T
 from multibody_sym.model.mechanism.limits import sided
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import direction_names, in_mode, share_name, way_name
+from multibody_sym.model.mechanism.once import once
 from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
@@ -32,6 +33,7 @@ def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
     return (*mechanism.rows, *(row for element in mechanism.one_way for row in element.rows))
 
 
+@once
 def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
     """Return the friction parts that rub, with their elements."""
     pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
@@ -62,8 +64,13 @@ def in_every_mode(mechanism: Mechanism, *, shares: bool = False) -> Mechanism:
     )
 
 
-def functions(mechanism: Mechanism) -> Iterator[str]:
-    """Yield the names of the switching functions that a mode may have."""
+@once
+def functions(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of the switching functions that a mode may have."""
+    return tuple(_functions(mechanism))
+
+
+def _functions(mechanism: Mechanism) -> Iterator[str]:
     for element in mechanism.one_way:
         if not element.unilateral:
             yield from (f"turns {element.normals[k].name}" for k in sided(element))

@@ -45,7 +45,7 @@ class LawMechanism:
     @property
     def functions(self) -> int:
         """The number of the switching functions of all modes."""
-        return 0 if self.every is None else len(tuple(functions(self.every)))
+        return 0 if self.every is None else len(functions(self.every))
 
     def numbers(self, mechanism: Mechanism, parameters: Floats) -> tuple[Floats, Floats]:
         """Return the parameters (np,) of Programs of all modes by those of a mechanism in a mode, and no mode (nm,)."""

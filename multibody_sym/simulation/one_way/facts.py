@@ -21,6 +21,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.numerics.sparse_rows import Pattern, SparseRows
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 
@@ -42,11 +43,6 @@ class Laws(Numbered):
     compiled: Compiled
     entries: Mapping[str, Sequence[int]]
     parameters: Floats
-
-    @cached_property
-    def elements(self) -> dict[str, int]:
-        """The number of each element by its name."""
-        return {element.name: k for k, element in enumerate(self.mechanism.one_way)}
 
     @cached_property
     def unilateral(self) -> tuple[OneWay, ...]:
@@ -75,23 +71,36 @@ class Laws(Numbered):
         known = t, q, u, self.parameters
         inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else _NONE
         found = dict(zip(self._outputs, self.compiled["laws"](*known, inputs, _NONE), strict=True))
-        return Facts(self, scale, t, q, u, {**found, **self._matrices(found)})
-
-    def _matrices(self, found: dict[str, Floats]) -> dict[str, Floats]:
-        """Return the matrices of which the Program computes entries, by name, A before C, which differs from it."""
-        made: dict[str, Floats] = {}
-        for name, (shape, places) in self.matrices.items():
-            made[name] = made["matrix"].copy() if name == "exerted" else np.zeros(shape)
-            made[name].flat[places] = found[name]
-        return made
+        return Facts(self, scale, t, q, u, found)
 
     @cached_property
     def matrices(self) -> dict[str, tuple[tuple[int, int], NDArray[np.intp]]]:
-        """The shapes of these matrices, and where their entries stand."""
+        """The shapes of the matrices of which the Program computes entries, and where these stand, row by row."""
         rows, speeds = len(self.places), len(self.mechanism.speeds)
         shapes = dict.fromkeys(("jacobian", "matrix", "exerted"), (rows, speeds))
         shapes |= {"coupling": (rows, rows), "inverse": (speeds, speeds)}
         return {name: (shape, np.array(self.entries[name], dtype=np.intp)) for name, shape in shapes.items()}
+
+    @cached_property
+    def patterns(self) -> dict[str, Pattern]:
+        """Where entries of these may differ from zero: of C those of A, and where it differs from that."""
+        (_, of_a), (shape, of_c) = self.matrices["matrix"], self.matrices["exerted"]
+        given = {**self.matrices, "exerted": (shape, np.union1d(of_a, of_c))}
+        return {name: Pattern.of(*each) for name, each in given.items()}
+
+    @cached_property
+    def _exerted(self) -> list[tuple[str, NDArray[np.intp]]]:
+        """Where the entries of A, and those of C that differ, stand among all of C."""
+        given = [(name, self.matrices[name][1]) for name in ("matrix", "exerted")]
+        every = np.union1d(*(places for _, places in given))
+        return [(name, np.searchsorted(every, places)) for name, places in given]
+
+    def exerted(self, known: Mapping[str, Floats]) -> Floats:
+        """Return the entries of C by those of A and those that differ."""
+        found = np.zeros(len(self.patterns["exerted"].columns))
+        for name, places in self._exerted:
+            found[places] = known[name]
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +113,26 @@ class Facts(RowNumbers):
     u: Floats
     known: dict[str, Floats]
 
+    @cached_property
+    def by_mass(self) -> SparseRows:
+        """All rows H G^-1 (m, n)."""
+        return SparseRows(self.laws.patterns["matrix"], self.known["matrix"])
+
+    @cached_property
+    def exerted(self) -> SparseRows:
+        """What unit multipliers of all rows exert, times G^-1 (m, n)."""
+        return SparseRows(self.laws.patterns["exerted"], self.laws.exerted(self.known))
+
+    @cached_property
+    def by_speeds(self) -> SparseRows:
+        """How all rows change with the speeds (m, nu)."""
+        return SparseRows(self.laws.patterns["jacobian"], self.known["jacobian"])
+
+    @cached_property
+    def inverse(self) -> SparseRows:
+        """G^-1 (nu, n)."""
+        return SparseRows(self.laws.patterns["inverse"], self.known["inverse"])
+
     def place(self, row: Row) -> int:
         """Return the place of a row."""
         return self.laws.places[row.name]
@@ -115,8 +144,7 @@ class Facts(RowNumbers):
         return float(self.known["phidot"][self.laws.places[row.name]])
 
     def jacobian(self, row: Row) -> Floats:
-        found: Floats = self.known["jacobian"][self.laws.places[row.name]]
-        return found
+        return self.by_speeds[self.laws.places[row.name]]
 
     def reach(self, element: OneWay) -> float:
         return float(self.known["reaches"][self.laws.elements[element.name]])
@@ -132,8 +160,9 @@ class Facts(RowNumbers):
         return float(self.known["bounces"][self.laws.elements[element.name]])
 
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
-        known, at = self.known, np.array(places, dtype=int)
-        return known["matrix"][at], known["exerted"][at], known["coupling"][np.ix_(at, at)], known["right"][at]
+        at = np.array(places, dtype=int)
+        coupling = SparseRows(self.laws.patterns["coupling"], self.known["coupling"])
+        return self.by_mass[at], self.exerted[at], coupling.block(at), self.known["right"][at]
 
     @property
     def sizes(self) -> Floats:
@@ -164,7 +193,7 @@ class Facts(RowNumbers):
 
     def rounding_of_gap(self, element: OneWay) -> float:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
-        return ULPS * EPSILON * float(np.abs(self.jacobian(element.normals[0])) @ self._reach_of_speeds)
+        return ULPS * EPSILON * float(self._reaches[self.place(element.normals[0])])
 
     def rounded_gap(self, element: OneWay) -> float:
         """Return by how much an element may be off its face by rounding: a mode ends where it has got in so far."""
@@ -173,6 +202,11 @@ class Facts(RowNumbers):
     def rounded_idle_gap(self, element: OneWay) -> float:
         """Return the same of one that carries nothing, where others may hold its gap: all lengths cancel in it."""
         return max(self.rounded_gap(element), rounded_up(ULPS * EPSILON * self.farthest(element)))
+
+    @cached_property
+    def _reaches(self) -> Floats:
+        """How far (m,) from zero what is multiplied in each row is."""
+        return SparseRows(self.laws.patterns["jacobian"], np.abs(self.known["jacobian"])) @ self._reach_of_speeds
 
     @cached_property
     def _reach_of_speeds(self) -> Floats:
@@ -206,12 +240,12 @@ class Facts(RowNumbers):
 
     def accelerations(self, places: Sequence[int], udot: Floats) -> Floats:
         """Return the rates of phidot of rows at some places under accelerations (nu,)."""
-        found: Floats = self.known["jacobian"][places] @ (udot - self.known["free"]) - self.known["right"][places]
+        found: Floats = self.by_speeds[places] @ (udot - self.known["free"]) - self.known["right"][places]
         return found
 
     def weights(self, rows: Sequence[int]) -> Floats:
         """Return of rows at some places the force that holds what they are joined to against all that acts on it."""
-        sizes = np.linalg.norm(self.known["exerted"][rows], axis=1)
+        sizes = np.linalg.norm(self.exerted[rows], axis=1)
         driven: Floats = self.known["driven"][rows] / np.where(sizes > 0.0, sizes, 1.0)
         return driven
 
@@ -221,8 +255,7 @@ class Facts(RowNumbers):
 
     def speeds(self, x: Floats) -> Floats:
         """Return the change of the speeds (nu,) that weighted coordinates x (n,) stand for."""
-        changed: Floats = self.known["inverse"] @ x
-        return changed
+        return self.inverse @ x
 
 
 def rounded_up(value: float) -> float:

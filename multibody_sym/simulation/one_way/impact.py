@@ -473,7 +473,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Impa
     rubs = laws.two_sided_rub or any(part.name in laws.parts for part in element.frictions)
     if laws.mechanism.rows or not e > 0.0 or rubs or facts.lying([element]):
         return None
-    row, speed = facts.known["matrix"][place], facts.rate(element)
+    row, speed = facts.by_mass[place], facts.rate(element)
     moved = float(row @ row)
     if not speed < 0.0 or not moved:
         return None
@@ -481,7 +481,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Impa
     jump = facts.speeds(impulse * row)
     others = [x for x in facts.near if x is not element and x.name not in hidden]
     if others:
-        after = facts.known["phidot"] + facts.known["jacobian"] @ jump
+        after = facts.known["phidot"] + facts.by_speeds @ jump
         if any(_strikes(facts, x, after) for x in others):
             return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}

@@ -228,7 +228,7 @@ class _Way:
         y, nq = _state(facts), len(facts.q)
         names, ny = [row.name for row in self.now.program.mechanism.rows], len(y)
         pushing, places = [names.index(name) for name in slides], [facts.laws.places[name] for name in slides]
-        jacobian, begun, straight = facts.known["jacobian"][places], facts.known["phidot"][places], list[Floats]()
+        jacobian, begun, straight = facts.by_speeds[places], facts.known["phidot"][places], list[Floats]()
 
         def slips(z: Floats) -> Floats:
             found: Floats = begun + jacobian @ (z[1 + nq : ny] - facts.u)

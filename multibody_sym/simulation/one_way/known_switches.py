@@ -178,7 +178,7 @@ def _ahead(
 
 def _over(switch: KnownSwitch, solved: Solved, facts: Facts, before: ActiveRows, cause: int) -> float:
     """Return by how much the force that a row may exert is exceeded in the way it gave way."""
-    size = float(np.linalg.norm(facts.known["exerted"][cause]))
+    size = float(np.linalg.norm(facts.exerted[cause]))
     for one in before.sticks:
         if one.tangent == cause:
             limit = float(most(facts.known["coefficients"][one.part][0], solved.z[one.normal]))
@@ -217,7 +217,7 @@ def _parts(acting: ActiveRows) -> Iterator[int]:
 def _solved(switch: KnownSwitch, facts: Facts, acting: ActiveRows, *, static: bool) -> Solved | None:
     """Return the forces of what acts; None where rows are nearly dependent."""
     known = facts.known
-    A, C, right, active = known["matrix"], known["exerted"], known["right"], list(acting.active)
+    A, C, right, active = facts.by_mass.whole, facts.exerted.whole, known["right"], list(acting.active)
     lengths, sizes = _lengths(A), _lengths(C)
     pushes = C[active].copy()
     for one in acting.slides:
@@ -255,7 +255,7 @@ def _eliminated(matrix: Floats, right: Floats) -> Floats | None:
 
 def _clearly(solved: Solved, facts: Facts, acting: ActiveRows, free: int | None) -> bool:
     """Return whether all inequalities of what acts hold clearly but for those of the row `free`."""
-    z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.known["exerted"])
+    z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.exerted.whole)
     forces = [(k, z[k] * sizes[k]) for k in acting.pressing]
     for stick in acting.sticks:
         left = room(mu[stick.part, 0], z[stick.normal], [z[stick.tangent]])

@@ -173,7 +173,7 @@ class Modes:
         known = {function_of(one): one for one in own}
         mechanism, compiled = self.every
         every = replace(mechanism, mode=mode, held=entered.held)
-        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(every))), mode)
+        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(mechanism))), mode)
 
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""

@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.least_norm import dot, solve_lists
+from multibody_sym.numerics.least_norm import solve_lists
 from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.simulation.one_way.facts import Facts
 
@@ -39,7 +39,7 @@ def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> 
 
 def named(facts: Facts, names: Collection[str]) -> list[OneWay]:
     """Return the elements of these names."""
-    return [element for element in facts.laws.mechanism.one_way if element.name in names]
+    return facts.laws.named(names)
 
 
 def closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
@@ -60,7 +60,7 @@ def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
     if not np.abs(phi).max(initial=0.0) > _ROUNDING * facts.scale.length:
         return None
     there = np.flatnonzero(phi)
-    rows, wanted = facts.known["matrix"][places][there], -phi[there]
+    rows, wanted = facts.by_mass[places][there], -phi[there]
     change = _least_change(facts, rows, wanted)
     if change is None:
         change = facts.speeds(least_squares(rows, wanted, SWITCHED))
@@ -113,12 +113,12 @@ def _least_change(facts: Facts, rows: Floats, wanted: Floats) -> Floats | None:
     x, _, (rank, least, _) = solve_lists(rows.tolist(), wanted.tolist(), rows.shape[1], len(rows))
     if not (rank == len(rows) and least > _INDEPENDENT):
         return None
-    return np.array([dot(row, x) for row in facts.known["inverse"].tolist()])
+    return facts.inverse.in_order(np.array(x))
 
 
 def _changes(facts: Facts, places: Sequence[int], wanted: Floats) -> Iterator[Floats]:
     """Yield changes of speeds (nu,) that change rows as wanted, by ever fewer of the rows."""
-    rows = facts.known["matrix"][places]
+    rows = facts.by_mass[places]
     change = _least_change(facts, rows, wanted)
     if change is not None:
         yield change

@@ -20,6 +20,9 @@ from multibody_sym.simulation.one_way.modes import Key, key_of
 
 _ROWS: Final = 48
 
+_MOST_ENTRIES: Final = 100_000
+"""Elements of all rows, zeros too, up to which C follows switches: it looks at all of them."""
+
 
 class SwitchMemory:
     """Where switching functions of modes led, and the modes that C can follow, each by the first leg in it.
@@ -39,7 +42,8 @@ class SwitchMemory:
         smooth = template.step is None and not isinstance(template.method, LibraryMethod)
         rates = not pairs.balls and len(pairs.plain) == len(mechanism.coordinates)
         follows = laws.compiled.backend == "c" and smooth and rates and all(plain(x) for x in mechanism.one_way)
-        self.follows = follows and not stops_at_turns(mechanism)
+        few = len(laws.places) * len(mechanism.speeds) <= _MOST_ENTRIES
+        self.follows = follows and few and not stops_at_turns(mechanism)
 
     def known(self, leg: Leg, index: int) -> tuple[KnownSwitch, ...]:
         """Return where a switching function of a leg's mode has led."""

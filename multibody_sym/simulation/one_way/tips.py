@@ -332,7 +332,7 @@ def _yields(facts: Facts, name: str, row: ContactRow, towards: Floats) -> bool:
         """Return the change of their speed along a way by a unit impulse along it (1/kg)."""
         laws = _against(facts, facts.laws, name, tip, way)
         there = laws.at(facts.t, facts.q, facts.u, facts.scale)
-        matrix: Floats = there.known["matrix"][there.place(row)]
+        matrix = there.by_mass[there.place(row)]
         return float(matrix @ matrix)
 
     return moved(towards) > TOUCHING * max(moved(axis) for axis in np.eye(3))
