@@ -36,6 +36,6 @@ def test_entries_stand_in_their_places(name: str) -> None:
     for part in ("matrix", "exerted", "coupling", "right"):
         assert getattr(ours, part) == pytest.approx(getattr(reference, part), rel=1e-12, abs=1e-12)
     wanted = [[float(x) for x in row.jacobian] for row in rows.rows]
-    assert facts.known["jacobian"] == pytest.approx(np.array(wanted), rel=1e-12, abs=1e-12)
+    assert facts.by_speeds.whole == pytest.approx(np.array(wanted), rel=1e-12, abs=1e-12)
     x = np.random.default_rng(2).normal(size=len(u))
     assert facts.udot(x) == pytest.approx(assemble.accelerations_of(rows.dynamics, x), rel=1e-12, abs=1e-12)
