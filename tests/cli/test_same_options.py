@@ -46,6 +46,7 @@ PRINTED = {
     ("derive", "steps"): "how much of the equations is printed: they hold all of it",
     ("derive", "format"): "how the equations are printed: they are text, LaTeX and data at once",
     ("derive", "theorems"): "what is printed beside the equations: check(system).symmetries holds what is conserved",
+    ("simulate", "times"): "what the stages of the command took",
     ("simulate", "verify"): "what run.verified() returns",
     ("modes", "format"): "how the answer is printed: it is text, LaTeX and data at once",
     ("solve", "format"): "how the steps are printed: they are text, LaTeX and HTML at once",
