@@ -12,8 +12,7 @@ import numpy as np
 from multibody_sym.dynamics.constraints.row_values import verify_lengths
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing, struck_rows
-from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
-from multibody_sym.dynamics.impacts.problem import Sequence as Order
+from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Order, Struck
 from multibody_sym.dynamics.laws.assemble import OneWayRows, tree_dynamics_of
 from multibody_sym.dynamics.start.contact_starts import value_at, verify_friction
 from multibody_sym.dynamics.start.examined import examined

@@ -13,6 +13,7 @@ import stat
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, shown
@@ -23,6 +24,8 @@ except ImportError:  # not POSIX
     fcntl = None  # type: ignore[assignment]
 
 PARTIAL: Final = ".partial"
+_ENDINGS: Final = (".yaml", ".yml")
+_ALIKE: Final = 0.7
 _AT_ONCE: Final = getattr(os, "O_NONBLOCK", 0)
 FileState = tuple[int, ...]
 _GROWING: Final = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
@@ -281,3 +284,42 @@ def is_special(name: str) -> bool:
     except (OSError, ValueError):
         return False
     return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+
+
+def read_content(name: str, largest: int) -> bytes:
+    """Return the bytes of a file, one more than `largest` at most. Raises InputError."""
+    try:
+        if os.path.isdir(name):
+            raise InputError("this is a directory, not a model file", where=Where(file=name), number="F101")
+        with open(name, "rb", opener=open_at_once) as file:
+            return _whole(file, largest + 1)
+    except FileNotFoundError:
+        raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name), number="F101") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"the file cannot be read: {reason}", where=Where(file=name), number="F101") from None
+
+
+def _whole(file: BinaryIO, most: int) -> bytes:
+    """Return the bytes of a file that does not wait, of a pipe all that is written to it. Raises OSError."""
+    begin = file.read(most)
+    if begin == b"" and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+        raise OSError(errno.EPIPE, "nobody writes to this pipe")
+    wait_from_now(file.fileno())
+    begin = begin or b""  # None where somebody is going to write
+    return begin + file.read(most - len(begin))
+
+
+def _neighbour(name: str) -> str:
+    """Return the model file in the same folder whose name is like a missing one, its ending left aside."""
+    from difflib import get_close_matches
+
+    path = Path(name)
+    try:
+        beside = {entry.name: entry.stem.lower() for entry in path.parent.iterdir() if entry.suffix in _ENDINGS}
+    except OSError:
+        return "" if path.parent.is_dir() else f"; there is no folder {path.parent} either"
+    stem = path.stem if path.suffix in _ENDINGS else path.name
+    near = get_close_matches(stem.lower(), sorted(beside.values()), n=1, cutoff=_ALIKE)
+    found = sorted(file for file, other in beside.items() if [other] == near)
+    return f"; did you mean {path.parent / found[0]}?" if found else ""

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import re
-import stat
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Final
 
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where, joined
 from multibody_sym.expressions.tokens import surroundings
-from multibody_sym.formats.files import open_at_once, path_name, wait_from_now
+from multibody_sym.formats.files import path_name, read_content
 from multibody_sym.formats.table_files import with_rows
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
 from multibody_sym.model.declaration import doors
@@ -23,8 +20,6 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.records import dataclass
 
 _TEXT_NAME: Final = "<text>"
-_ENDINGS: Final = (".yaml", ".yml")
-_ALIKE: Final = 0.7
 
 
 @dataclass(frozen=True)
@@ -94,45 +89,6 @@ def load_with_places(
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
         raise InputError(message, where=Where(file=name, line=1, column=1), number="F101")
     return _with_places(read_bytes(content, name, readable=True), name, os.path.dirname(name), verify)
-
-
-def read_content(name: str, largest: int) -> bytes:
-    """Return the bytes of a file, one more than `largest` at most. Raises InputError."""
-    try:
-        if os.path.isdir(name):
-            raise InputError("this is a directory, not a model file", where=Where(file=name), number="F101")
-        with open(name, "rb", opener=open_at_once) as file:
-            return _whole(file, largest + 1)
-    except FileNotFoundError:
-        raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name), number="F101") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"the file cannot be read: {reason}", where=Where(file=name), number="F101") from None
-
-
-def _whole(file: BinaryIO, most: int) -> bytes:
-    """Return the bytes of a file that does not wait, of a pipe all that is written to it. Raises OSError."""
-    begin = file.read(most)
-    if begin == b"" and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
-        raise OSError(errno.EPIPE, "nobody writes to this pipe")
-    wait_from_now(file.fileno())
-    begin = begin or b""  # None where somebody is going to write
-    return begin + file.read(most - len(begin))
-
-
-def _neighbour(name: str) -> str:
-    """Return the model file in the same folder whose name is like a missing one, its ending left aside."""
-    from difflib import get_close_matches
-
-    path = Path(name)
-    try:
-        beside = {entry.name: entry.stem.lower() for entry in path.parent.iterdir() if entry.suffix in _ENDINGS}
-    except OSError:
-        return "" if path.parent.is_dir() else f"; there is no folder {path.parent} either"
-    stem = path.stem if path.suffix in _ENDINGS else path.name
-    near = get_close_matches(stem.lower(), sorted(beside.values()), n=1, cutoff=_ALIKE)
-    found = sorted(file for file, other in beside.items() if [other] == near)
-    return f"; did you mean {path.parent / found[0]}?" if found else ""
 
 
 def _with_places(

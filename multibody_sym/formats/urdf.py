@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import InputError
-from multibody_sym.formats.files import path_name
-from multibody_sym.formats.reader import read_content
+from multibody_sym.formats.files import path_name, read_content
 from multibody_sym.formats.urdf_file import (
     ONE_COORDINATE,
     Inertial,

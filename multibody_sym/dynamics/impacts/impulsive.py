@@ -15,8 +15,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
-from multibody_sym.dynamics.impacts.problem import Sequence as Order
+from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Order, Struck
 from multibody_sym.dynamics.laws.assemble import element_laws, friction_law, tree_dynamics_of, weighted_rows
 from multibody_sym.dynamics.laws.problem import FrictionLaw, LawProblem
 from multibody_sym.kinematics.impacts import at_rest, jumping_motions, resting, with_meetings

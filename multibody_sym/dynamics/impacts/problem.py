@@ -22,7 +22,7 @@ from multibody_sym.records import dataclass
 
 ImpactLaw = Literal["newton", "poisson", "stronge"]
 """What a coefficient of restitution is: a ratio of speeds, of impulses, or its square one of works."""
-Sequence = Literal["simultaneous", "one_by_one"]
+Order = Literal["simultaneous", "one_by_one"]
 
 CLOSING: Final = 1e-9
 """The part of the largest speed up to which rows that touch do not close: speeds for rows of unit length in A."""
@@ -47,7 +47,7 @@ class ImpactProblem:
     restitution: Floats
     tangential: tuple[float, ...] = ()
     law: ImpactLaw = "newton"
-    sequence: Sequence = "simultaneous"
+    sequence: Order = "simultaneous"
     allowed: Floats | None = None
     speeds: Floats | None = None
     names: tuple[str, ...] = ()

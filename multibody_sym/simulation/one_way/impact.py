@@ -528,7 +528,7 @@ def struck(
     from multibody_sym.dynamics.impacts.problem import (
         ImpactLaw,
         ImpactProblem,
-        Sequence,
+        Order,
     )  # brings scipy, as `laws.search` does
     from multibody_sym.dynamics.impacts.strike import strike
 
@@ -547,7 +547,7 @@ def struck(
     laws = tuple(Equality() if k in together else law for k, law in enumerate(problem.problem.laws))
     rows = replace(problem.problem, right=right, laws=laws)
     law: ImpactLaw = "poisson" if problem.parts else "newton"
-    sequence: Sequence = "one_by_one" if bounces.any() and not pressed else "simultaneous"
+    sequence: Order = "one_by_one" if bounces.any() and not pressed else "simultaneous"
     returned = _returned(facts, problem)
     posed = ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names)
     posed = posed if most is None else replace(posed, most=most)
