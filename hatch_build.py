@@ -26,14 +26,14 @@ class Objects(BuildHookInterface):  # type: ignore[type-arg]
         if not platform or version == "editable":
             return
         sys.path.insert(0, self.root)
-        from multibody_sym.codegen.templates import runtime_files, stand_in_files
-        from multibody_sym.runtime.compiler import BROUGHT, objects_to_bring
+        from multibody_sym.program.compiler import BROUGHT, objects_to_bring
+        from multibody_sym.program.target_layout import runtime_files, stand_in_files
 
         with tempfile.NamedTemporaryFile(delete=False) as file:
             file.write(objects_to_bring({**runtime_files(), **stand_in_files()}))
         self.made = Path(file.name)
         build_data.update(pure_python=False, tag=f"py3-none-{platform}")
-        build_data["force_include"][file.name] = f"multibody_sym/runtime/{BROUGHT}"
+        build_data["force_include"][file.name] = f"multibody_sym/program/{BROUGHT}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         """Delete what is in the wheel now."""

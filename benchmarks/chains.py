@@ -7,8 +7,8 @@ hinges about x, y and z in turn, and ball joints. Per number of bodies: CPU seco
 deriving and printing, and of the compiler, with empty caches; bytes of model.c; operations; microseconds of one state
 derivative (minimum over rounds, many states in turn, called by a loop in C, -O2 for any machine); the same by `pin.aba`
 up to 300 speeds (its data hold nv^3 numbers); and the agreement ratio of the compiled accelerations with d'Alembert's
-principle (`analysis.agreement`: rounding is below 10). Last the slope of log time against log bodies from the first row
-to the last.
+principle (`analysis.independent_checks`: rounding is below 10). Last the slope of log time against log bodies from the
+first row to the last.
 """
 
 from __future__ import annotations
@@ -25,21 +25,19 @@ from typing import Any
 
 import numpy as np
 
-from multibody_sym.analysis.agreement import ratio
-from multibody_sym.analysis.reference import dalembert
-from multibody_sym.codegen.c import c_source
-from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.analysis.independent_checks import dalembert, ratio
+from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joint import Joint
-from multibody_sym.model.declaration.joints import Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program.measures import operation_count
-from multibody_sym.runtime.loading import Compiled, load
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.joints import Joint, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.program.c_target import c_source
+from multibody_sym.program.loading import Compiled, load
+from multibody_sym.program.program import operation_count
 
 VALUES = {"m": 1.3, "cx": 0.02, "cy": 0.01, "cz": -0.05, "px": 0.03, "py": 0.0, "pz": -0.1}
 INERTIA = {"Ixx": 0.01, "Iyy": 0.012, "Izz": 0.008, "Ixy": 0.001, "Ixz": -0.0005, "Iyz": 0.0002}

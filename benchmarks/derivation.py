@@ -23,10 +23,10 @@ import sympy
 from sympy.core.cache import clear_cache
 from sympy.physics import mechanics
 
-from multibody_sym.dynamics.derive import derive
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joints import Revolute
-from multibody_sym.model.declaration.system import System
+from multibody_sym.derivation.derivation import derive
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.joints import Revolute
+from multibody_sym.model.system import System
 
 ROUNDS: Final = 3
 INERTIA: Final = {"Ixx": 1, "Iyy": 1, "Izz": 1, "Ixy": 0, "Iyz": 0, "Ixz": 0}

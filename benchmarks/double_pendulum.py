@@ -20,10 +20,9 @@ import mujoco
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from multibody_sym.formats.reader import load
-from multibody_sym.runtime.integration import integrate
-from multibody_sym.simulation.problem import problem_of, settings_of
-from multibody_sym.simulation.runnable import runnable
+from multibody_sym.mechanics.model_files import load
+from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
 
 MODEL = Path(__file__).parent.parent / "examples" / "double_pendulum.yaml"
 WANTED = 1e-6

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from multibody_sym.formats.reader import load, loads
-from multibody_sym.model.declaration.system import System
-from multibody_sym.simulation.simulate import simulate
-from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.mechanics.model_files import load, loads
+from multibody_sym.model.system import System
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.simulate import simulate
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tests"))

@@ -12,17 +12,16 @@ import sys
 from collections.abc import Iterator
 from importlib.metadata import version
 
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
-from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.declaration.bodies import Body, Frame, Turn
-from multibody_sym.model.declaration.constraints import Distance
-from multibody_sym.model.declaration.joint import Joint
-from multibody_sym.model.declaration.joints import Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program.measures import operation_count
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import slot_state
+from multibody_sym.model.bodies import Body, Frame, Turn
+from multibody_sym.model.constraints import Distance
+from multibody_sym.model.joints import Joint, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.program.program import operation_count
 
 NAMES = ("composite_body", "block_ldl")
 

@@ -26,9 +26,9 @@ from mpmath import MPContext
 
 from multibody_sym.cli.main import main
 from multibody_sym.errors import MultibodyError
-from multibody_sym.expressions.parser import parse
+from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.node import PI, Node
-from multibody_sym.scalars.traversal import leaves, postorder
+from multibody_sym.text.parser import parse
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 COMMANDS = ("solve", "derive")

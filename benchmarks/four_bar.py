@@ -23,14 +23,13 @@ import numpy as np
 import pinocchio as pin
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.kinematics.state import slot_state
-from multibody_sym.program.folding import folded
-from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Program
-from multibody_sym.runtime.loading import Compiled, load
+from multibody_sym.mechanics.state import slot_state
+from multibody_sym.program.loading import Compiled, load
+from multibody_sym.program.program import Program, operation_count
+from multibody_sym.program.trace import folded
 
 MODEL = Path(__file__).parent.parent / "examples" / "four_bar.yaml"
 STATES = 2000

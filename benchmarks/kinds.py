@@ -29,12 +29,12 @@ import numpy as np
 from windows import windows
 
 import multibody_sym as mbs
-from multibody_sym.codegen.c import c_source
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.runtime.loading import load
-from multibody_sym.simulation.runnable import runnable
-from multibody_sym.simulation.runs.runnable import Runnable
+from multibody_sym.motion.prepare.problem import runnable
+from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.program.c_target import c_source
+from multibody_sym.program.loading import load
 
 NUMBERS = {"m": 1.3, "cx": 0.02, "cy": 0.01, "cz": -0.05, "px": 0.03, "py": 0.02, "pz": -0.1}
 INERTIA = {"Ixx": 0.01, "Iyy": 0.012, "Izz": 0.008, "Ixy": 0.001, "Ixz": -0.0005, "Iyz": 0.0002}

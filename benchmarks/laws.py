@@ -17,8 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.problem import Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
-from multibody_sym.dynamics.laws.search import find
+from multibody_sym.contact_laws.problem import Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
+from multibody_sym.contact_laws.search import find
 
 GRAVITY = 9.81
 

@@ -19,8 +19,7 @@ import numpy as np
 from windows import windows
 
 import multibody_sym as mbs
-from multibody_sym.simulation.problem import problem_of, settings_of
-from multibody_sym.simulation.runnable import runnable
+from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
 
 MODEL = Path(__file__).parents[1] / "examples" / "four_bar.yaml"
 ROUNDS = 5

@@ -32,11 +32,10 @@ import numpy as np
 from exudyn import itemInterface
 from windows import GRAVITY, windows
 
-from multibody_sym.integrators.methods.methods import METHODS
-from multibody_sym.runtime.integration import integrate
-from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.problem import problem_of, settings_of
-from multibody_sym.simulation.runnable import runnable
+from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
 
 END = 10.0
 METHOD = "dormand_prince_8"

@@ -16,11 +16,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from multibody_sym.dynamics.formalisms.inverse_dynamics import unbalanced_wrenches
-from multibody_sym.dynamics.inertia.articulated import rigid_inertia
-from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.dynamics.formalisms.composite_body import unbalanced_wrenches
+from multibody_sym.dynamics.formalisms.inertia import rigid_inertia
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.motion import BodyMass, BodyMotion, Motion
+from multibody_sym.mechanics.points import Wrench
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, cross, transpose
 
 Matrix = list[list[S]]

@@ -23,17 +23,16 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
-from multibody_sym.formats.urdf import UrdfNotice, load_urdf
-from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.declaration.forces import Torque
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Program
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import slot_state
+from multibody_sym.model.forces import Torque
+from multibody_sym.model.urdf import UrdfNotice, load_urdf
+from multibody_sym.program.loading import load
+from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.trace import Trace
-from multibody_sym.runtime.loading import load
 
 STATES = 1000
 ROUNDS = 200

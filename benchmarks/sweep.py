@@ -35,21 +35,19 @@ import numpy as np
 from chains import INERTIA
 from plain_sweep import Link, Matrix, links, plain_sweep, swept
 
-from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
-from multibody_sym.dynamics.formalisms.inverse_dynamics import forcing
-from multibody_sym.dynamics.formalisms.sweep import Sweep, swept_joints
-from multibody_sym.kinematics.alignment import economical_motion
-from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joints import Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Program
+from multibody_sym.dynamics.formalisms.articulated_body import Sweep, block_ldl, swept_joints
+from multibody_sym.dynamics.formalisms.composite_body import forcing
+from multibody_sym.mechanics.alignment import economical_motion
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import arrays, slot_state
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.joints import Spherical
+from multibody_sym.model.system import System
+from multibody_sym.program.loading import load
+from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
-from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import Node, as_node, slot
 
 ROUNDS = 7

@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 
 import multibody_sym as mbs
-from multibody_sym.simulation.simulate import Prepared
-from multibody_sym.studies.journal import opened
-from multibody_sym.studies.task import Task
+from multibody_sym.motion.simulate import Prepared
+from multibody_sym.motion.sweep.rows import opened
+from multibody_sym.motion.sweep.task import Task
 
 MODEL = Path(__file__).parents[1] / "examples" / "double_pendulum.yaml"
 MASSES = (1.0, 2.0)

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import orjson
 
-from multibody_sym.formats.tables import Table, read_table, write_table
+from multibody_sym.text.tables import Table, read_table, write_table
 
 _ROWS, _COLUMNS, _TRIES = 1_000_000, 5, 3
 _WRITE = """
@@ -55,7 +55,7 @@ def _cpu(work: Callable[[], object]) -> float:
 def _memory(path: Path) -> float:
     """Return how many MB a process that writes needs beyond one that has the numbers alone."""
     write = f"write_table(Table({{f'x{{k}}': values[:, k] for k in range({_COLUMNS})}}), {os.fspath(path)!r})"
-    imported = "from multibody_sym.formats.tables import Table, write_table"
+    imported = "from multibody_sym.text.tables import Table, write_table"
     both = [("", ""), (imported, write)]
     first, second = (
         int(subprocess.run(

@@ -12,11 +12,11 @@ from importlib.metadata import files
 import numpy as np
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
-from multibody_sym.kinematics.state import slot_state
-from multibody_sym.program.measures import operation_count
-from multibody_sym.runtime.loading import load
+from multibody_sym.mechanics.state import slot_state
+from multibody_sym.program.loading import load
+from multibody_sym.program.program import operation_count
 
 ROBOTS = {  # the end of the file's path, and whether the root link moves freely
     "UR5": ("ur_description/urdf/ur5_robot.urdf", False),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from multibody_sym.numerics.least_norm import Solution, Span, row_spans
+from multibody_sym.scalars.least_norm import Solution, Span, row_spans
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 GUARD = 12345.0

@@ -17,7 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from quick_compiler import compile_soon
 
-SHORT = frozenset({"expressions", "numerics", "scalars"})
+SHORT = frozenset({"scalars", "text"})
 """Folders whose tests take milliseconds each."""
 
 

@@ -20,14 +20,14 @@ from random_models import random_model
 from random_runs import seed_of
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.programs.friction_power import friction_power_program
-from multibody_sym.dynamics.programs.switching import switchings
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.programs.law_programs import friction_power_program
+from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import MultibodyError
+from multibody_sym.motion.switching.legs import Leg
+from multibody_sym.motion.switching.modes import function_of
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.simulation.one_way.legs import Leg
-from multibody_sym.simulation.one_way.modes import function_of
 
 INDEPENDENT = 1e-6
 """Smallest part of a row that others leave from which on accelerations are compared."""

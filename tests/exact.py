@@ -12,13 +12,13 @@ import numpy as np
 from mechanisms import Case
 from mpmath import mp, mpf
 
-from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.mechanism.mechanism import TIME
-from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.mechanics.mechanism import TIME
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.state import slot_state
+from multibody_sym.scalars.calculus import tangents
+from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, slot, symbol
-from multibody_sym.scalars.traversal import postorder
 
 State = tuple[float, list[float], list[float]]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.problem import ImpactProblem, Struck
-from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
+from multibody_sym.contact_laws.impact_problem import ImpactProblem, Struck
+from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
 
 
 @dataclass

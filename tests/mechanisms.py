@@ -13,15 +13,19 @@ from typing import Any
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.kinematics.loads import applied, span
-from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.relative import direction
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.declaration.bodies import Body, Frame, GroundMotion, Turn
-from multibody_sym.model.declaration.constraints import (
+from multibody_sym.mechanics.contact_rows import ContactRow, Flat, Rim
+from multibody_sym.mechanics.forces import applied, span
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.points import direction
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.row_records import RopeRow
+from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.model.bodies import Body, Frame, GroundMotion, Surface, Turn
+from multibody_sym.model.constraints import (
     CONSTRAINTS,
     Coupler,
     Distance,
@@ -38,10 +42,8 @@ from multibody_sym.model.declaration.constraints import (
     Rope,
     VelocityConstraint,
 )
-from multibody_sym.model.declaration.curves.curve import Curve
-from multibody_sym.model.declaration.curves.follow import Follow
-from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, fields_of
-from multibody_sym.model.declaration.forces import (
+from multibody_sym.model.fields import Choice, Direction, Element, Field, ListOf, OneOf, Scalar, Text, fields_of
+from multibody_sym.model.forces import (
     FORCES,
     Coulomb,
     Damper,
@@ -55,19 +57,22 @@ from multibody_sym.model.declaration.forces import (
     SpringDamper,
     Torque,
 )
-from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
-from multibody_sym.model.declaration.joints import JOINTS, Angles, CurveJoint, Direct, Fixed, PointJoint
-from multibody_sym.model.declaration.parameters import Parameter
-from multibody_sym.model.declaration.steps import Rotate, Translate
-from multibody_sym.model.declaration.surfaces import Surface
-from multibody_sym.model.declaration.system import System, variable
-from multibody_sym.model.declaration.tables import Table
-from multibody_sym.model.declaration.values import Choice, Direction, Field, Scalar, Text
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.model.joints import (
+    JOINTS,
+    Angles,
+    CurveJoint,
+    Direct,
+    Fixed,
+    Follow,
+    Initial,
+    Joint,
+    MovingJoint,
+    PointJoint,
+)
+from multibody_sym.model.parameters import Parameter, Table
+from multibody_sym.model.steps import Curve, Rotate, Translate
+from multibody_sym.model.system import System, variable
+from multibody_sym.scalars.arrays import UNDEFINED
 
 Random = np.random.Generator
 

@@ -14,7 +14,7 @@ import numpy as np
 from one_way_problems import GRAVITY, Blocks
 from scipy.optimize import linprog
 
-from multibody_sym.dynamics.laws.problem import Friction, Unilateral
+from multibody_sym.contact_laws.problem import Friction, Unilateral
 
 ROUNDED = 1e-12
 """What rounding leaves (N) where all forces are none: less than a billionth of the lightest weight."""

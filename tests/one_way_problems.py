@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
+from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
 
 GRAVITY = 10.0
 

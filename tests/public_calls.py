@@ -242,7 +242,7 @@ def _doors(system: mbs.System) -> list[Call]:
 @wraps(mbs.draw)
 def _draw(**given: Any) -> Any:
     """Draw; a run on the way takes no compiler, as in the other calls."""
-    from multibody_sym.simulation import simulate as module
+    from multibody_sym.motion import simulate as module
 
     plain = module.simulate
     module.simulate = partial(plain, backend="python")

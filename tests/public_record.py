@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import multibody_sym as mbs
-from multibody_sym.model.declaration.fields import Element
+from multibody_sym.model.fields import Element
 from multibody_sym.scalars.node import Node
 
 ROOT: Final = Path(__file__).parents[1]
@@ -92,9 +92,8 @@ def _plain(signature: inspect.Signature) -> str:
 
 def _returned() -> list[type[Any]]:
     """Return the classes of what public functions return that have no public name and are called or read by users."""
-    from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
-    from multibody_sym.simulation.right_side import RightSide
-    from multibody_sym.simulation.tree_functions import TreeFunction
+    from multibody_sym.motion.prepare.functions import RightSide, TreeFunction
+    from multibody_sym.motion.runs.run import FailedRunError, MotionEndsError
 
     return [FailedRunError, MotionEndsError, RightSide, TreeFunction]
 
@@ -119,9 +118,9 @@ def _value(action: argparse.Action) -> str:
 
 def _types() -> Iterator[tuple[str, str]]:
     """Yield the words that `type:` takes in model files; fields of elements are those of their classes."""
-    from multibody_sym.model.declaration.constraints import CONSTRAINTS
-    from multibody_sym.model.declaration.forces import FORCES
-    from multibody_sym.model.declaration.joints import JOINTS
+    from multibody_sym.model.constraints import CONSTRAINTS
+    from multibody_sym.model.forces import FORCES
+    from multibody_sym.model.joints import JOINTS
 
     for part, one_of in (("joints", JOINTS), ("forces", FORCES), ("constraints", CONSTRAINTS)):
         for word, cls in one_of.table.items():

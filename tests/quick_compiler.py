@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from multibody_sym.runtime import compiler
+from multibody_sym.program import compiler
 
 
 def compile_soon(patch: pytest.MonkeyPatch) -> None:

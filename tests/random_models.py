@@ -17,7 +17,7 @@ import yaml
 from one_way_problems import random_blocks
 from random_loops import closed
 
-from multibody_sym.formats.writer import dumps, yaml_text
+from multibody_sym.mechanics.model_files import dumps, yaml_text
 
 MU: Final = (0, 0.1, 0.3, 0.7, 1.5)
 """Coefficients of friction."""

@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from multibody_sym.program.program import Program
-from multibody_sym.program.progressions import Window, progression
-from multibody_sym.program.statements import Array, Kernel, Loop
+from multibody_sym.program.statements import Array, Kernel, Loop, Window, progression
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import ZERO, Node
 

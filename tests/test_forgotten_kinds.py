@@ -17,22 +17,20 @@ from typing import Any, get_args
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.reference import _cancelled
-from multibody_sym.kinematics.alignment import _in_axes
-from multibody_sym.kinematics.energy import stored_energy
-from multibody_sym.model.declaration.constraints import CONSTRAINTS
-from multibody_sym.model.declaration.fields import Element, holds
-from multibody_sym.model.declaration.forces import FORCES
-from multibody_sym.model.declaration.steps import Step
-from multibody_sym.model.declaration.values import Point, Text, Vector
-from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.loads import JointForce, Load
-from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, Row
-from multibody_sym.model.resolution.plane import _vectors_and_axes
-from multibody_sym.program.folding import folded
-from multibody_sym.program.measures import operation_count
+from multibody_sym.analysis.independent_checks import _cancelled
+from multibody_sym.mechanics.alignment import _in_axes
+from multibody_sym.mechanics.contact_rows import ContactRow
+from multibody_sym.mechanics.energy import stored_energy
+from multibody_sym.mechanics.load_records import JointForce, Load
+from multibody_sym.mechanics.references import _vectors_and_axes
+from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, PositionRow, Row
+from multibody_sym.model.constraints import CONSTRAINTS
+from multibody_sym.model.fields import Element, Point, Text, Vector, holds
+from multibody_sym.model.forces import FORCES
+from multibody_sym.model.steps import Step
+from multibody_sym.program.program import operation_count, verify
 from multibody_sym.program.statements import Array, Statement, callees, operands, targets
-from multibody_sym.program.verify import verify
+from multibody_sym.program.trace import folded
 from multibody_sym.scalars.node import ONE, ZERO
 
 

@@ -13,8 +13,8 @@ from random_models import KINDS, random_model
 from random_runs import judged_run, main, rows_of, seed_of
 
 import multibody_sym as mbs
-from multibody_sym.checking import check as checking
-from multibody_sym.simulation.failures import FailedRunError, MotionEndsError
+from multibody_sym.analysis import check as checking
+from multibody_sym.motion.runs.run import FailedRunError, MotionEndsError
 
 REFUSED = {"answer", "refusal"}
 RUN = (

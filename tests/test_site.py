@@ -17,13 +17,12 @@ from site_pages.generated import generated
 from site_pages.markdown import anchor
 
 import multibody_sym as mbs
-from multibody_sym.cli.explained.pages import EXPLAINED
+from multibody_sym.cli.error_pages import EXPLAINED
 from multibody_sym.cli.main import main
-from multibody_sym.expressions.parser import FUNCTIONS
-from multibody_sym.expressions.quantities import QUANTITIES
-from multibody_sym.model.declaration.bodies import SHAPES
-from multibody_sym.model.declaration.fields import Element
-from multibody_sym.model.declaration.states import VERBS
+from multibody_sym.model.bodies import SHAPES
+from multibody_sym.model.fields import Element
+from multibody_sym.model.states import VERBS
+from multibody_sym.text.parser import FUNCTIONS, QUANTITIES
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

@@ -93,7 +93,7 @@ def test_scipy_is_imported_only_by_what_computes_with_it() -> None:
     assert early == []
 
 
-LIMITS_STAND_IN = {"scalars/limits.py", "model/resolution/one_way/rubbing.py"}
+LIMITS_STAND_IN = {"scalars/limits.py", "mechanics/joint_friction.py"}
 """The formulas of friction, and where the coefficient of what turns is that of its arm."""
 
 
@@ -122,15 +122,15 @@ def test_what_friction_leaves_of_its_cone_is_a_difference_in_one_place():
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
         if any(is_call_of(x, "most") for x in (node.left, node.right))
     }
-    assert differences == {"scalars/limits.py", "dynamics/laws/scaled.py"}
+    assert differences == {"scalars/limits.py", "contact_laws/problem.py"}
 
 
 def test_which_limits_a_mode_has_is_told_in_one_place():
     """Conditions and forces that are open read its list; switching functions are made of it."""
     makers = {str(path) for path, found in nodes().items() for node in found if is_call_of(node, "Limit")}
     readers = {str(path) for path, found in nodes().items() for node in found if is_call_of(node, "limits_in")}
-    assert makers == {"model/mechanism/limits.py"}
-    assert readers == {"dynamics/programs/one_way_forces.py", "dynamics/programs/switching.py"}
+    assert makers == {"mechanics/limits.py"}
+    assert readers == {"dynamics/programs/reactions.py"}
 
 
 def is_call_of(node: ast.AST, name: str) -> bool:
@@ -158,7 +158,7 @@ def test_which_forces_press_a_friction_part_and_their_factors_in_N_stand_once():
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.MatMult)
         if is_of(node.left, "base") or is_of(node.right, "base")
     }
-    assert (chosen, weighted) == ({"model/mechanism/one_way.py"}, {"dynamics/laws/scaled.py"})
+    assert (chosen, weighted) == ({"mechanics/law_elements.py"}, {"contact_laws/problem.py"})
 
 
 def test_how_elements_stand_what_touches_and_which_problem_they_pose_is_defined_once():

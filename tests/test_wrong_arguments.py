@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.model.declaration.doors import door
-from multibody_sym.model.declaration.fields import Element
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.model.argument_checks import door
+from multibody_sym.model.fields import Element
 from multibody_sym.scalars.node import as_node
 
 TEXT = """\

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance, Expression
-from multibody_sym.model.declaration.forces import Force, SpringDamper
-from multibody_sym.model.declaration.joints import Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.parameters import Parameter
-from multibody_sym.model.declaration.system import System
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.forces import Force, SpringDamper
+from multibody_sym.model.joints import Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.parameters import Parameter
+from multibody_sym.model.system import System
 
 DOWN = [0, "-g", 0]
 

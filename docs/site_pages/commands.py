@@ -6,7 +6,7 @@ import argparse
 import inspect
 
 from multibody_sym.cli import options
-from multibody_sym.integrators.methods.methods import SUMMARIES
+from multibody_sym.motion.methods.table import SUMMARIES
 from site_pages.markdown import block, cell, code, paragraphs, table
 
 

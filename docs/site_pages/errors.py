@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from multibody_sym.cli.explained.pages import EXPLAINED
+from multibody_sym.cli.error_pages import EXPLAINED
 from site_pages.markdown import block, plain
 
 _HEAD = """\

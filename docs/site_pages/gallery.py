@@ -90,7 +90,7 @@ def theories() -> dict[str, str]:
 
 
 def _equations(system: mbs.System) -> str:
-    from multibody_sym.writing.derivation import derivation_text
+    from multibody_sym.documents.derivation import derivation_text
 
     try:
         return _shortened(derivation_text(mbs.derive(system, budget=_BUDGET)))
@@ -99,8 +99,8 @@ def _equations(system: mbs.System) -> str:
 
 
 def _answers(system: mbs.System) -> str:
-    from multibody_sym.expressions.chosen_units import chosen_units
-    from multibody_sym.writing.solution import solution_text
+    from multibody_sym.documents.solution import solution_text
+    from multibody_sym.text.values import chosen_units
 
     try:
         return _shortened(solution_text(mbs.solve(system), chosen_units(None)))

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from multibody_sym.formats.reference.json_schema import REPEAT_SAYS
-from multibody_sym.model.declaration.bodies import SHAPES
-from multibody_sym.model.declaration.file_tree import REPEAT_KEY, VERSION_KEY
+from multibody_sym.model.bodies import SHAPES
+from multibody_sym.model.schema import REPEAT_SAYS
+from multibody_sym.model.system import REPEAT_KEY, VERSION_KEY
 from site_pages.language import language
 from site_pages.markdown import anchor, code, table
 from site_pages.model_file import section, sections

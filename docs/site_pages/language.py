@@ -5,12 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.expressions.parser import FUNCTIONS
-from multibody_sym.expressions.quantities import QUANTITIES
-from multibody_sym.expressions.tokens import LARGEST_EXPONENT, LONGEST_NAME, LONGEST_TEXT, MOST_DIGITS, MOST_TOKENS
-from multibody_sym.expressions.units import UNITS
-from multibody_sym.model.declaration.states import VERBS
+from multibody_sym.model.states import VERBS
 from multibody_sym.scalars.functions import evaluate
+from multibody_sym.text.parser import FUNCTIONS, QUANTITIES
+from multibody_sym.text.tokens import LARGEST_EXPONENT, LONGEST_NAME, LONGEST_TEXT, MOST_DIGITS, MOST_TOKENS
+from multibody_sym.text.units import UNITS
 from site_pages.markdown import block, code, table
 
 FUNCTIONS_SAY: Final = {

@@ -8,13 +8,9 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from multibody_sym.formats.reference.elements import default_of
-from multibody_sym.formats.reference.json_schema import REPEAT_SAYS, TYPED, VERSION_SAYS
-from multibody_sym.formats.reference.kinds import words_of
-from multibody_sym.formats.reference.registry import kind_of
-from multibody_sym.model.declaration.fields import Element, fields_of, unit_of
-from multibody_sym.model.declaration.file_tree import REPEAT_KEY, VERSION_KEY, Repeat
-from multibody_sym.model.declaration.system import System
+from multibody_sym.model.fields import Element, fields_of, unit_of
+from multibody_sym.model.schema import REPEAT_SAYS, TYPED, VERSION_SAYS, default_of, kind_of, words_of
+from multibody_sym.model.system import REPEAT_KEY, VERSION_KEY, Repeat, System
 from site_pages.markdown import anchor, cell, code, paragraphs, table
 
 

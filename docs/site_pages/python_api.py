@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import multibody_sym as mbs
-from multibody_sym.model.declaration.fields import Element
+from multibody_sym.model.fields import Element
 from site_pages.markdown import block, cell, code, paragraphs, table
 from site_pages.model_file import anchors
 

@@ -1,13 +1,9 @@
-"""Algebra: formulas that people read, and the exact arithmetic behind them.
+"""How is a formula kept exact, and written as in a book?
 
-In: Nodes or sympy expressions, of any origin. Out: what books print. There are two ways to it. Where equations are
-solved, Nodes become quotients of polynomials in parameters, sines, cosines and roots, exact and in lowest terms
-(`quotients`, `quotient_functions`), systems of these are eliminated (`exact_solve`), and the result is factored and
-spelt as Nodes again (`factors`, `decimal_sums`, `book_form`); `solving` finds the values of a symbol at which one
-vanishes. Where equations are derived, sympy's expressions share named parts that are differentiated once
-(`subexpressions`), are shortened as a person would (`readable`, on sums of products: `terms`, `signs`, `grouping`) and
-written as text or LaTeX (`script`), within a `budget` of time and size.
+    quotients, quotient_functions          quotients of polynomials in letters, sines, cosines, roots; systems of them
+    inequalities, roots, antiderivatives   where one vanishes; integrals
+    book_form, sums, long_sums, trigonometry, simplify, writers     the forms of books, as text and LaTeX
 
-Identities are decided in exact arithmetic, never by numbers that agree; a sample of the parameters chooses signs of
-roots, and pivots. Imports scalars, expressions and errors; nothing here knows of a body.
+In: Nodes or sympy expressions of any origin. Out: what books print. Identities are decided exactly, never by numbers
+that agree. Knows no mechanics.
 """

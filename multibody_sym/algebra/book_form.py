@@ -6,24 +6,136 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from fractions import Fraction
 from functools import reduce
+from math import gcd, isqrt
 from operator import mul
 from typing import Any, Final
 
-from multibody_sym.algebra.angles.angle_sums import AngleSums
-from multibody_sym.algebra.angles.exponentials import with_one_exponent
-from multibody_sym.algebra.angles.multiples import angles_with_multiples, is_of_angle, single_wave, wave, waves
-from multibody_sym.algebra.angles.squares import contracted, trigonometric_forms
-from multibody_sym.algebra.angles.tangents import with_tangents
-from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
-from multibody_sym.algebra.decimals import is_exact_decimal, is_long
-from multibody_sym.algebra.factors import Poly, cofactors, factored
-from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.algebra.sums.grouped import Written, added, multiplied, text
-from multibody_sym.algebra.sums.nested import Nested
-from multibody_sym.expressions.printer import is_halved
+from multibody_sym.algebra.long_sums import Nested, Written, added, multiplied, text
+from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Poly, Quotient, cofactors, factored
+from multibody_sym.algebra.trigonometry import (
+    AngleSums,
+    angles_with_multiples,
+    contracted,
+    is_of_angle,
+    single_wave,
+    trigonometric_forms,
+    wave,
+    waves,
+    with_one_exponent,
+    with_tangents,
+)
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number
+from multibody_sym.text.printer import is_halved
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Which numbers have more digits than anyone gave, and the decimals that are printed for them.
+
+
+_MOST_GIVEN: Final = 8
+_DIGITS_OF_A_DOUBLE: Final = 15
+_TEN: Final = 10
+
+
+def is_long(value: Fraction, digits: int = _MOST_GIVEN) -> bool:
+    """Return whether a number has more digits than people give to the numbers of a model."""
+    return any(len(str(abs(whole)).rstrip("0")) > digits for whole in (value.numerator, value.denominator))
+
+
+def nearest_double(value: Fraction) -> Fraction:
+    """Return a long number as the decimal that identifies its double, 0.2572... for 6098.../2370...; others stay."""
+    exact = is_exact_decimal(value.denominator) and len(_digits(value)) <= _DIGITS_OF_A_DOUBLE
+    return value if exact or not is_long(value) else Fraction(repr(float(value)))
+
+
+def with_doubles(form: Node) -> Node:
+    """Return a form with the doubles that its long numbers stand for: for people, no longer exact."""
+    shown = dict[Node, Node]()
+    for n in postorder([form]):
+        if n.op == "number":
+            shown[n] = number(nearest_double(Fraction(n.data)))
+        else:
+            shown[n] = BUILD[n.op](*n.own, *(shown[x] for x in n.args)) if n.args else n
+    return shown[form]
+
+
+def is_exact_decimal(denominator: int) -> bool:
+    """Return whether quotients by a whole number are decimals that end."""
+    for prime in (2, 5):
+        while denominator % prime == 0:
+            denominator //= prime
+    return denominator == 1
+
+
+def _digits(value: Fraction) -> str:
+    """Return the digits of a decimal that ends."""
+    places = value.denominator.bit_length()
+    return str(abs(value.numerator) * _TEN**places // value.denominator).strip("0")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Which sums of closed forms come from decimals of the model, and by what they are divided to show these again.
+#
+# Polynomials have whole coefficients: a - 0.001 is met as 1000 a - 1.
+
+
+_FIVE: Final = 5
+_LARGE: Final = 100
+_LONGEST_DECIMAL: Final = 10**8
+_MOST_DIGITS: Final = 6
+
+
+def looks_decimal(field: Field, p: Poly, least: int = _TEN) -> bool:
+    """Return whether the whole numbers of a sum may come from decimals: large ones, or fives beside a bare number.
+
+    Large are those of 100 and more, and multiples of five from `least` on.
+    """
+    others = [int(c) for m, c in p.items() if sum(m[1:])]
+    beside_number = 0 < len(others) < len(p) and gcd(*others) % _FIVE == 0 and any(_names_symbol(field, m) for m in p)
+    large = (abs(c) >= _LARGE or (abs(c) >= least and c % _FIVE == 0) for c in p.values())
+    return len(p) > 1 and (beside_number or any(large))
+
+
+def _names_symbol(field: Field, m: tuple[int, ...]) -> bool:
+    return any(e and (node := field.letters[k].node) is not None and node.op == "symbol" for k, e in enumerate(m))
+
+
+def names_pi_alone(p: Poly) -> bool:
+    """Return whether a sum, which is an angle then, has a multiple of pi among its terms."""
+    return any(m[0] == 1 == sum(m) for m in p)
+
+
+def decimal_scales(p: Poly, value: Fraction) -> set[Fraction]:
+    """Return the factors that give a sum short decimals."""
+    coefficients = [int(c) for c in p.values()]
+    tried = {abs(value), *(Fraction(1, abs(c)) for c in coefficients), *(Fraction(1, _TEN**k) for k in range(1, 7))}
+    return {scale for scale in tried - {1} if all(_is_short_decimal(c * scale) for c in coefficients)}
+
+
+def _is_short_decimal(value: Fraction) -> bool:
+    digits = str(value.numerator * _LONGEST_DECIMAL // value.denominator).rstrip("0")
+    return _LONGEST_DECIMAL % value.denominator == 0 and len(digits.lstrip("-")) <= _MOST_DIGITS
+
+
+def power_scale(p: Poly, power: int = 1) -> Fraction:
+    """Return a power of ten (its exponent a multiple of `power`) that leaves the largest number of a sum few digits.
+
+    It is 1 for a sum without long numbers.
+    """
+    if not any(is_long(Fraction(int(c)), _MOST_DIGITS) for c in p.values()):
+        return Fraction(1)
+    places = len(str(max(abs(int(c)) for c in p.values()))) - 1
+    return Fraction(1, _TEN ** (places - places % power))
+
+
+def exact_root(value: Fraction) -> Fraction:
+    """Return the root of a fraction, 0 where it is none."""
+    above, below = isqrt(value.numerator), isqrt(value.denominator)
+    return Fraction(above, below) if above**2 == value.numerator and below**2 == value.denominator else Fraction(0)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 _MOST_PARTS: Final = 3
 _MOST_TERMS: Final = 120

@@ -2,25 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
-from math import gcd, lcm
+from math import gcd, lcm, log10
 from operator import truediv
 from typing import Any, Final
 
+from mpmath import MPContext
 from sympy.ntheory import factorint
 
-from multibody_sym.algebra.angles.exponentials import known_power, of_hyperbolic, of_logarithms, square_of_root
-from multibody_sym.algebra.angles.squares import trigonometric_forms
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.factors import Poly, factored
-from multibody_sym.algebra.positivity import surely_positive
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.algebra.inequalities import surely_positive
+from multibody_sym.algebra.quotients import (
+    PRECISE,
+    Field,
+    Letter,
+    NoClosedFormError,
+    Poly,
+    Quotient,
+    factored,
+    known_angle,
+)
+from multibody_sym.algebra.trigonometry import (
+    known_power,
+    of_hyperbolic,
+    of_logarithms,
+    square_of_root,
+    trigonometric_forms,
+)
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.node import PI, TWO, ZERO, Node, multiply, symbol
-from multibody_sym.scalars.rows import Tabulated
-from multibody_sym.scalars.traversal import postorder
+from multibody_sym.scalars.tabulated import Tabulated
 
 _HIGHEST_MULTIPLE: Final = 12
 _LONGEST_FACTORED: Final = 60
@@ -408,3 +422,251 @@ _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     "where": lambda c, a, b: b if c.is_zero else a,
     "table": _tabulated,
 }
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The sign of a quotient at the sample, decided exactly: by 50 digits, and where these are all zero by proof.
+#
+# What is left after 40 zeros is written in the exact values of its letters. A sum of products of integers, roots and
+# sines of rational multiples of pi is an algebraic integer of known degree D, and so are its conjugates, of which none
+# exceeds a number U that is read off. Their product is a whole number, hence a value that is not zero is at least 1 /
+# U^(D - 1): so many digits decide. (The same that a minimal polynomial decides, for degrees far beyond.)
+
+
+_UNDECIDED: Final = PRECISE.mpf(10) ** -40
+_WORK: Final = 10_000
+_MOST_DIGITS: Final = 20_000
+_SPARE_DIGITS: Final = 20
+
+
+def decided_sign(a: Quotient, values: Mapping[Node, Node]) -> int | None:
+    """Return the sign of a quotient where its symbols have exact `values`; None where it is not decided."""
+    if a.is_zero:
+        return 0
+    if abs(a.sample) > _UNDECIDED * _size(a):
+        return 1 if a.sample > 0 else -1
+    if not a.symbols <= values.keys():
+        return None
+    try:
+        there = _at(a, values)
+    except NoClosedFormError:
+        return None
+    return 0 if there.is_zero or _is_zero(there.field, there.above) else None
+
+
+def _size(a: Quotient) -> Any:
+    """Return the sum of the sizes of a quotient's terms at the sample."""
+    field = a.field
+    terms = (abs(field.value(field.ring.from_dict({m: c}))) for m, c in field.in_ring(a.above).items())
+    return sum(terms, PRECISE.mpf(0)) / abs(field.value(a.below))
+
+
+def _at(a: Quotient, values: Mapping[Node, Node]) -> Quotient:
+    """Return a quotient with the values of its symbols put in, in a field of numbers."""
+    there = Field(_WORK)
+    known = dict(zip(values, exact(there, values.values(), {}), strict=True))
+    letters: dict[int, Quotient] = {}
+    for k in sorted(_used(a.field, a.above)):
+        node = a.field.letters[k].node
+        if node is None:
+            letters[k] = sqrt(_value(there, a.field.letters[k].square, letters))
+        else:
+            (letters[k],) = exact(there, [node], known)
+    return _value(there, a.above, letters)
+
+
+def _value(field: Field, p: Poly, letters: Mapping[int, Quotient]) -> Quotient:
+    total = field.constant(0)
+    for m, c in p.items():
+        term = field.constant(int(c))
+        for k, e in enumerate(m):
+            term = term * letters[k].power(e) if e else term
+        total = total + term
+    return total
+
+
+# --- algebraic integers --------------------------------------------------------------------------------------------
+
+
+def _is_zero(field: Field, p: Poly) -> bool:
+    """Return whether a polynomial of roots and sines is zero by its bound; False also where this is not decided."""
+    degree = _degree([field.letters[k] for k in _used(field, p)])
+    if degree is None:
+        return False
+    halves = max((sum(m) for m in p), default=0)
+    digits = degree * (log10(1 + _largest(field, p)) + halves * log10(2)) + _SPARE_DIGITS
+    if digits > _MOST_DIGITS:
+        return False
+    context = MPContext()
+    context.dps = int(digits) + _SPARE_DIGITS
+    return bool(abs(_precise(field, p, context)) < context.mpf(10) ** -int(digits))
+
+
+def _degree(letters: Sequence[Letter]) -> int | None:
+    """Return a bound of the degree of all numbers made of letters, None where one is not known to be algebraic.
+
+    Each root doubles it; sines of multiples of pi/n all lie among the numbers made of one root of unity, the (4n)-th.
+    """
+    turns = [_exact_signs_turns(letter.node) for letter in letters if letter.node is not None]
+    known = [x for x in turns if x is not None]
+    if len(known) < len(turns):
+        return None
+    return int(2 ** (len(letters) - len(turns)) * 4 * lcm(*(x.denominator for x in known)))
+
+
+def _used(field: Field, p: Poly) -> set[int]:
+    """Return the places of the letters of a polynomial and of the radicands in it."""
+    waiting, seen = [p], set[int]()
+    while waiting:
+        for m in waiting.pop():
+            new = {k for k, e in enumerate(m) if e} - seen
+            seen |= new
+            waiting += [field.letters[k].square for k in new if field.letters[k].node is None]
+    return seen
+
+
+def _exact_signs_turns(node: Node) -> Fraction | None:
+    """Return x of sin(x pi) or cos(x pi), a rational number."""
+    if node.op not in ("sin", "cos"):
+        return None
+    angle = exact(Field(_WORK), node.args, {})[0]
+    is_multiple = angle.below.is_ground and all(m[0] == 1 == sum(m) for m in angle.above)
+    return Fraction(int(angle.above.LC), int(angle.below.LC)) if is_multiple else None
+
+
+def _largest(field: Field, p: Poly) -> float:
+    """Return a bound of all conjugates: each root at most the root of its radicand's bound, each sine at most 1."""
+    total = 0.0
+    for m, c in p.items():
+        term = float(abs(int(c)))
+        for k, e in enumerate(m):
+            if e and field.letters[k].node is None:
+                term *= max(1.0, _largest(field, field.letters[k].square)) ** (e / 2)
+        total += term
+    return total
+
+
+def _precise(field: Field, p: Poly, context: Any) -> Any:
+    """Return a polynomial's value in a context of many digits."""
+    total = context.mpf(0)
+    for m, c in p.items():
+        term = context.mpf(int(c))
+        for k, e in enumerate(m):
+            if e:
+                term *= _letter(field, field.letters[k], context) ** e
+        total += term
+    return total
+
+
+def _letter(field: Field, letter: Letter, context: Any) -> Any:
+    if letter.node is None:
+        return context.sqrt(_precise(field, letter.square, context))
+    turns = _exact_signs_turns(letter.node)
+    assert turns is not None
+    function = context.sinpi if letter.node.op == "sin" else context.cospi
+    return function(context.mpf(turns.numerator) / turns.denominator)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Linear equations over exact quotients, by elimination with pivots that do not vanish at the sample.
+
+
+_PIVOT: Final = 1e-8
+"""The part of an equation's largest coefficient below which another one may be what vanishes at a double's sample."""
+
+
+@dataclass
+class _Equation:
+    """sum coefficients[k] x_k = right, zero coefficients left out."""
+
+    coefficients: dict[int, Quotient]
+    right: Quotient
+
+    def __post_init__(self) -> None:
+        self.size: Any = max((abs(a.sample) for a in self.coefficients.values()), default=0)
+        """The largest size of a coefficient at the sample, as the equation was given."""
+
+
+def exact_solve(matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient]) -> list[Quotient]:
+    """Return x with matrix x = right; unknowns that dependent equations leave open are 0.
+
+    No equations have no unknowns. Raises NoClosedFormError where equations contradict, or depend on each other at the
+    sample only.
+    """
+    done, waiting = _eliminated(matrix, right)
+    if any(equation.coefficients or not equation.right.is_zero for equation in waiting):
+        raise NoClosedFormError("at the given values the equations depend on each other, which they do not in general")
+    return _back_substituted(done, [right[0].field.constant(0)] * len(matrix[0]) if matrix else [])
+
+
+def conditions_left(matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient]) -> list[Quotient]:
+    """Return what must vanish for there to be an x with matrix x = right, where it nearly vanishes at the sample.
+
+    Raises NoClosedFormError where equations depend on each other at the sample only.
+    """
+    waiting = _eliminated(matrix, right, _PIVOT)[1]
+    if any(equation.coefficients for equation in waiting):
+        raise NoClosedFormError("at the given values the equations depend on each other, which they do not in general")
+    return [equation.right for equation in waiting if not equation.right.is_zero]
+
+
+def _eliminated(
+    matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient], least: float = 0.0
+) -> tuple[list[tuple[int, _Equation]], list[_Equation]]:
+    """Return the equations that give an unknown each, and those that are left over.
+
+    No pivot is less than the part `least` of the largest entry of its equation.
+    """
+    waiting = [
+        _Equation({k: a for k, a in enumerate(row) if not a.is_zero}, r) for row, r in zip(matrix, right, strict=True)
+    ]
+    done: list[tuple[int, _Equation]] = []
+    while (found := _pivot(waiting, least)) is not None:
+        equation, k = found
+        waiting.remove(equation)
+        for other in waiting:
+            if k in other.coefficients:
+                _eliminate(other, equation, k)
+        done.append((k, equation))
+    return done, waiting
+
+
+def _pivot(waiting: Sequence[_Equation], least: float) -> tuple[_Equation, int] | None:
+    """Return the entry that fills in least (Markowitz), among equals the shortest."""
+    uses: dict[int, int] = {}
+    for equation in waiting:
+        for k in equation.coefficients:
+            uses[k] = uses.get(k, 0) + 1
+    entries = [
+        (a.size > 2, (len(equation.coefficients) - 1) * (uses[k] - 1), a.size, i, k)
+        for i, equation in enumerate(waiting)
+        for k, a in equation.coefficients.items()
+        if not a.vanishes and abs(a.sample) >= least * equation.size
+    ]
+    if not entries:
+        return None
+    _, _, _, i, k = min(entries)
+    return waiting[i], k
+
+
+def _eliminate(equation: _Equation, pivot: _Equation, k: int) -> None:
+    factor = equation.coefficients.pop(k) / pivot.coefficients[k]
+    for j, a in pivot.coefficients.items():
+        if j == k:
+            continue
+        changed = equation.coefficients[j] - factor * a if j in equation.coefficients else -(factor * a)
+        if changed.is_zero:
+            equation.coefficients.pop(j, None)
+        else:
+            equation.coefficients[j] = changed
+    equation.right = equation.right - factor * pivot.right
+
+
+def _back_substituted(done: list[tuple[int, _Equation]], x: list[Quotient]) -> list[Quotient]:
+    for k, equation in reversed(done):
+        rest = equation.right
+        for j, a in equation.coefficients.items():
+            if j != k:
+                rest = rest - a * x[j]
+        x[k] = rest / equation.coefficients[k]
+    return x

@@ -7,28 +7,363 @@ sin^2 is written as 1 - cos^2, the square of a root as its radicand.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import field
 from fractions import Fraction
+from functools import lru_cache
+from math import comb, gcd
 from typing import Any, Final
 
 from mpmath import MPContext
 from sympy.polys.domains import ZZ
 from sympy.polys.heuristicgcd import HeuristicGCDFailed
 from sympy.polys.orderings import lex
+from sympy.polys.rings import PolyRing
 
-from multibody_sym.algebra.angles.half_angles import shared_degree, turning_degree, with_half, with_whole
-from multibody_sym.algebra.factors import Poly, cofactors, polynomial_ring
-from multibody_sym.errors import MultibodyError
+from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import PI, Node, negate
-from multibody_sym.scalars.traversal import leaves
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Polynomials in irreducible factors, and what two of them share.
+#
+# What is of the first degree in some letter, p = A x + B, is gcd(A, B) times a factor that is irreducible. Most
+# polynomials of mechanics are such, and one greatest common divisor takes far less time than a general factorisation.
+#
+# Most pairs of polynomials share nothing, which is seen in the integers modulo a prime. With numbers in place of all
+# letters but one, x, the degree in x of a common divisor of f and g is no larger than that of the divisor of their
+# images, where the leading coefficient of f or g in x has an image that is not 0. Where that degree is 0 for each
+# letter that both have, f and g share at most a number and powers of letters.
+#
+# Source: Geddes, Czapor, Labahn, Algorithms for Computer Algebra (1992), 7.4.
+
+
+_REMEMBERED: Final = 1024
+_MOST_BITS: Final = 512
+"""Coefficients with more of them are products of measured numbers: primes beyond them take seconds to find."""
+_PRIME: Final = 2**31 - 1
+_MULTIPLIER: Final = 1_103_515_245
+"""Spreads the numbers in place of letters over all residues; an unlucky one costs time and nothing else."""
+
+Poly = Any
+"""A polynomial of a sympy ring with integer coefficients: a map from tuples of exponents to coefficients."""
+_Terms = frozenset[tuple[tuple[int, ...], Any]]
+
+
+def factored(p: Poly) -> tuple[int, list[tuple[Poly, int]]]:
+    """Return the integer content (with the sign) and the irreducible factors with their exponents."""
+    content, rest = p.primitive()
+    if rest.LC < 0:
+        content, rest = -content, -rest
+    shared, rest = _without_shared_letters(rest)
+    exponents: dict[Poly, int] = {}
+    for factor, exponent in (*_letters(p.ring, shared), *_irreducible(rest)):
+        exponents[factor] = exponents.get(factor, 0) + exponent
+    return int(content), list(exponents.items())
+
+
+def _without_shared_letters(p: Poly) -> tuple[tuple[int, ...], Poly]:
+    shared = tuple(map(min, zip(*p, strict=True)))
+    if not any(shared):
+        return shared, p
+    divided = {tuple(e - s for e, s in zip(m, shared, strict=True)): c for m, c in p.items()}
+    return shared, p.ring.from_dict(divided)
+
+
+def _letters(ring: Any, exponents: tuple[int, ...]) -> Iterator[tuple[Poly, int]]:
+    return ((ring.gens[k], exponent) for k, exponent in enumerate(exponents) if exponent)
+
+
+def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
+    """Yield the factors of a primitive polynomial that no single letter divides."""
+    while not p.is_ground:
+        degrees = [max(exponents) for exponents in zip(*p, strict=True)]
+        if 1 not in degrees:
+            long = any(int(c).bit_length() > _MOST_BITS for c in p.values())
+            yield from [(p, 1)] if long else _in_general(p)
+            return
+        k = degrees.index(1)
+        linear = p.ring.from_dict({(*m[:k], 0, *m[k + 1 :]): c for m, c in p.items() if m[k]})
+        constant = p.ring.from_dict({m: c for m, c in p.items() if not m[k]})
+        try:
+            shared = cofactors(linear, constant)[0]
+        except HeuristicGCDFailed:
+            yield from _in_general(p)
+            return
+        yield _with_positive_lead(p.exquo(shared)), 1
+        p = shared
+
+
+def _in_general(p: Poly) -> Iterator[tuple[Poly, int]]:
+    """Yield the factors found by sympy, in a ring of those letters only that occur."""
+    used = _used(p)
+    for factor, exponent in _found_by_sympy(p.ring.domain, p.ring.order, len(used), _terms(p, used)):
+        yield _with_positive_lead(_among_all(factor, used, p.ring)), exponent
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _found_by_sympy(domain: Any, order: Any, letters: int, terms: _Terms) -> tuple[tuple[Poly, int], ...]:
+    """Return the factors of a polynomial by its terms: forms of one formula ask for the same ones again and again."""
+    return tuple(polynomial_ring(domain, order, letters).from_dict(dict(terms)).factor_list()[1])
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def polynomial_ring(domain: Any, order: Any, letters: int) -> Any:
+    """Return the ring of polynomials in so many letters; to make one takes longer than most products in it."""
+    return PolyRing([f"g{k}" for k in range(letters)], domain, order)
+
+
+def _used(*several: Poly) -> list[int]:
+    """Return the letters that occur."""
+    return [k for k, exponents in enumerate(zip(*(m for p in several for m in p), strict=True)) if any(exponents)]
+
+
+def _terms(p: Poly, used: Sequence[int]) -> _Terms:
+    """Return the terms of a polynomial in these letters only."""
+    return frozenset((tuple([m[k] for k in used]), c) for m, c in p.items())
+
+
+def _among_all(p: Poly, used: Sequence[int], ring: Any) -> Poly:
+    """Return a polynomial in letters that are `used` as one in all letters of a ring."""
+    whole = {}
+    for m, c in p.items():
+        exponents = [0] * ring.ngens
+        for k, e in zip(used, m, strict=True):
+            exponents[k] = e
+        whole[tuple(exponents)] = c
+    return ring.from_dict(whole)
+
+
+def _with_positive_lead(p: Poly) -> Poly:
+    return p if p.LC > 0 else -p
+
+
+# --- what two polynomials share -------------------------------------------------------------------------------------
+
+
+def cofactors(f: Poly, g: Poly) -> tuple[Poly, Poly, Poly]:
+    """Return the greatest common divisor h and f/h, g/h; raises HeuristicGCDFailed where it is not found."""
+    if len(f) < 2 or len(g) < 2:  # as quick as what follows
+        found: tuple[Poly, Poly, Poly] = f.cofactors(g)
+        return found
+    shared = _shared_powers(f, g)
+    if shared is None:
+        used, ring = _used(f, g), f.ring
+        parts = _shared_by_sympy(ring.domain, ring.order, len(used), _terms(f, used), _terms(g, used))
+        h, first, second = (_among_all(p, used, ring) for p in parts)
+        return h, first, second
+    number = gcd(*map(int, f.values()), *map(int, g.values()))
+    return f.ring.from_dict({shared: f.ring.domain(number)}), _divided(f, shared, number), _divided(g, shared, number)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _shared_by_sympy(domain: Any, order: Any, letters: int, *both: _Terms) -> tuple[Poly, Poly, Poly]:
+    """Return what `cofactors` does of two polynomials by their terms."""
+    f, g = (polynomial_ring(domain, order, letters).from_dict(dict(terms)) for terms in both)
+    found: tuple[Poly, Poly, Poly] = f.cofactors(g)
+    return found
+
+
+def _shared_powers(f: Poly, g: Poly) -> tuple[int, ...] | None:
+    """Return the powers of letters that two polynomials share, None where it is not seen that this is all."""
+    first, second = _Image.of(f), _Image.of(g)
+    if not all(first.is_prime_to(second, k) for k in range(f.ring.ngens)):
+        return None
+    return tuple(map(min, first.least, second.least))
+
+
+def _divided(p: Poly, shared: Sequence[int], number: int) -> Poly:
+    """Return a polynomial over a number and powers of letters, its terms in falling order."""
+    if any(shared):
+        terms = ((tuple(e - s for e, s in zip(m, shared, strict=True)), c) for m, c in p.items())
+    else:
+        terms = p.items()
+    return p.ring.from_dict({m: c // number for m, c in sorted(terms, reverse=True)})
+
+
+@dataclass(frozen=True)
+class _Image:
+    """A polynomial at numbers: the residue of each term, and the `least` and `most` of each letter in its terms."""
+
+    terms: Sequence[tuple[Sequence[int], int]]
+    least: tuple[int, ...]
+    most: tuple[int, ...]
+
+    @classmethod
+    def of(cls, p: Poly) -> _Image:
+        terms = []
+        for m, c in p.items():
+            value = int(c)
+            for k, exponent in enumerate(m):
+                if exponent:
+                    value = value * pow(_stands_for(k), exponent, _PRIME) % _PRIME
+            terms.append((m, value))
+        columns = list(zip(*p, strict=True))
+        return cls(terms, tuple(map(min, columns)), tuple(map(max, columns)))
+
+    def is_prime_to(self, other: _Image, k: int) -> bool:
+        """Return whether it is seen that no common divisor but powers of it has letter k."""
+        if self.least[k] == self.most[k] or other.least[k] == other.most[k]:
+            return True
+        a, b = self._in_letter(k), other._in_letter(k)
+        return bool(a[-1] or b[-1]) and _are_prime(a, b)
+
+    def _in_letter(self, k: int) -> list[int]:
+        """Return the coefficients in letter k, without the powers of it that divide all, the lowest first."""
+        found, low = [0] * (self.most[k] - self.least[k] + 1), self.least[k]
+        back = pow(_stands_for(k), -1, _PRIME)
+        for m, value in self.terms:
+            found[m[k] - low] += value * pow(back, m[k], _PRIME)
+        return [x % _PRIME for x in found]
+
+
+def _stands_for(k: int) -> int:
+    return (k + 1) * _MULTIPLIER % _PRIME
+
+
+def _are_prime(a: list[int], b: list[int]) -> bool:
+    """Return whether polynomials in one letter modulo the prime share no root, by Euclid's algorithm."""
+    while True:
+        a, b = (_without_leading_zeros(x) for x in (a, b))
+        if not a or not b:
+            return len(a) + len(b) == 1
+        if len(a) < len(b):
+            a, b = b, a
+        factor, shift = a[-1] * pow(b[-1], -1, _PRIME), len(a) - len(b)
+        a = [(x - factor * b[k - shift]) % _PRIME if k >= shift else x for k, x in enumerate(a)]
+
+
+def _without_leading_zeros(p: list[int]) -> list[int]:
+    while p and not p[-1]:
+        p = p[:-1]
+    return p
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Fractions in the sine and cosine of an angle in lowest terms, sin^2 + cos^2 = 1 seen.
+#
+# Sines and cosines of an angle are forms of even degree in a = cos(angle/2) and b = sin(angle/2). Such forms have
+# their irreducible factors, which polynomials modulo sin^2 + cos^2 - 1 have not: sin^2 - 2 mu sin cos + mu^2 cos^2 is
+# a square there, and nothing of the kind when sin^2 is written as 1 - cos^2. With a = 1 they are polynomials in t =
+# tan(angle/2).
+
+
+Exponents = tuple[int, ...]
+Row = tuple[int, ...]
+"""Coefficients of 1, t, t^2, ..."""
+
+
+
+def turning_degree(p: Poly, s: int, c: int) -> int:
+    """Return the highest degree of a term in the sine and cosine of an angle."""
+    return max((m[s] + m[c] for m in p), default=0)
+
+
+# --- there and back ------------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1000)
+def _row(i: int, j: int, n: int) -> Row:
+    """Return cos^i sin^j (1 + t^2)^n: the coefficients of (1 - t^2)^i (2 t)^j (1 + t^2)^(n - i - j)."""
+    k = n - i - j
+    row = [0] * (2 * n + 1)
+    for x in range(i + 1):
+        for y in range(k + 1):
+            row[2 * (x + y) + j] += (-1) ** x * comb(i, x) * comb(k, y) * 2**j
+    return tuple(row)
+
+
+@lru_cache(maxsize=1000)
+def _turned(k: int, n: int) -> Row:
+    """Return 2^n a^(2n - k) b^k without its sine: the coefficients of (1 + cos)^i (1 - cos)^j in cos."""
+    i, j = n - (k + 1) // 2, k // 2
+    row = [0] * (i + j + 1)
+    for x in range(i + 1):
+        for y in range(j + 1):
+            row[x + y] += (-1) ** y * comb(i, x) * comb(j, y)
+    return tuple(row)
+
+
+def with_half(p: Poly, s: int, c: int, n: int) -> Poly:
+    """Return p (1 + t^2)^n over one angle, written in t in the place of the sine."""
+    found: dict[Exponents, int] = {}
+    for m, coefficient in p.items():
+        rest = list(m)
+        rest[c] = 0
+        for k, x in enumerate(_row(m[c], m[s], n)):
+            if x:
+                rest[s] = k
+                key = tuple(rest)
+                found[key] = found.get(key, 0) + coefficient * x
+    return p.ring.from_dict({m: x for m, x in found.items() if x})
+
+
+def with_whole(p: Poly, s: int, c: int, n: int) -> Poly:
+    """Return 2^n p / (1 + t^2)^n, t in the place of the sine, written in the sine and cosine: the other way round."""
+    found: dict[Exponents, int] = {}
+    for m, coefficient in p.items():
+        rest = list(m)
+        rest[s] = m[s] % 2
+        for k, x in enumerate(_turned(m[s], n)):
+            if x:
+                rest[c] = k
+                key = tuple(rest)
+                found[key] = found.get(key, 0) + coefficient * x
+    return p.ring.from_dict({m: x for m, x in found.items() if x})
+
+
+# --- what is shared ------------------------------------------------------------------------------------------------
+
+
+def shared_degree(above: Poly, below: Poly, s: int, c: int, n: int) -> int:
+    """Return the degree of what two polynomials (1 + t^2)^n share in a and b, for some values of all other letters.
+
+    For nearly all of these it is that of their greatest common divisor, else it is larger.
+    """
+    first, second = (_in_numbers(p, s, c, n) for p in (above, below))
+    missing = 2 * n + 1 - max(len(first), len(second))
+    while second:
+        first, second = second, _remainder(first, second)
+    return len(first) - 1 + missing
+
+
+def _in_numbers(p: Poly, s: int, c: int, n: int) -> list[int]:
+    """Return the coefficients of p (1 + t^2)^n modulo a prime, the highest first, with numbers for other letters."""
+    total = [0] * (2 * n + 1)
+    for m, coefficient in p.items():
+        factor = int(coefficient) % _PRIME
+        for k, e in enumerate(m):
+            if e and k not in (s, c):
+                factor = factor * pow(48_271 * k + 16_807, e, _PRIME) % _PRIME
+        for k, x in enumerate(_row(m[c], m[s], n)):
+            total[k] += factor * x
+    return _stripped([x % _PRIME for x in reversed(total)])
+
+
+def _stripped(row: list[int]) -> list[int]:
+    first = next((k for k, x in enumerate(row) if x), len(row))
+    return row[first:]
+
+
+def _remainder(first: list[int], second: list[int]) -> list[int]:
+    inverse = pow(second[0], -1, _PRIME)
+    while len(first) >= len(second):
+        factor = first[0] * inverse % _PRIME
+        rest = [(x - factor * y) % _PRIME for x, y in zip(first[1:], second[1:], strict=False)]
+        first = _stripped([*rest, *first[len(second) :]])
+    return first
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 PRECISE: Final = MPContext()
 PRECISE.dps = 50
 _NOTHING: Final = PRECISE.mpf(10) ** -30
 _UNITS: Final = (1, -1)
 _MOST_TERMS: Final = 400
-_MOST_BITS: Final = 1000
+_QUOTIENTS_MOST_BITS: Final = 1000
 """Of an integer coefficient, so that it is a floating-point number: eighteen numbers of sixteen digits, multiplied."""
 _HIGHEST_POWER: Final = 24
 
@@ -238,7 +573,7 @@ class Field:
         """Return a quotient in lowest terms."""
         if len(above) > _MOST_TERMS or len(below) > _MOST_TERMS:
             raise NoClosedFormError("the closed form is too long")
-        if any(int(c).bit_length() > _MOST_BITS for c in (*above.values(), *below.values())):
+        if any(int(c).bit_length() > _QUOTIENTS_MOST_BITS for c in (*above.values(), *below.values())):
             raise NoClosedFormError("the numbers of the closed form are too long")
         self.spend(10 * (len(above) + len(below)))
         try:
@@ -348,3 +683,35 @@ def _function(a: Quotient) -> tuple[Node, int] | None:
         return None
     node = a.field.letters[powers.index(1)].node
     return (node, int(coefficient)) if node is not None and node.op in ("sin", "cos") else None
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A budget of time and size for symbolic derivations, so that a large model ends in advice and not in a hang.
+
+
+@dataclass
+class Budget:
+    """What a derivation may cost; it is spent in stages, and past it an error names the stage and the sizes."""
+
+    seconds: float = 60.0
+    operations: int = 1_000_000
+    stage: str = "start"
+    spent: int = 0
+    started: float = field(default_factory=time.monotonic)
+
+    def enter(self, stage: str) -> None:
+        """Say what is being derived from here on."""
+        self.stage = stage
+        self.spend(0)
+
+    def spend(self, operations: int) -> None:
+        """Count operations; raise NoSolutionError past either limit."""
+        self.spent += operations
+        elapsed = time.monotonic() - self.started
+        if elapsed > self.seconds or self.spent > self.operations:
+            raise NoSolutionError(
+                f"the closed form is too large: stopped at {self.stage} after {elapsed:.0f} s (limit {self.seconds:g}) "
+                f"with {self.spent} operations (limit {self.operations}); choose a recursive formalism, such as "
+                "composite_body, which needs no closed form",
+                number="N104",
+            )

@@ -1,13 +1,10 @@
-"""Analysis: questions about a mechanism that equations answer without a simulation.
+"""What is true of a system at large?
 
-In: a System or Mechanism with its start or with states. Out: records of numbers.
+    linearize, deviations                 how small deviations go on: x' = A x + B w
+    modes                                 their modes, in numbers and formulas
+    equilibrium, equilibrium_search       where it can rest, and whether that are all places
+    rest                                  at which values of a parameter friction holds it
+    state_asked_about, independent_checks, check, hints     at which state; do all routes agree; what was perhaps meant
 
-    how do small deviations go on      deviations, linearization (x' = A x + B w), steadiness (is A constant?), periodic
-    where can it rest                  equilibrium; which positions are the same: places; are these all: all_rest
-    at which values of a parameter    rest
-    do forces and motion balance       theorems (power, momentum, angular momentum; what is conserved)
-    how well does a route agree        agreement, against reference: d'Alembert's principle once more, body by body
-    what may a reader not have meant   limits passed, slipped_wheels, springs_passed
-
-Imports dynamics and, to call Programs fast, runtime; knows no Trajectory and writes nothing for people to read.
+In: a System. Out: records of numbers and formulas. Does not know what was asked (`answers`).
 """

@@ -9,24 +9,316 @@ Where something holds one way only there are equilibria for each set of what is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
+from functools import singledispatch
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
-from multibody_sym.analysis.all_rest import are_all
-from multibody_sym.analysis.none_found import left_out, none_found, tried
-from multibody_sym.analysis.resting.closings import Rest, rests
-from multibody_sym.analysis.resting.search import guesses
-from multibody_sym.analysis.springs_passed import passed
-from multibody_sym.dynamics.routes import verify_formalism
-from multibody_sym.dynamics.start.examined import examined, on_numbers
+from multibody_sym.analysis.deviations import displaced
+from multibody_sym.analysis.equilibrium_search import Places, Rest, guesses, rests
+from multibody_sym.analysis.state_asked_about import left_out, none_found, tried
+from multibody_sym.derivation.routes import verify_formalism
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.start.number_checks import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.elementary import postorder
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.rank import exact, rank
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Degrees of expressions that are seen from how they are written: no values are tried, so that what holds is proved.
+
+
+Degree = int | None
+"""None: no polynomial, or none that is seen."""
+
+
+def polynomial_degree(nodes: Sequence[Node], variables: Sequence[Node]) -> Degree:
+    """Return the largest degree that expressions can have as polynomials of variables; other leaves are constants."""
+    return _largest(_degrees(nodes, dict.fromkeys(variables, 1), lambda node: None), nodes)
+
+
+def wave_degree(nodes: Sequence[Node], angle: Node) -> Degree:
+    """Return the largest degree that expressions can have as polynomials of sin and cos of one angle."""
+
+    def of_wave(node: Node) -> Degree:
+        return _whole_slope(node.args[0], angle) if node.op in ("sin", "cos") else None
+
+    return _largest(_degrees(nodes, {angle: None}, of_wave), nodes)
+
+
+def _largest(degrees: Mapping[Node, Degree], nodes: Sequence[Node]) -> Degree:
+    found = [degrees[node] for node in nodes]
+    return None if None in found else max((x for x in found if x is not None), default=0)
+
+
+def _degrees(
+    nodes: Sequence[Node], known: Mapping[Node, Degree], of_other: Callable[[Node], Degree]
+) -> dict[Node, Degree]:
+    """Return the degree of each part of expressions; `of_other` tells that of functions whose arguments vary."""
+    found: dict[Node, Degree] = {}
+    for n in postorder(nodes):
+        parts = [found[a] for a in n.args]
+        if n in known:
+            found[n] = known[n]
+        elif not n.args or all(part == 0 for part in parts):
+            found[n] = 0
+        else:
+            polynomial = None if None in parts else _of_operation(n, parts)
+            found[n] = of_other(n) if polynomial is None else polynomial
+    return found
+
+
+def _of_operation(n: Node, parts: Sequence[Degree]) -> Degree:
+    """Return the degree of a sum, product, quotient by a constant or whole power of polynomials."""
+    degrees = [part or 0 for part in parts]
+    if n.op in ("add", "neg"):
+        return max(degrees)
+    if n.op == "mul":
+        return sum(degrees)
+    if n.op == "div" and degrees[1] == 0:
+        return degrees[0]
+    exponent = n.args[1].data if n.op == "pow" and n.args[1].op == "number" else None
+    return degrees[0] * exponent if isinstance(exponent, int) and exponent > 0 else None
+
+
+def _whole_slope(argument: Node, angle: Node) -> Degree:
+    """Return |k| of k angle + constant with a whole number k, None where the argument is seen to be no such."""
+    slopes: dict[Node, float | None] = {}
+    for n in postorder([argument]):
+        parts = [slopes[a] for a in n.args]
+        if n is angle:
+            slopes[n] = 1
+        elif all(part == 0 for part in parts):
+            slopes[n] = 0
+        elif None in parts:
+            slopes[n] = None
+        else:
+            slopes[n] = _slope(n, [x or 0 for x in parts])
+    slope = slopes[argument]
+    return abs(int(slope)) if slope is not None and slope == int(slope) else None
+
+
+def _slope(n: Node, slopes: Sequence[float]) -> float | None:
+    if n.op == "add":
+        return sum(slopes)
+    if n.op == "neg":
+        return -slopes[0]
+    constants = [a.shadow for a in n.args]
+    if n.op == "mul" and slopes[0] == 0 and constants[0] is not None:
+        return slopes[1] * constants[0]
+    if n.op == "mul" and slopes[1] == 0 and constants[1] is not None:
+        return slopes[0] * constants[1]
+    if n.op == "div" and constants[1]:
+        return slopes[0] / constants[1]
+    return None
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Whether positions of equilibrium that were found are all there are, where that can be known.
+#
+# Forces at rest that are affine in the coordinates, with one regular root, have no other. One angle under forces that
+# are a trigonometric polynomial of it has as many positions as that has zeros on the unit circle. Hinges with parallel
+# axes, each body hung from the one before, under gravity alone: in the bodies' angles from the vertical V is a sum of
+# cosines of one angle each, so that every body stands or hangs, in 2^n ways. That forces are such is seen from the
+# expressions they are, not from their values somewhere: a weak cubic term far away or a narrow pulse would escape
+# samples.
+
+
+_ROUNDING: Final = 1e-9
+_WAVES: Final = 64
+_FEW: Final = 16
+"""The largest degree whose zeros are counted, from so many values on a circle."""
+_ON_CIRCLE: Final = 1e-6
+
+
+def are_all(places: Places, found: Sequence[Floats], free: Sequence[npt.NDArray[np.bool_]]) -> bool:
+    """Return whether it is proved that these positions, none of which has others beside it, are all."""
+    mechanism = places.mechanism
+    if not mechanism.coordinates:
+        return True
+    if mechanism.rows or mechanism.kinks or any(x.any() for x in free):
+        return False
+    if any(body.quaternions for body in mechanism.bodies):
+        return False
+    try:
+        return len(found) == _count(places)
+    except UNDEFINED:
+        return False
+
+
+def _count(places: Places) -> int | None:
+    """Return how many positions of equilibrium there are, None where it is not known."""
+    if _affine(places):
+        return 1
+    if len(places.start) == 1 and places.periodic[0]:
+        return _zeros_on_circle(places)
+    return 2 ** len(places.start) if _hangs(places) else None
+
+
+def _forces(places: Places, q: Floats) -> Floats:
+    """Return the generalised forces (nu) at rest, with what prescribed motions exert."""
+    motion = places.motion(q)
+    return np.array(composite_body(places.mechanism, motion.state).forcing, dtype=float)
+
+
+def _at_rest(places: Places) -> Motion:
+    """Return the motion at rest over Nodes, with numbers for all but the coordinates."""
+    mechanism = places.mechanism
+    q = [slot("q", k) for k in range(len(places.start))]
+    parameters = [as_node(float(x)) for x in places.rows.parameters]
+    return motion_of(mechanism, state_of(mechanism, Node, ZERO, q, [ZERO] * len(mechanism.speeds), parameters))
+
+
+def _written_forces(places: Places) -> tuple[list[Node], list[Node]]:
+    """Return the generalised forces at rest as expressions, and the coordinates in them."""
+    motion = _at_rest(places)
+    return [as_node(x) for x in composite_body(places.mechanism, motion.state).forcing], list(motion.state.q)
+
+
+def _affine(places: Places) -> bool:
+    """Return whether the forces at rest are affine in the coordinates, and determine them."""
+    forces, coordinates = _written_forces(places)
+    degree = polynomial_degree(forces, coordinates)
+    if degree is None or degree > 1:
+        return False
+    scale = np.where(places.lengths, places.length, 1.0)
+    here = _forces(places, places.start)
+    slope = np.array([_forces(places, places.start + step) - here for step in np.diag(scale)])
+    return rank(slope, exact(slope)) == len(here)
+
+
+def _zeros_on_circle(places: Places) -> int | None:
+    """Return how many zeros the forces on one angle have, if they are a trigonometric polynomial of low degree."""
+    forces, (angle,) = _written_forces(places)
+    highest = wave_degree(forces, angle)
+    if highest is None or highest > _FEW:
+        return None
+    angles = 2 * np.pi * np.arange(_WAVES) / _WAVES
+    values = np.array([_forces(places, np.array([x]))[0] for x in angles])
+    waves = np.fft.fft(values) / _WAVES
+    size = float(np.abs(waves).max())
+    degree = max((k for k in range(highest + 1) if abs(waves[k]) > _ROUNDING * size), default=0)
+    roots = np.roots([waves[k] for k in range(degree, -degree - 1, -1)])
+    on_circle = np.abs(np.abs(roots) - 1.0) < _ON_CIRCLE
+    apart = np.abs(roots[:, None] - roots[None, :]) + 2.0 * np.eye(len(roots))
+    return int(on_circle.sum()) if degree and apart.min() > np.sqrt(_ON_CIRCLE) else None
+
+
+def _hangs(places: Places) -> bool:
+    """Return whether every coordinate turns a body about one direction, and nothing but gravity acts at rest."""
+    mechanism = places.mechanism
+    for body in mechanism.bodies:
+        if len(body.steps) != len(body.free_steps) or [step.is_hinge for step in body.steps] not in ([], [True]):
+            return False
+    return _parallel(places) and not _pushed(places)
+
+
+def _parallel(places: Places) -> bool:
+    motion, axes = places.motion(places.start), []
+    for index, (body, moved) in enumerate(zip(places.mechanism.bodies, motion.bodies, strict=True)):
+        if body.q:
+            axes.append(np.array(motion.rotation(index), dtype=float) @ np.array(moved.angular[0], dtype=float))
+    return all(np.linalg.norm(np.cross(axes[0], axis)) < _ROUNDING for axis in axes[1:])
+
+
+def _pushed(places: Places) -> bool:
+    """Return whether declared forces act at rest, or may: what they do is not seen to be nothing."""
+    motion = _at_rest(places)
+    forces = applied_generalized_forces(motion, applied(motion, weight=False))
+    return any(as_node(x).shadow != 0 for x in forces)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Springs whose moving end lies beyond their other end: positions that a formula has, and a real spring hardly.
+
+
+_STEP: Final = 1e-4
+_LINE: Final = 1e-5
+
+
+def passed(places: Places, q: Floats) -> tuple[str, ...]:
+    """Return the springs that are beyond their other end in a position.
+
+    In a joint's sliding freedom: those whose length would have another sign than unloaded. Between points: those whose
+    end moves on a line through the other and is on the other side of it than at the start.
+    """
+    found = []
+    for load in places.mechanism.loads:
+        if load.spring is not None and _is_passed(load, places, q):
+            found.append(load.name)
+    return tuple(found)
+
+
+@singledispatch
+def _is_passed(spring: Load, places: Places, q: Floats) -> bool:
+    raise TypeError(f"nothing says when {type(spring).__name__} is beyond its other end")
+
+
+@_is_passed.register
+def _(spring: JointSpring, places: Places, q: Floats) -> bool:
+    return _reversed(places, spring, q)
+
+
+@_is_passed.register
+def _(spring: PointSpring, places: Places, q: Floats) -> bool:
+    return any(_crossed(places, spring, q, end.body) for end in spring.ends)
+
+
+def _reversed(places: Places, spring: JointSpring, q: Floats) -> bool:
+    coordinates = places.mechanism.coordinates
+    slides = all(c.unit == "m" for c in coordinates if c.joint == spring.joint)
+    rest, length, stiffness = places.motion(q).state.values([spring.rest, spring.coordinate, spring.stiffness])
+    return slides and stiffness != 0 and rest * length < 0 and abs(length) > _LINE * abs(rest)
+
+
+def _crossed(places: Places, spring: PointSpring, q: Floats, body: int) -> bool:
+    """Return whether a spring, seen from a body, lies on the same line as at the start and points the other way."""
+    before, now = (_spanned(places, spring, x, body) for x in (places.start, q))
+    sizes = np.linalg.norm(before) * np.linalg.norm(now)
+    if sizes == 0.0 or before @ now >= 0.0 or np.linalg.norm(np.cross(before, now)) > _LINE * sizes:
+        return False
+    axis = before / np.linalg.norm(before)
+    return all(_on_line(places, spring, x, body, axis) for x in (places.start, q))
+
+
+def _on_line(places: Places, spring: PointSpring, q: Floats, body: int, axis: Floats) -> bool:
+    """Return whether the spring's ends move along its own line only, whatever moves."""
+    zeros = np.zeros(len(places.mechanism.speeds))
+    columns = places.flow.tangents(q, zeros).X[: len(zeros)]
+    here = _spanned(places, spring, q, body)
+    for column in columns.T:
+        size = float(np.abs(column).max(initial=0.0))
+        if size > 0.0:
+            there = _spanned(places, spring, displaced(places.mechanism, q, _STEP * column / size), body)
+            aside = np.cross(axis, there - here)
+            if float(np.linalg.norm(aside)) > _LINE * _STEP * max(places.length, float(np.linalg.norm(there - here))):
+                return False
+    return True
+
+
+def _spanned(places: Places, spring: PointSpring, q: Floats, body: int) -> Floats:
+    """Return the vector from end to end of a spring, in a body's axes."""
+    motion = places.motion(q)
+    ends = [np.array(position(motion, end), dtype=float) for end in spring.ends]
+    found: Floats = np.array(motion.rotation(body), dtype=float).T @ (ends[1] - ends[0])
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 TOUCHES: Final = "touches"
 """What is said of what touches without force."""

@@ -1,15 +1,12 @@
-"""Answers: what holds at the given instant, and what an exercise asks of the motion that follows.
+"""What was asked?
 
-In: a System with what it asks (`ask`). Out: a Solution (`solution`): accelerations, reactions and answers, each a
-number and, where there is one, a closed form, with the conditions under which all this holds. `instant` solves
+    solve, records     what holds at the start; Solution and its parts
+    instant            M udot = f + H^T lambda, H udot = gamma in floats and in closed form, with its conditions
+    impact             jumps of speeds and impulses: the mechanism at rest with the jumps of its rows for gamma
+    ask                what is asked of the motion that follows, in closed form or from runs
+    worked             the steps by which a book gets there
+    free_bodies        every force on a body that is cut free
 
-    M udot = f + H^T lambda,  H udot = gamma
-
-in floats; `closed_form` solves it again over exact quotients, at the state that `symbolic_start` finds for the start in
-the names of the model, or any other (`symbolic_state`). `questions` answers what is asked, at the start or of what
-follows, in closed form or from runs. `solve` puts it together.
-`range_of_rest` answers at which values of a parameter there is rest, with ends in closed form (`exact_rest`).
-
-Numbers decide: a closed form whose value is not the number is left out. Imports simulation, analysis and what lies
-below; writes nothing for people to read.
+In: a System with questions. Out: a Solution. Numbers decide: a closed form whose value is not the number is left out.
+There is no LaTeX and no layout here.
 """

@@ -7,30 +7,33 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
-from multibody_sym.algebra.solving.shared_roots import values_with_shared_roots
-from multibody_sym.analysis.slipped_wheels import slipped_wheels
-from multibody_sym.answers.impact.answer import impact_found
-from multibody_sym.answers.impact.asked import answered_after
-from multibody_sym.answers.in_letters.told import definitions, told, told_of_state
-from multibody_sym.answers.instant import Solved, solved_start
-from multibody_sym.answers.left_out import left_out
-from multibody_sym.answers.questions.asked import answered
-from multibody_sym.answers.reactions import place_of, reactions_of
-from multibody_sym.answers.solution import OtherState, RowKind, Solution
-from multibody_sym.answers.states import beyond_limits, state_found
-from multibody_sym.answers.unique_sums import unique_sums
-from multibody_sym.answers.validity import validity
-from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.expressions.values import Value
-from multibody_sym.model.declaration.doors import flag
-from multibody_sym.model.declaration.parameters import letters_of
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.mode_words import mode_words
-from multibody_sym.model.mechanism.units import MechanismUnits
-from multibody_sym.model.resolution.changes import Changes
-from multibody_sym.model.resolution.force_places import reasons
+from multibody_sym.algebra.roots import values_with_shared_roots
+from multibody_sym.answers.ask.ask import answered
+from multibody_sym.answers.impact.answer import answered_after, impact_found
+from multibody_sym.answers.instant.conditions import validity
+from multibody_sym.answers.instant.instant import Solved, solved_start
+from multibody_sym.answers.instant.reactions import (
+    definitions,
+    place_of,
+    reactions_of,
+    told,
+    told_of_state,
+    unique_sums,
+)
+from multibody_sym.answers.instant.states import beyond_limits, left_out, state_found
+from multibody_sym.answers.records import OtherState, RowKind, Solution
+from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
+from multibody_sym.dynamics.start.number_checks import numbers_of
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.gears import reasons
+from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.parameters import letters_of
+from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, symbol
+from multibody_sym.text.values import Value
 
 
 def solve(

@@ -9,9 +9,8 @@ import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, TextIO, cast
 
-from multibody_sym.cli.answer import Answer, first_lines
-from multibody_sym.cli.options import parsed
-from multibody_sym.cli.usage import Shown
+from multibody_sym.cli.options import Shown, parsed
+from multibody_sym.cli.output import Answer, first_lines
 from multibody_sym.errors import MultibodyError, OutputError
 
 _THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")

@@ -9,18 +9,16 @@ from dataclasses import fields
 from functools import partial
 from typing import Any, Final
 
-from multibody_sym.checking.hint import Hint
-from multibody_sym.checking.hints import declared_hints
-from multibody_sym.checking.odd_numbers import known_values
-from multibody_sym.cli.changes import ASSIGNED
-from multibody_sym.cli.targets import verify_apart
-from multibody_sym.dynamics.start.examined import examined, numbers_of
+from multibody_sym.analysis.hints import Hint, declared_hints, known_values
+from multibody_sym.cli.options import ASSIGNED
+from multibody_sym.cli.output import verify_apart
+from multibody_sym.dynamics.start.number_checks import examined, numbers_of
 from multibody_sym.errors import MultibodyError, Where, gathered, joined
-from multibody_sym.formats.reader import Places, load_with_places
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.changes import Changes
-from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.model_files import Places, load_with_places
+from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
+from multibody_sym.model.system import System
+from multibody_sym.scalars.elementary import leaves
 
 SHARED: Final = (*(f.name for f in fields(Changes)), "formalism")
 """The arguments that every function takes beside a system."""
@@ -53,7 +51,7 @@ def _verify_settings(system: System) -> None:
     settings, known = system.simulation, known_values(system)
     asked = settings.t_end, settings.step, settings.rtol, settings.atol, settings.samples
     if all(leaf in known for leaf in leaves([x for x in asked if x is not None], "symbol")):
-        from multibody_sym.simulation.settings import run_settings  # methods take time to import
+        from multibody_sym.motion.prepare.settings import run_settings  # methods take time to import
 
         run_settings(settings, known)
 

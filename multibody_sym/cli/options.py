@@ -9,10 +9,128 @@ from keyword import iskeyword
 from types import ModuleType
 from typing import Any, Final, NoReturn
 
-from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
-from multibody_sym.cli.help_texts import Brief, usage, whole_help
-from multibody_sym.cli.usage import Shown, UsageError
-from multibody_sym.errors import Where, nearest
+from multibody_sym.errors import InputError, Where, nearest
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How a line of words ends that names no command, or asks for what is shown instead.
+
+
+class UsageError(InputError):
+    """The words of a command line make no command."""
+
+    code = "usage"
+    number = "U101"
+
+
+class Shown(SystemExit):
+    """What `--help` and `--version` show, instead of ending the process."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self.text = text
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The options that change the model a command takes, or how it is solved: the same for every command.
+
+
+ASSIGNED: Final = {"parameters": "--set", "initial": "--initial", "inputs": "--inputs"}
+"""The options that are given as NAME=VALUE, by the names of the arguments that they are."""
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Declare what changes the model that a command takes, or how it is solved."""
+    values = {
+        "parameters": "another value of a parameter: m1='500 g'",
+        "initial": "another start: phi='30 deg'; phi='~' is found",
+        "inputs": "another value of an input: tau='2*sin(t)'",
+    }
+    which = "relative (of joints) or absolute (of bodies)"
+    project = "let start values change as constraints need"
+    route = "the route to the equations; default: the cheapest"
+    group = parser.add_argument_group("what changes the model, or how it is solved")
+    for name, help in values.items():
+        called = (ASSIGNED[name], f"--{name}") if ASSIGNED[name] != f"--{name}" else (f"--{name}",)
+        group.add_argument(*called, dest=name, action="append", default=[], metavar="NAME=VALUE", help=help)
+    group.add_argument("--coordinates", metavar="WHICH", help=which)
+    group.add_argument("--project", action=argparse.BooleanOptionalAction, help=project)
+    group.add_argument("--formalism", metavar="NAME", help=route)
+
+
+def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
+    """Return the values by name that an option was given as NAME=VALUE. Raises UsageError, for two values too."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise UsageError(f"{option} {text!r}: write NAME=VALUE", where=Where(path=(option,)))
+        name, value = name.strip(), value.strip()
+        if values.setdefault(name, value) != value:
+            told = f"{name} is given two values, {values[name]!r} and {value!r}: leave one of them out"
+            raise UsageError(told, where=Where(path=(option,)))
+    return values
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What `--help` shows: the program on one screen, a command in short lines; the documentation tells the rest.
+
+
+WIDTH: Final = 80
+_NAMES: Final = 25
+_EXIT_CODES: Final = """\
+exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement;
+4 output, compiler or memory; 70 a defect of this program; 130 Ctrl-C
+--version shows the version, --print-completion SHELL a script that completes"""
+
+
+class Brief(argparse.HelpFormatter):
+    """Options with their value once, and with one long name: others stand in the documentation."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=_NAMES, width=WIDTH)
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        if not action.option_strings:
+            return super()._format_action_invocation(action)
+        names = action.option_strings[:1]
+        if isinstance(action, argparse.BooleanOptionalAction) or not names[0].startswith("--"):
+            names = action.option_strings[:2]
+        return ", ".join(names) + (f" {self._value(action)}" if action.nargs != 0 else "")
+
+    def _value(self, action: argparse.Action) -> str:
+        if action.choices:
+            return "|".join(map(str, action.choices))
+        return f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar)
+
+
+def usage(parser: argparse.ArgumentParser) -> str:
+    """Return how a command is called: its arguments, the options that it needs, and that there are others."""
+    words = [parser.prog]
+    for action in parser._actions:
+        if not action.option_strings:
+            words.append(f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar))
+        elif action.required:
+            words.append(f"{action.option_strings[0]} {action.metavar or '|'.join(map(str, action.choices or ()))}")
+    return " ".join([*words, "[options]"])
+
+
+def whole_help(purpose: str, commands: Mapping[str, str]) -> str:
+    """Return the help of the program: a line for each command."""
+    width = max(map(len, commands))
+    lines = [f"  {name:{width}}  {_short(told, WIDTH - width - 4)}" for name, told in commands.items()]
+    head = "usage: multibody-sym COMMAND [FILE] [options]   (COMMAND --help tells options)"
+    return "\n".join((head, "", purpose, "", *lines, "", _EXIT_CODES, ""))
+
+
+def _short(told: str, width: int) -> str:
+    """Return what a command does, as much of it as fits in a line: parts behind a comma or colon are left out."""
+    while len(told) > width:
+        end = max(told.rfind(", "), told.rfind(": "))
+        told = told[:end] if end > 0 else f"{told[: width - 2]}.."
+    return told
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 COMMANDS: Final = (
     *("new", "import", "check", "draw", "derive", "solve", "equilibrium", "linearize", "modes", "simulate", "animate"),
@@ -128,7 +246,7 @@ def _refuse(word: str, command: str, parser: argparse.ArgumentParser) -> NoRetur
 
 def _place(words: Sequence[str]) -> str | Mapping[str, str]:
     """Return where to linearise: one word, or values by name."""
-    from multibody_sym.analysis.places_asked import REST
+    from multibody_sym.analysis.state_asked_about import REST
 
     odd = next((word for word in words if "=" not in word), None)
     if list(words) == [REST]:

@@ -9,12 +9,12 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Final
 
 from multibody_sym.errors import OutputError, Where
-from multibody_sym.expressions.chosen_units import SI, Units
-from multibody_sym.formats.files import file_state, is_special
-from multibody_sym.formats.tables import GrowingCsv, Table, growing_csv, table_format, write_table
-from multibody_sym.simulation.failures import FailedRunError
-from multibody_sym.simulation.samples import Samples
-from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.runs.run import FailedRunError
+from multibody_sym.text.files import file_state, is_special
+from multibody_sym.text.tables import GrowingCsv, Table, growing_csv, table_format, write_table
+from multibody_sym.text.values import SI, Units
 
 _LONG: Final = 2.0  # seconds after which a result that does not grow by itself is kept as CSV beside it
 _GROWS: Final = ".csv"

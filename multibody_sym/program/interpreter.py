@@ -8,8 +8,6 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.least_norm import solve_lists, solve_some
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
 from multibody_sym.program.statements import (
     Assign,
@@ -23,6 +21,8 @@ from multibody_sym.program.statements import (
     Statement,
     targets,
 )
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.least_norm import solve_lists, solve_some
 from multibody_sym.scalars.node import Node
 
 

@@ -2,22 +2,468 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import hashlib
+import math
+import re
+import struct
+import sys
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, Final, TypeVar, assert_never
 
-from multibody_sym.program.measures import digest
+from multibody_sym.program.arithmetic import Language, Texts, expression, integer_exponent
 from multibody_sym.program.statements import (
+    TARGETS,
     Array,
+    Assign,
+    Call,
+    Callee,
+    DefinedTwiceError,
+    Kernel,
+    Loop,
     Output,
     ProgramError,
+    Progression,
+    Record,
+    Scan,
+    ShapeError,
+    Solve,
     Statement,
     UndefinedError,
+    Window,
+    conflict,
+    operands,
+    targets,
 )
-from multibody_sym.program.text import program_text
-from multibody_sym.program.verify import verify
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import Node
 
+# ----------------------------------------------------------------------------------------------------------------------
+# The verifier of Programs: one function a statement type.
+
+
+_ARRAY_NAME: Final = re.compile(r"[A-Za-z]+(_[A-Za-z]+)*")
+_PROGRAM_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
+
+
+def verify(program: Callee) -> None:
+    """Raise ProgramError, of its three kinds, where the parts of a Program do not fit together."""
+    verify_program_name(program.name)
+    _verify_names([a.name for a in program.inputs], "input")
+    _verify_names([o.name for o in program.outputs], "output")
+    known = {leaf for array in program.inputs for leaf in array.slots}
+    for statement in program.statements:
+        _VERIFIERS[type(statement)](statement, known)
+    for output in program.outputs:
+        if len(output.values) != math.prod(output.shape):
+            raise ShapeError(f"output {output.name} of shape {output.shape} got {len(output.values)} values")
+        _verify_atoms(output.values, known)
+
+
+def verify_program_name(name: str) -> None:
+    """Raise ProgramError unless `name` is an identifier that generated code can take over."""
+    if not _PROGRAM_NAME.fullmatch(name):
+        raise ProgramError(f"{name!r} is no name of a program: letters, digits, single underscores; a letter first")
+
+
+def _verify_names(names: list[str], kind: str) -> None:
+    for name in names:
+        if not _ARRAY_NAME.fullmatch(name) or name == TARGETS:
+            raise ProgramError(f"{name!r} is no name of an {kind}: letters and single underscores, and not {TARGETS!r}")
+    if len(set(names)) != len(names):
+        raise DefinedTwiceError(f"two {kind}s have the same name: {', '.join(names)}")
+
+
+def _verify_assign(statement: Assign, known: set[Node]) -> None:
+    nodes = statement.nodes
+    for node in nodes:
+        if node.shadow is not None or not node.args:
+            raise ProgramError(f"{node.op}: an atom is not assigned")
+        if node in known:
+            raise DefinedTwiceError(f"the value of a {node.op} is computed a second time")
+        for a in node.args:
+            if a not in known and a.shadow is None:
+                raise _undefined(a)
+        known.add(node)
+    if len(nodes) > 1:
+        known.difference_update(nodes[:-1])
+
+
+def _verify_call(statement: Call, known: set[Node]) -> None:
+    callee = statement.program
+    _verify_sizes(statement.arguments, [a.size for a in callee.inputs], f"the arguments of {callee.name}")
+    _verify_sizes(statement.targets, [len(o.values) for o in callee.outputs], f"the targets of {callee.name}")
+    _verify_operands_and_targets(statement, known)
+
+
+def _verify_solve(statement: Solve, known: set[Node]) -> None:
+    rows, columns = len(statement.right), len(statement.solution)
+    for matrix in (statement.matrix, statement.exerted or statement.matrix):
+        if len(matrix) != rows or any(not 0 <= k < columns for places in matrix.columns for k in places):
+            raise ShapeError(f"{len(matrix)} rows of a matrix to solve {rows} equations for {columns} unknowns")
+        _verify_sizes(matrix.elements, list(map(len, matrix.columns)), "the rows of a matrix to solve with")
+    _verify_sizes((statement.multipliers, statement.report), [rows, 3], "multipliers and report of a solve")
+    _verify_sizes((statement.acting or statement.right,), [rows], "which rows act in a solve")
+    _verify_operands_and_targets(statement, known)
+
+
+def _verify_scan(statement: Scan, known: set[Node]) -> None:
+    for loop in statement.loops:
+        for kernel in loop.kernels:
+            counts = len(kernel.reads), len(kernel.writes)
+            if counts != (len(kernel.program.inputs), len(kernel.program.outputs)):
+                raise ShapeError(f"kernel {kernel.program.name} has {counts[0]} windows to read, {counts[1]} to write")
+    try:
+        problem = conflict(statement)
+    except IndexError as error:
+        raise ShapeError(f"in a scan {error}") from None
+    if problem:
+        raise DefinedTwiceError(f"in a scan {problem}")
+    _verify_operands_and_targets(statement, known)
+
+
+def _verify_operands_and_targets(statement: Record, known: set[Node]) -> None:
+    for atoms in operands(statement):
+        _verify_atoms(atoms, known)
+    for leaves in targets(statement):
+        for leaf in leaves:
+            if leaf.op != "slot" or leaf.data[0] != TARGETS:
+                raise ProgramError(f"{leaf.op}: a target is a slot of {TARGETS!r}")
+            if leaf in known:
+                raise DefinedTwiceError(f"{leaf!r} is defined a second time")
+            known.add(leaf)
+
+
+def _verify_sizes(got: tuple[tuple[Node, ...], ...], wanted: list[int], what: str) -> None:
+    sizes = [len(values) for values in got]
+    if sizes != wanted:
+        raise ShapeError(f"{what} have the sizes {sizes}, not {wanted}")
+
+
+def _verify_atoms(nodes: Iterable[Node], known: set[Node]) -> None:
+    for node in nodes:
+        if node not in known and node.shadow is None:
+            raise _undefined(node)
+
+
+def _undefined(node: Node) -> UndefinedError:
+    what = f"a {node.op}" if node.args else repr(node)
+    return UndefinedError(f"{what} is used, but no input and no earlier statement gives it")
+
+
+_VERIFIERS: Final[dict[type[Statement], Callable[..., None]]] = {
+    Assign: _verify_assign,
+    Call: _verify_call,
+    Solve: _verify_solve,
+    Scan: _verify_scan,
+}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The readable text of a Program: one line a statement.
+
+
+_LANGUAGE: Final = Language(
+    functions={},
+    choice="where({condition}, {yes}, {no})",
+    power="power({x}, {n})",
+    truth="{x} != 0",
+    table=lambda function, order, x: f"{function.called(order)}({x})",
+)
+
+
+def program_text(program: Callee) -> str:
+    """Return `program` for people: inputs with shapes, one numbered value a line, outputs."""
+    texts = Texts()
+    for given in program.inputs:
+        names = [given.name] if given.shape == () else [f"{given.name}[{k}]" for k in range(given.size)]
+        texts.update(zip(given.slots, names, strict=True))
+    counter = _Counter(texts)
+    lines = [f"program {program.name}({', '.join(_shaped(a) for a in program.inputs)})"]
+    for statement in program.statements:
+        lines.append("  " + _PRINTERS[type(statement)](statement, counter))
+    lines += [f"  {_shaped(o)} = {_listed(o.values, texts)}" for o in program.outputs]
+    return "\n".join(lines)
+
+
+class _Counter:
+    """Numbers values as they are defined."""
+
+    def __init__(self, texts: Texts) -> None:
+        self.texts = texts
+        self.count = 0
+
+    def define(self, node: Node) -> str:
+        self.texts[node] = f"{TARGETS}{self.count}"
+        self.count += 1
+        return self.texts[node]
+
+
+def _shaped(array: Array | Output) -> str:
+    return f"{array.name}[{', '.join(map(str, array.shape))}]" if array.shape else array.name
+
+
+def _listed(nodes: Iterable[Node], texts: Texts) -> str:
+    return f"({', '.join(texts[n] for n in nodes)})"
+
+
+def _assign(statement: Assign, counter: _Counter) -> str:
+    text = expression(statement.nodes, counter.texts, _LANGUAGE)
+    return f"{counter.define(statement.value)} = {text}"
+
+
+def _call(statement: Call, counter: _Counter) -> str:
+    arguments = ", ".join(_listed(atoms, counter.texts) for atoms in statement.arguments)
+    return f"{_defined(statement.targets, counter)} = {statement.program.name}({arguments})"
+
+
+def _solve(statement: Solve, counter: _Counter) -> str:
+    width = len(statement.solution)
+    rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix.lists(width))
+    right = _listed(statement.right, counter.texts)
+    unknown = _defined((statement.solution, statement.multipliers, statement.report), counter)
+    most = "" if statement.most.shadow == len(statement.right) else f", most {counter.texts[statement.most]}"
+    forces = ", ".join(_listed(row, counter.texts) for row in statement.exerted.lists(width))
+    exerted = f", exerted ({forces})" if forces else ""
+    acting = f", acting {_listed(statement.acting, counter.texts)}" if statement.acting else ""
+    return f"{unknown} = solve(({rows}), {right}{most}{acting}{exerted})"
+
+
+def _scan(statement: Scan, counter: _Counter) -> str:
+    given = ", ".join(_listed(atoms, counter.texts) for atoms in statement.given)
+    loops = "".join(f"\n    {_loop(loop)}" for loop in statement.loops)
+    return f"{_defined(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
+
+
+def _loop(loop: Loop) -> str:
+    runs = "; ".join(map(_kernel, loop.kernels))
+    chosen = f", kernel {_progression(loop.choice)} of" if len(loop.kernels) > 1 else ":"
+    gate = f" where {_window(loop.gate)}" if loop.gate is not None else ""
+    return f"for k < {loop.count}{gate}{chosen} {runs}"
+
+
+def _kernel(kernel: Kernel) -> str:
+    reads = ", ".join(map(_window, kernel.reads))
+    return f"{', '.join(map(_window, kernel.writes))} = {kernel.program.name}({reads})"
+
+
+def _window(window: Window) -> str:
+    return f"{'+' if window.adds else ''}a{window.array}[{_progression(window.first)}]"
+
+
+def _progression(given: Progression) -> str:
+    if len(given.pattern) == 1:
+        return f"{given.pattern[0]} + {given.step}k" if given.step else f"{given.pattern[0]}"
+    return f"{given.pattern} by {given.step}"
+
+
+def _defined(leaves: tuple[tuple[Node, ...], ...], counter: _Counter) -> str:
+    return ", ".join(f"({', '.join(counter.define(leaf) for leaf in part)})" for part in leaves)
+
+
+_PRINTERS: Final[dict[type[Statement], Callable[[Any, _Counter], str]]] = {
+    Assign: _assign,
+    Call: _call,
+    Solve: _solve,
+    Scan: _scan,
+}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Measures of a Program: how many operations it does, and a hash of its structure.
+
+
+@dataclass(frozen=True)
+class OperationCount:
+    """How often a Program adds, subtracts, multiplies, divides, calls a function, and solves a linear system."""
+
+    additions: int = 0
+    subtractions: int = 0
+    multiplications: int = 0
+    divisions: int = 0
+    functions: int = 0
+    solves: int = 0
+
+    @property
+    def total(self) -> int:
+        """Additions, subtractions, multiplications and divisions together."""
+        return self.additions + self.subtractions + self.multiplications + self.divisions
+
+
+def operation_count(program: Callee) -> OperationCount:
+    """Return the operations of one run; those of callees count whenever they run, those inside a solve do not.
+
+    A change of sign is free; x^n costs the multiplications that compute it; where, abs, min and comparisons are
+    functions.
+    """
+    return OperationCount(**_counted(program, {}))
+
+
+def _counted(program: Callee, known: dict[int, Counter[str]]) -> Counter[str]:
+    if id(program) not in known:
+        nodes = [node for s in program.statements if isinstance(s, Assign) for node in s.nodes]
+        counts = _counted_nodes(nodes)
+        for statement in program.statements:
+            if isinstance(statement, Call):
+                counts += _counted(statement.program, known)
+            elif isinstance(statement, Solve):
+                counts["solves"] += 1
+            elif isinstance(statement, Scan):
+                counts += _counted_scan(statement, known)
+            elif not isinstance(statement, Assign):
+                assert_never(statement)
+        known[id(program)] = counts
+    return known[id(program)]
+
+
+def _counted_scan(scan: Scan, known: dict[int, Counter[str]]) -> Counter[str]:
+    counts: Counter[str] = Counter()
+    for loop in scan.loops:
+        for kernel, iterations in loop.turns():
+            for name, times in _counted(kernel.program, known).items():
+                counts[name] += times * len(iterations)
+            pairs = zip(kernel.writes, kernel.program.outputs, strict=True)
+            added = sum(len(output.values) for window, output in pairs if window.adds)
+            counts["additions"] += added * len(iterations)
+    return counts
+
+
+def _counted_nodes(nodes: list[Node]) -> Counter[str]:
+    ops = Counter([node.op for node in nodes])
+    differences = sum(1 for node in nodes if node.op == "add" and node.args[1].op == "neg")
+    exponents = [integer_exponent(node) for node in nodes if node.op == "pow"]
+    products = [n.bit_length() + n.bit_count() - 2 for n in exponents if n is not None]
+    return Counter(
+        additions=ops["add"] - differences,
+        subtractions=differences,
+        multiplications=ops["mul"] + sum(products),
+        divisions=ops["div"],
+        functions=len(nodes) - sum(ops[op] for op in ("add", "mul", "div", "neg")) - len(products),
+    )
+
+
+def program_hash(program: Callee) -> str:
+    """Return 64 hexadecimal digits that depend on structure, shapes and constants only, not on any name.
+
+    (The names of inputs decide the order of operands in a sum or product, which is part of the structure.)
+    The same in every process. Programs with the same hash compute the same.
+    """
+    return program.digest.hex()
+
+
+def digest(program: Callee) -> bytes:
+    """Return the hash as `Program.digest` keeps it."""
+    numbers = _Numbers()
+    for given in program.inputs:
+        numbers.words += (_INPUT, len(given.shape), *given.shape)
+        numbers.define(given.slots)
+    for statement in program.statements:
+        _HASHERS[type(statement)](statement, numbers)
+    for output in program.outputs:
+        numbers.words += (_OUTPUT, len(output.shape), *output.shape)
+        numbers.words += [numbers[value] for value in output.values]
+    words = array("Q", numbers.words)
+    if sys.byteorder == "big":
+        words.byteswap()
+    return hashlib.sha256(words.tobytes()).digest()
+
+
+_WORDS: Final = {op: int.from_bytes(op.encode()[:8], "big") for op in BUILD}
+_CONSTANT, _CALL, _SOLVE, _INPUT, _OUTPUT, _SCAN = range(1, 7)
+_WORD: Final = 2**64
+
+
+class _Numbers(dict[Node, int]):
+    """The words that are hashed, and the number of each Node that has one by now; constants get theirs when met."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.words: list[int] = []
+
+    def __missing__(self, node: Node) -> int:
+        self.words += (_CONSTANT, *struct.unpack("<Q", struct.pack("<d", node.shadow)))
+        self[node] = len(self)
+        return self[node]
+
+    def define(self, leaves: tuple[Node, ...]) -> None:
+        for leaf in leaves:
+            self[leaf] = len(self)
+
+
+def _hash_assign(statement: Assign, numbers: _Numbers) -> None:
+    words = numbers.words
+    for node in statement.nodes:
+        args = node.args
+        if len(args) == 2:
+            words += (_WORDS[node.op], numbers[args[0]], numbers[args[1]])
+        else:
+            words += (_WORDS[node.op], *_own_words(node), *[numbers[a] for a in args])
+        if node not in numbers:  # a change of sign may stand in several statements
+            numbers[node] = len(numbers)
+
+
+def _own_words(node: Node) -> tuple[int, ...]:
+    """Return what is hashed of a table beside its operand: its numbers and the order of the derivative."""
+    if not node.own:
+        return ()
+    function, order = node.own
+    return (*struct.unpack("<4Q", function.digest), order)
+
+
+def _hash_call(statement: Call, numbers: _Numbers) -> None:
+    callee = struct.unpack("<4Q", statement.program.digest)
+    _hash_record((_CALL, *callee), statement, numbers)
+
+
+def _hash_solve(statement: Solve, numbers: _Numbers) -> None:
+    head = [_SOLVE, len(statement.right), len(statement.solution), len(statement.acting), len(statement.exerted)]
+    for rows in (statement.matrix, statement.exerted):
+        for columns in rows.columns:
+            head += (len(columns), *columns)
+    _hash_record(tuple(head), statement, numbers)
+
+
+def _hash_scan(statement: Scan, numbers: _Numbers) -> None:
+    parts = statement.given, statement.targets
+    head = [_SCAN, *map(len, parts), len(statement.work), len(statement.loops), *statement.sizes]
+    for loop in statement.loops:
+        head += (loop.count, len(loop.kernels), *_hashed_progression(loop.choice))
+        head += (0,) if loop.gate is None else (1, *_hashed_window(loop.gate))
+        for kernel in loop.kernels:
+            head += struct.unpack("<4Q", kernel.program.digest)
+            for window in (*kernel.reads, *kernel.writes):
+                head += _hashed_window(window)
+    _hash_record(tuple(head), statement, numbers)
+
+
+def _hashed_window(window: Window) -> tuple[int, ...]:
+    return (window.array, int(window.adds), *_hashed_progression(window.first))
+
+
+def _hashed_progression(given: Progression) -> tuple[int, ...]:
+    return (len(given.pattern), *(x % _WORD for x in (*given.pattern, given.step)))
+
+
+def _hash_record(head: tuple[int, ...], statement: Record, numbers: _Numbers) -> None:
+    atoms = [numbers[atom] for part in operands(statement) for atom in part]
+    numbers.words += head
+    numbers.words += atoms
+    for leaves in targets(statement):
+        numbers.define(leaves)
+
+
+_HASHERS: Final[dict[type[Statement], Callable[[Any, _Numbers], None]]] = {
+    Assign: _hash_assign,
+    Call: _hash_call,
+    Solve: _hash_solve,
+    Scan: _hash_scan,
+}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 @dataclass(frozen=True, repr=False)
 class Program:
@@ -45,7 +491,7 @@ class Program:
 
     @cached_property
     def digest(self) -> bytes:
-        """The hash of structure, shapes and constants (see `multibody_sym.program.measures`)."""
+        """The hash of structure, shapes and constants (see `multibody_sym.program.program`)."""
         return digest(self)
 
     def output(self, name: str) -> Output:
@@ -68,5 +514,3 @@ def _named(name: str, things: Iterable[_Part], kind: str) -> _Part:
 
 
 # --- the verifier: one function a statement type -----------------------------------------------------------------
-
-

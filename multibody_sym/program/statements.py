@@ -19,14 +19,114 @@ from functools import cached_property
 from typing import ClassVar, Final, Protocol, assert_never
 
 import numpy as np
+import numpy.typing as npt
 
 from multibody_sym.errors import MultibodyError
-from multibody_sym.numerics.least_norm import Span
-from multibody_sym.program.profile import column_order, spans_of
-from multibody_sym.program.progressions import Integers, Progression, Window
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.least_norm import Span, row_spans
 from multibody_sym.scalars.node import ZERO, Node, as_node, slots
 from multibody_sym.scalars.vectors import S
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Progressions of integers, and the windows on arrays whose places they give.
+
+
+Integers = npt.NDArray[np.int64]
+_LONGEST_PERIOD: Final = 64
+
+
+@dataclass(frozen=True)
+class Progression:
+    """Integers `pattern[k % p] + step * (k // p)`, p = len(pattern): constant, arithmetic, periodic, or any table."""
+
+    pattern: tuple[int, ...]
+    step: int = 0
+
+    def at(self, k: int) -> int:
+        """Return number k."""
+        turns, place = divmod(k, len(self.pattern))
+        return self.pattern[place] + self.step * turns
+
+    def values(self, count: int) -> Integers:
+        """Return the first `count` numbers."""
+        k = np.arange(count)
+        return np.array(self.pattern, dtype=np.int64)[k % len(self.pattern)] + self.step * (k // len(self.pattern))
+
+
+def progression(values: Sequence[int] | Integers) -> Progression:
+    """Return the progression of the shortest period that begins with `values`; a long period is a table."""
+    array = np.asarray(values, dtype=np.int64)
+    listed = array.tolist()
+    for period in range(1, min(len(listed), _LONGEST_PERIOD + 1)):
+        step = listed[period] - listed[0]
+        if listed[-1] - listed[-1 - period] == step and (array[period:] - array[:-period] == step).all():
+            return Progression(tuple(listed[:period]), step)
+    return Progression(tuple(listed) or (0,))
+
+
+def progression_through(places: Integers, values: Integers) -> Progression:
+    """Return the progression of the shortest period that has `values` at `places` (ascending), whatever it has between.
+
+    A long period is a table.
+    """
+    if len(places) == 0 or places[-1] == len(places) - 1:
+        return progression(values)
+    for period in range(1, _LONGEST_PERIOD + 1):
+        turns, residues = np.divmod(places, period)
+        order = np.argsort(residues, kind="stable")
+        alike = np.nonzero(np.diff(residues[order]) == 0)[0]
+        first, next_one = order[alike[:1]], order[alike[:1] + 1]
+        step = int(((values[next_one] - values[first]) // (turns[next_one] - turns[first])).sum())
+        pattern = np.zeros(period, dtype=np.int64)
+        pattern[residues] = values - step * turns
+        if (pattern[residues] + step * turns == values).all():
+            return Progression(tuple(pattern.tolist()), step)
+    table = np.zeros(places[-1] + 1, dtype=np.int64)
+    table[places] = values
+    return Progression(tuple(table.tolist()))
+
+
+@dataclass(frozen=True)
+class Window:
+    """The elements from `first` on of array number `array`; a kernel's output is stored there, or added if it `adds`.
+
+    Arrays count from the given ones on to the results and to those that only work.
+    """
+
+    array: int
+    first: Progression
+    adds: bool = False
+
+
+def reversed_progression(given: Progression, count: int) -> Progression:
+    """Return the first `count` numbers of a progression, last first."""
+    return progression(given.values(count)[::-1])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Where the matrix of a solve may differ from zero, and where its elimination in the order of the rows does.
+
+
+def column_order(rows: Sequence[Sequence[int]], columns: int) -> list[int]:
+    """Return the columns in the order in which rows first use them, which keeps spans short; last those never used."""
+    first: dict[int, int] = {}
+    for j, places in enumerate(rows):
+        for k in places:
+            first.setdefault(k, j)
+    return sorted(range(columns), key=lambda k: first.get(k, len(rows)))
+
+
+def spans_of(matrix: Sequence[Sequence[Node]]) -> list[Span]:
+    """Return the span of each row of a matrix (s x n)."""
+    return row_spans([[element is not ZERO for element in row] for row in matrix])
+
+
+def elimination_cost(spans: Sequence[Span]) -> int:
+    """Return how many elements of vectors the elimination reads, about half of its multiplications."""
+    return sum((span.high - span.low) * (j - span.low + 1) for j, span in enumerate(spans))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 TARGETS: Final = "z"
 """The array whose slots stand for the results of calls, solves and scans."""
@@ -164,7 +264,7 @@ NO_ROWS: Final = Rows((), ())
 
 @dataclass(frozen=True, repr=False)
 class Solve:
-    """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `numerics/least_norm.py` does.
+    """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `scalars/least_norm.py` does.
 
     `matrix` holds the s rows of A, `right` r (s); the targets are `solution` x (n), `multipliers` lambda (s, zero for
     dependent rows) and `report` (rank, smallest part of a kept row, relative residual of the dependent rows). No more
@@ -307,3 +407,79 @@ def with_kernels(scan: Scan, programs: Sequence[Callee]) -> Scan:
         for loop in scan.loops
     ]
     return replace(scan, loops=tuple(loops))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# When the elements of a scan's arrays are read and written, and whether each is written before it is read.
+
+
+@dataclass(frozen=True)
+class Access:
+    """How an array's elements are used: by time (iterations counted through all loops), -1 and `never` if they are not.
+
+    `read` first, `written` last, `stored` how often, `surely` behind no gate; `added` whether anything is added.
+    """
+
+    read: Integers
+    written: Integers
+    stored: Integers
+    surely: npt.NDArray[np.bool_]
+    added: npt.NDArray[np.bool_]
+
+    def needs_zeros(self, result: bool) -> bool:
+        """Whether an element is read or added to that may hold nothing; of a result all are read afterwards."""
+        return bool((self.added | (((self.read < _NEVER) | result) & ~self.surely)).any())
+
+
+_NEVER: Final = np.iinfo(np.int64).max
+
+
+def accesses(scan: Scan) -> list[Access]:
+    """Return the use of every array; raises IndexError where there is no such window or kernel."""
+    found = [
+        Access(np.full(n, _NEVER), np.full(n, -1), np.zeros(n, dtype=np.int64), *np.zeros((2, n), dtype=bool))
+        for n in scan.sizes
+    ]
+    begun = 0
+    for loop in scan.loops:
+        if loop.gate is not None:
+            every = np.arange(loop.count)
+            np.minimum.at(found[loop.gate.array].read, _places(loop.gate, every, 1, found).ravel(), begun + every)
+        for kernel, iterations in loop.turns():
+            times = begun + iterations
+            for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
+                where = _places(window, iterations, array.size, found)
+                np.minimum.at(found[window.array].read, where.ravel(), np.repeat(times, array.size))
+            for window, output in zip(kernel.writes, kernel.program.outputs, strict=True):
+                size = len(output.values)
+                where, use = _places(window, iterations, size, found), found[window.array]
+                np.maximum.at(use.written, where.ravel(), np.repeat(times, size))
+                if window.adds:
+                    use.added[where] = True
+                else:
+                    np.add.at(use.stored, where.ravel(), 1)
+                    use.surely[where] = loop.gate is None
+        begun += loop.count
+    return found
+
+
+def _places(window: Window, iterations: Integers, size: int, found: Sequence[Access]) -> Integers:
+    """Return the places (iterations, size) of a window."""
+    if not 0 <= window.array < len(found):
+        raise IndexError(f"there is no array {window.array}")
+    where = window.first.values(int(iterations[-1]) + 1 if len(iterations) else 0)[iterations, None] + np.arange(size)
+    if where.size and not (where.min() >= 0 and where.max() < len(found[window.array].read)):
+        raise IndexError(f"a window reaches beyond array {window.array}")
+    return where
+
+
+def conflict(scan: Scan) -> str:
+    """Return what contradicts the rule that elements are stored once, or added to, before they are read, or ''."""
+    for number, use in enumerate(accesses(scan)):
+        if number < len(scan.given) and (use.written >= 0).any():
+            return f"array {number} is given and written"
+        if (use.stored > 1).any() or ((use.stored == 1) & use.added).any():
+            return f"an element of array {number} is stored twice"
+        if (use.written >= use.read).any():
+            return f"an element of array {number} is written after it is read"
+    return ""

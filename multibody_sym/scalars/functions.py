@@ -10,11 +10,8 @@ from typing import Any, Final, TypeVar
 
 from multibody_sym.errors import ArgumentError, ExpressionError, UndefinedValueError, shown
 from multibody_sym.scalars import node as _node
-from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.interning import FLOAT_OPERATIONS
-from multibody_sym.scalars.node import Node, as_node
-from multibody_sym.scalars.plain_numbers import unboxed
-from multibody_sym.scalars.traversal import leaves, postorder
+from multibody_sym.scalars.elementary import BUILD, leaves, postorder
+from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node, as_node, unboxed
 
 S = TypeVar("S")
 """A scalar: float, Node or sympy.Expr. Plain integers are welcome among all three."""

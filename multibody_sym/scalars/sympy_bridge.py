@@ -11,10 +11,9 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.node import ONE, PI, Node, number, real, symbol
-from multibody_sym.scalars.rows import Tabulated
-from multibody_sym.scalars.traversal import postorder
+from multibody_sym.scalars.tabulated import Tabulated
 
 _CONDITIONS: Final = (sympy.core.relational.Relational, sympy.And, sympy.Or, type(sympy.true), type(sympy.false))
 

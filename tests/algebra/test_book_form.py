@@ -9,15 +9,14 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.conditions import comparison
-from multibody_sym.algebra.decimals import with_doubles
+from multibody_sym.algebra.book_form import book_form, with_doubles
+from multibody_sym.algebra.inequalities import comparison
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 SAMPLE = {
     "g": 10.0, "m": 1.5, "m1": 1.0, "m2": 2.0, "M": 5.0, "F": 30.0, "F1": 3.0, "F2": 5.0, "h": 2.0, "l": 0.5, "k": 7.0,

@@ -9,7 +9,7 @@ from sympy.polys.domains import ZZ
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyElement, PolyRing
 
-from multibody_sym.algebra.factors import cofactors
+from multibody_sym.algebra.quotients import cofactors
 
 RING = PolyRing(["a", "b", "c", "d", "e"], ZZ, lex)
 

@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import linprog
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.conditions import Condition, reduced, within
+from multibody_sym.algebra.inequalities import Condition, reduced, within
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, Letter, Quotient
-from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.parser import parse
 
 Reader = Callable[[str], Quotient]
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from multibody_sym.algebra.exact_signs import decided_sign
-from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotient_functions import decided_sign, exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
-from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.parser import parse
 
 
 def decided(expression: str, **values: str) -> int | None:

@@ -9,7 +9,7 @@ from sympy.polys.domains import ZZ
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyElement, PolyRing
 
-from multibody_sym.algebra.factors import factored
+from multibody_sym.algebra.quotients import factored
 
 
 def test_a_polynomial_is_factored_once_whatever_its_number_and_ring(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy
 
-from multibody_sym.algebra.script import LatexScript, TextScript
+from multibody_sym.algebra.writers import LatexScript, TextScript
 
 ROOT = sympy.sqrt(3)
 NUMBER = sympy.Float("0.1234567")

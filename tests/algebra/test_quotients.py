@@ -15,15 +15,13 @@ from sympy.polys.orderings import lex
 from sympy.polys.rings import ring
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.exact_solve import exact_solve
-from multibody_sym.algebra.factors import factored
-from multibody_sym.algebra.quotient_functions import doubled, exact, register_angles
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
+from multibody_sym.algebra.quotient_functions import doubled, exact, exact_solve, register_angles
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, number, symbol
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 SAMPLE = {symbol("a"): 2, symbol("b"): 3, symbol("c"): 5, symbol("x"): 0.7, symbol("y"): -1.3}
 

@@ -10,10 +10,15 @@ import pytest
 import sympy
 from random_formulas import L, a, b, k, m1, random_formula, u, v
 
-from multibody_sym.algebra.grouping import _product_of_factors
-from multibody_sym.algebra.readable import LARGEST_SUM, Readable, with_squares
-from multibody_sym.algebra.signs import with_numbers_outside, with_signs, with_sizes
-from multibody_sym.algebra.terms import expanded_size, terms_of
+from multibody_sym.algebra.simplify import LARGEST_SUM, Readable, with_squares
+from multibody_sym.algebra.sums import (
+    _product_of_factors,
+    expanded_size,
+    terms_of,
+    with_numbers_outside,
+    with_signs,
+    with_sizes,
+)
 
 m2 = sympy.Symbol("m2", positive=True)
 c = sympy.Symbol("c", real=True)

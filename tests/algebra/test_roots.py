@@ -9,11 +9,11 @@ from scipy.optimize import brentq
 
 from multibody_sym.algebra.quotient_functions import exact, register_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
-from multibody_sym.algebra.solving.roots import roots
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
+from multibody_sym.algebra.roots import roots
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 SAMPLE = {"a": 0.7, "b": 1.9, "c": 0.4}
 

@@ -8,11 +8,11 @@ import pytest
 from mpmath import MPContext
 
 from multibody_sym.algebra.quotients import PRECISE, Letter
-from multibody_sym.algebra.solving.shared_roots import with_shared_roots
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
+from multibody_sym.algebra.roots import with_shared_roots
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 PLACES = 5
 EXACT = MPContext()

@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 import sympy
 
-from multibody_sym.algebra.budget import Budget
-from multibody_sym.algebra.subexpressions import Subexpressions, partials, tidied
+from multibody_sym.algebra.quotients import Budget
+from multibody_sym.algebra.simplify import Subexpressions, partials, tidied
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
+from multibody_sym.text.parser import parse
 
 q, u, p = sympy.symbols("q u p", real=True)
 LEAVES = {symbol(x.name): x for x in (q, u, p)}

@@ -14,15 +14,21 @@ import pytest
 from mechanisms import Case, random_case, random_state
 from random_loops import blocks
 
-from multibody_sym.analysis.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement, beyond_rounding, ratio
-from multibody_sym.analysis.reference import dalembert
+from multibody_sym.analysis.independent_checks import (
+    LARGEST_ON_TREES,
+    LARGEST_WITH_ROWS,
+    agreement,
+    beyond_rounding,
+    dalembert,
+    ratio,
+)
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.kinematics.state import State, slot_state
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.runtime.loading import load
+from multibody_sym.program.loading import load
 from multibody_sym.scalars.node import ZERO, slot
 
 NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}

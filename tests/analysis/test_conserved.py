@@ -7,15 +7,14 @@ from dataclasses import replace
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.theorems.conserved import Conserved, conserved
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance, Expression, PrescribedMotion, Rolling
-from multibody_sym.model.declaration.forces import Damper, Drag, Force, Pull, SpringDamper, Torque
-from multibody_sym.model.declaration.joint import Initial
-from multibody_sym.model.declaration.joints import Free, Planar, PointJoint, Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
+from multibody_sym.dynamics.theorems.conserved import Conserved, conserved
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rolling
+from multibody_sym.model.forces import Damper, Drag, Force, Pull, SpringDamper, Torque
+from multibody_sym.model.joints import Free, Initial, Planar, PointJoint, Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
 
 E, H = "total_energy()", "jacobi_integral()"
 DOWN, DOWN_Y = [0, 0, -9.81], [0, -9.81, 0]

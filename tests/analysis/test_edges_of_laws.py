@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import quad
 
 import multibody_sym as mbs
+from multibody_sym.documents.analysis import equilibrium_text
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.writing.statics import equilibrium_text
 
 EDGE = """
 multibody_sym: 1

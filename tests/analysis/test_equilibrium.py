@@ -14,9 +14,9 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
-from multibody_sym.analysis.resting import search as search_module
+from multibody_sym.analysis import equilibrium_search as search_module
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 G = 9.81

@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.analysis import equilibrium_search
 from multibody_sym.analysis.equilibrium import Equilibrium
-from multibody_sym.analysis.resting import closings
-from multibody_sym.analysis.resting.search import SECONDS, Found, Search
+from multibody_sym.analysis.equilibrium_search import SECONDS, Found, Search
+from multibody_sym.documents.analysis import equilibrium_text
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.writing.statics import equilibrium_text
 
 G = 9.81
 HEAD = f"multibody_sym: 1\nname: rest\ngravity: [0, -{G}, 0]\n"
@@ -164,7 +164,7 @@ def test_each_set_is_searched_however_long_the_one_of_the_start_takes(monkeypatc
 
     With its lower end on the floor V = (m L/2 + n s) g sin(a), and dV/da = 0 where cos(a) = 0.
     """
-    spent, real = [0.0], closings.found_from
+    spent, real = [0.0], equilibrium_search.found_from
 
     def clock() -> float:
         spent[0] += 0.02  # a time that no other process disturbs
@@ -177,7 +177,7 @@ def test_each_set_is_searched_however_long_the_one_of_the_start_takes(monkeypatc
             return Found(guesses=1, cut_short=True)
         return real(search, *given, **named)
 
-    monkeypatch.setattr(closings, "found_from", slow)
+    monkeypatch.setattr(equilibrium_search, "found_from", slow)
     monkeypatch.setattr(time, "process_time", clock)
     found = mbs.equilibrium(mbs.loads(LEANING))
     rests = {(round(math.sin(x["a"]), 9), round(x["s"], 9)) for x in found.positions}

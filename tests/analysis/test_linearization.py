@@ -13,13 +13,13 @@ from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
 from multibody_sym.analysis.deviations import Flow
-from multibody_sym.analysis.linearization import period_multipliers
+from multibody_sym.analysis.linearize import period_multipliers
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.scalars.rotations import conjugate, quaternion_product
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.scalars.vectors import conjugate, quaternion_product
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.linearization import period_multipliers
+from multibody_sym.analysis.linearize import period_multipliers
 
 PENDULUM = mbs.loads("""
 multibody_sym: 1

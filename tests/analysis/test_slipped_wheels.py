@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.writing.check import check_text
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.documents.solution import check_text, solution_text
 
 ATWOOD = """\
 multibody_sym: 1

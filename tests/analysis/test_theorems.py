@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.theorems.balance import instant_of, rates_of, theorems
-from multibody_sym.analysis.theorems.short_run import short_run_misses
+from multibody_sym.analysis.independent_checks import short_run_misses
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.state import State
 
 TENSOR = {"Ixx": 2, "Iyy": 3, "Izz": 4, "Ixy": 0.5}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.writing.worked import worked_text
+from multibody_sym.documents.worked import worked_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples/variable_mass"
 

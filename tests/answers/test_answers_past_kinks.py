@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.values import Value
+from multibody_sym.text.values import Value
 
 STRING = """
 multibody_sym: 1

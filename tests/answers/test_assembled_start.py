@@ -8,9 +8,9 @@ import random
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.text.printer import text
 
 SLIDER = """
 multibody_sym: 1

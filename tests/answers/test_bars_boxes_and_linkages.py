@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.numerics.rank import last_share
+from multibody_sym.scalars.rank import last_share
 
 BAR = """\
 multibody_sym: 1

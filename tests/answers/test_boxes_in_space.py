@@ -9,14 +9,14 @@ import pytest
 from scipy.optimize import brentq
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.laws import states
-from multibody_sym.dynamics.laws.states import States
-from multibody_sym.expressions.printer import text
-from multibody_sym.numerics.outline import outline
+from multibody_sym.contact_laws import search
+from multibody_sym.contact_laws.search import States
+from multibody_sym.documents.runs import redundancy_lines
+from multibody_sym.documents.solution import solution_text
 from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.linear_inequalities import outline
 from multibody_sym.scalars.node import symbol
-from multibody_sym.writing.redundancy import redundancy_lines
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.text.printer import text
 
 SPACE = """\
 multibody_sym: 1
@@ -200,7 +200,7 @@ def test_forces_of_legs_that_cancel_are_nothing_and_those_that_are_not_unique_ar
 def test_that_nothing_fulfils_the_laws_is_not_said_of_slip_in_any_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Newton's method finds directions of slip in space: where it found none, nothing is proved."""
     monkeypatch.setattr(States, "_locally", lambda *_: None)
-    monkeypatch.setattr(states, "candidates", lambda *_: iter(()))
+    monkeypatch.setattr(search, "candidates", lambda *_: iter(()))
     with pytest.raises(mbs.NoSolutionError, match=r"no state was found .* all \d+ modes.* not proved that"):
         solved(PULLED, H=50.0)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.writing.check import check_text
-from multibody_sym.writing.run_summary import run_summary
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.documents.runs import run_summary
+from multibody_sym.documents.solution import check_text, solution_text
 
 THROWN = """
 multibody_sym: 1

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.struck import outcome, posed_impact
-from multibody_sym.answers.impact.record import ImpactFound
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.impacts.impulsive import struck_rows
-from multibody_sym.dynamics.laws.assemble import tree_dynamics_of
+from multibody_sym.answers.records import ImpactFound
+from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
+from multibody_sym.dynamics.contact.impact_problem import struck_rows
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
 from multibody_sym.errors import InputError, NoSolutionError
-from multibody_sym.expressions.parser import parse
-from multibody_sym.kinematics.impacts import resting
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.impacts import resting
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.parser import parse
 
 SETS = 12
 NEAR = 1e-6

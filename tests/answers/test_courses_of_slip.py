@@ -7,13 +7,13 @@ import math
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.struck import outcome, posed_impact
-from multibody_sym.answers.impact.record import ImpactFound
-from multibody_sym.expressions.printer import text
-from multibody_sym.expressions.values import Value
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.answers.records import ImpactFound
+from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
 
 HEAD = "multibody_sym: 1\nname: struck\n"
 ROD = """

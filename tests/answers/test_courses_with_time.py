@@ -12,10 +12,10 @@ from exact import exactly
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
-from multibody_sym.expressions.parser import parse
-from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.text.parser import parse
 
 SAMPLE = {"g": 9.81, "m": 2, "k": 3, "c": 20, "w": 5, "F": 3, "b": 0.4, "v": 4, "a": 0.1, "T": 0.7, "n": 1.3, "s": 50}
 G, M, K, C, W, F, B, V, A, T, N, S = SAMPLE.values()

@@ -11,10 +11,10 @@ from exact import exactly
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
-from multibody_sym.expressions.parser import parse
-from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.text.parser import parse
 
 T = symbol("t")
 VALUES = {"m": "2", "M": "3", "k": "8", "h": "3", "c": "1/2", "b": "1/5", "F": "4", "w": "7/10", "a": "1/10",

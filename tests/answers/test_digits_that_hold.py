@@ -12,10 +12,10 @@ import pytest
 from scipy.special import ellipk, ellipkinc
 
 import multibody_sym as mbs
-from multibody_sym.expressions.held_digits import held
-from multibody_sym.writing.run_summary import run_summary
-from multibody_sym.writing.solution import solution_text
-from multibody_sym.writing.statics import equilibrium_text
+from multibody_sym.documents.analysis import equilibrium_text
+from multibody_sym.documents.runs import run_summary
+from multibody_sym.documents.solution import solution_text
+from multibody_sym.text.values import held
 
 ORBIT = """
 multibody_sym: 1

@@ -14,16 +14,20 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.cut_free.arrows import all_arrows, reaction_arrows
-from multibody_sym.answers.cut_free.letters import force_names
-from multibody_sym.answers.cut_free.pulls import CutFree
-from multibody_sym.answers.cut_free.values import at_end, sliding_of, values_of
+from multibody_sym.answers.free_bodies import (
+    CutFree,
+    all_arrows,
+    at_end,
+    force_names,
+    reaction_arrows,
+    sliding_of,
+    values_of,
+)
 from multibody_sym.cli.main import main
-from multibody_sym.drawing.picture import Arc, Arrow, Stroke
-from multibody_sym.dynamics.derivation.letters import component_label
-from multibody_sym.scene.forms import unit
-from multibody_sym.scene.items import ArrowItem
-from multibody_sym.scene.scene import scene_of
+from multibody_sym.derivation.force_letters import component_label
+from multibody_sym.pictures.page.picture import Arc, Arrow, Stroke
+from multibody_sym.pictures.scene.items import ArrowItem, unit
+from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PENDULUM = EXAMPLES / "pendulum.yaml"

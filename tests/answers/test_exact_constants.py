@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
+from multibody_sym.documents.derivation import derivation_text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
-from multibody_sym.writing.derivation import derivation_text
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 SWING = """
 multibody_sym: 1

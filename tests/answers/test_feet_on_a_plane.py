@@ -16,10 +16,10 @@ from one_way_problems import assert_holds
 from scipy.optimize import linprog
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.laws.search import find
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.contact_laws.search import find
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.mechanics.changes import Changes
 
 DIRECTIONS = 180
 INSIDE = math.cos(math.pi / DIRECTIONS)

@@ -11,10 +11,9 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
+from multibody_sym.documents.runs import run_summary
+from multibody_sym.documents.solution import check_text, solution_text
 from multibody_sym.errors import ModelError
-from multibody_sym.writing.check import check_text
-from multibody_sym.writing.run_summary import run_summary
-from multibody_sym.writing.solution import solution_text
 
 G, M, m, R = 9.81, 4.0, 1.5, 0.3
 A = m * G / (m + M / 2)
@@ -230,7 +229,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
 def test_examples_withhold_nothing_that_is_determined(file: Path) -> None:
     """In all of them every force has a place: the sleigh's edge acts in the joint that stands for the table."""
-    from multibody_sym.model.resolution.resolve import mechanism
+    from multibody_sym.mechanics.resolve import mechanism
 
     found = {name: each.components for name, each in mechanism(mbs.load(file)).withheld.items()}
     assert found == {}
@@ -247,7 +246,7 @@ def test_the_command_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 def test_equations_body_by_body_say_what_they_take_for_granted() -> None:
     """They put a coupling's force along the joints' axes; where that is not declared, it is told."""
-    from multibody_sym.writing.derivation import derivation_data, derivation_latex, derivation_text
+    from multibody_sym.documents.derivation import derivation_data, derivation_latex, derivation_text
 
     for text, withheld in ((DRUM + NO_PLACE, True), (DRUM + STRING, False)):
         derived = mbs.derive(mbs.loads(text), method="newton_euler")

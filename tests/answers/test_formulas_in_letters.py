@@ -12,23 +12,23 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.in_letters.letters import Letters
+from multibody_sym.answers.instant.letters import Letters
 from multibody_sym.cli.main import main
+from multibody_sym.documents.notebook import solution_markdown
+from multibody_sym.documents.solution import solution_text
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
-from multibody_sym.expressions.values import Value
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
-from multibody_sym.scalars.traversal import leaves
-from multibody_sym.writing.notebook import solution_markdown
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.parser import parse
 
 MODEL = """
 multibody_sym: 1

@@ -11,7 +11,7 @@ from test_solved_modes import HEAD, PULLED, RAMP, RIDGE
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.documents.solution import solution_text
 
 ROD = """
 parameters: {g: 9.81, mu: 2, theta: 1.3, w: 0, v: -8, m: 1 kg, l: 1 m}

@@ -9,8 +9,8 @@ from small_motion_problems import PROBLEMS
 
 import multibody_sym as mbs
 from multibody_sym.errors import InputError
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 BY_NAME = {problem.name: problem.text for problem in PROBLEMS}
 

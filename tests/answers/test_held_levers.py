@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints.held import held_coordinates
+from multibody_sym.dynamics.constraints.redundancy import held_coordinates
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol

@@ -7,8 +7,8 @@ import math
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.impact.record import ImpactFound
-from multibody_sym.expressions.printer import text
+from multibody_sym.answers.records import ImpactFound
+from multibody_sym.text.printer import text
 
 HEAD = "multibody_sym: 1\nname: struck\n"
 SLIDER = """

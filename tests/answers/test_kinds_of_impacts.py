@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.impact.record import ImpactFound
-from multibody_sym.expressions.printer import text
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.answers.records import ImpactFound
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.text.printer import text
 
 HEAD = "multibody_sym: 1\nname: struck\n"
 ROD = """

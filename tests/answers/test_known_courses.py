@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.printer import text
 
 SAMPLE = {"g": 9.81, "m": 2, "k": 50, "c": 20, "w": 5, "F": 3, "kd": 0.4, "v": 4, "a": 0.1, "T": 0.7, "P": 30, "d": 0.3}
 G, M, K, C, W, F, KD, V, A, T, P, D = SAMPLE.values()

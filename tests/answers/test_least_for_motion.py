@@ -10,11 +10,11 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import multibody_sym as mbs
-from multibody_sym.analysis.rest import least
+from multibody_sym.analysis.rest import ranges
 from multibody_sym.cli.main import main
+from multibody_sym.documents.analysis import least_text
 from multibody_sym.errors import InputError, NoSolutionError
-from multibody_sym.expressions.printer import text
-from multibody_sym.writing.rest import least_text
+from multibody_sym.text.printer import text
 
 PULL = """\
 multibody_sym: 1
@@ -125,8 +125,8 @@ def test_where_zero_does_not_hold_the_least_that_holds_is_found_too(monkeypatch,
     Each angle is looked at once: the search took half a minute.
     """
     looked = []
-    first_range = least.first_range
-    monkeypatch.setattr(least, "first_range", lambda *given: looked.append(given) or first_range(*given))
+    first_range = ranges.first_range
+    monkeypatch.setattr(ranges, "first_range", lambda *given: looked.append(given) or first_range(*given))
     phi = math.atan(mu)
     found = mbs.least_for_motion(mbs.loads(PULL), "F", "beta", parameters={"mu": mu})
     assert found.holds is not None

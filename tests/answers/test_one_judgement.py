@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.checking.check import check
+from multibody_sym.analysis.check import check
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROLLING_WITH_ARM = """

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.cut_free.pulls import CutFree
-from multibody_sym.answers.cut_free.values import at_end
-from multibody_sym.drawing.figure import Figure
-from multibody_sym.drawing.picture import Arrow, Text
-from multibody_sym.scene.scene import scene_of
-from multibody_sym.writing.report.free_bodies import free_bodies
+from multibody_sym.answers.free_bodies import CutFree, at_end
+from multibody_sym.documents.report import free_bodies
+from multibody_sym.pictures.draw import Figure
+from multibody_sym.pictures.page.picture import Arrow, Text
+from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BOX = (EXAMPLES / "textbook/pulled_box.yaml").read_text()

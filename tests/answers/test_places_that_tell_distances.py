@@ -7,7 +7,7 @@ from math import sqrt
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.printer import text
 
 ELLIPSE = """
 multibody_sym: 1

@@ -8,9 +8,9 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.answers.instant import solved_in
+from multibody_sym.answers.instant.instant import solved_in
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.printer import text
 
 WHEEL = """\
 multibody_sym: 1

@@ -11,9 +11,9 @@ from random_loops import blocks
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.mechanics.state import state_of
 
 
 def _size(world: World, wanted: np.ndarray) -> float:

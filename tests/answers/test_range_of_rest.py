@@ -12,12 +12,12 @@ import pytest
 from scipy.optimize import brentq
 
 import multibody_sym as mbs
-from multibody_sym.answers.range_of_rest import RestBound
+from multibody_sym.analysis.rest.range_of_rest import RestBound
 from multibody_sym.cli.main import main
+from multibody_sym.documents.analysis import rest_text
 from multibody_sym.errors import ArgumentError, InputError, NoSolutionError
-from multibody_sym.expressions.chosen_units import chosen_units
-from multibody_sym.expressions.printer import text
-from multibody_sym.writing.rest import rest_text
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import chosen_units
 
 INCLINE = """\
 multibody_sym: 1

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.printer import text
 
 HEAD = "multibody_sym: 1\nname: joint\n"
 

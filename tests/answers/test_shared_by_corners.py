@@ -7,7 +7,7 @@ import math
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.documents.solution import solution_text
 
 BOX = """
 multibody_sym: 1

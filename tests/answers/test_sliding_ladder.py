@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.traversal import postorder
+from multibody_sym.text.printer import text
 
 LADDER = """
 multibody_sym: 1

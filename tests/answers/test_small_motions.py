@@ -13,15 +13,14 @@ from small_motion_problems import PROBLEMS, Problem
 import multibody_sym as mbs
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
-from multibody_sym.answers.small_motions.place import place_of
+from multibody_sym.analysis.modes.state import place_of
+from multibody_sym.documents.analysis import linearization_text, modes_text
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, NoSolutionError
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.writing.linearization import linearization_text
-from multibody_sym.writing.modes import modes_text
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
 
 NAMES = [problem.name for problem in PROBLEMS]
 SOME = [pytest.param(n, marks=[] if k % 3 == 0 else pytest.mark.long) for k, n in enumerate(NAMES)]

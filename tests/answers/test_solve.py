@@ -13,11 +13,11 @@ import pytest
 from textbook_problems import HEAD, PROBLEMS
 
 import multibody_sym as mbs
-from multibody_sym.expressions.values import Value
+from multibody_sym.documents.solution import solution_text
+from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
-from multibody_sym.scalars.traversal import postorder
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.text.values import Value
 
 
 def problem(model: str) -> mbs.System:

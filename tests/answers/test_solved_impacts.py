@@ -11,12 +11,12 @@ import pytest
 import sympy
 
 import multibody_sym as mbs
-from multibody_sym.expressions.parser import parse
-from multibody_sym.expressions.printer import text
-from multibody_sym.expressions.values import Value
+from multibody_sym.documents.worked import worked_latex, worked_text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
-from multibody_sym.writing.worked import worked_latex, worked_text
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
 from tests.answers.impact_models import CHAIN, COIN, TWO_BALLS
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.documents.solution import solution_text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.writing.solution import solution_text
 
 CRANK = """
 multibody_sym: 1

@@ -8,13 +8,13 @@ from fractions import Fraction
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.instant import Decided, solved_in
+from multibody_sym.answers.instant.instant import Decided, solved_in
 from multibody_sym.answers.solve import solution_of
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.documents.solution import solution_text
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.modes import in_mode
 
 HEAD = "multibody_sym: 1\nname: problem\ngravity: [0, -g, 0]\n"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.printer import text
 
 ROUTES = {"bodies cut free": "newton_euler", "virtual work": "dalembert_lagrange", "recursion": "composite_body"}
 

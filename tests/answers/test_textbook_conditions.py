@@ -15,15 +15,15 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.answers.solve import acceleration_names
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.expressions.parser import parse
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.row_records import RopeRow
+from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.text.parser import parse
 
 FILES = Path(__file__).parents[2] / "examples" / "textbook"
 SETS = 100

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.text.printer import text
 
 CHAIN = """
 multibody_sym: 1

@@ -7,7 +7,7 @@ from math import pi, sqrt
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.questions import simulated_motion
+from multibody_sym.answers.ask import from_runs
 from multibody_sym.errors import InputError
 
 RISING = """
@@ -147,8 +147,8 @@ def test_a_find_takes_few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     These were 216 runs for two questions, five a value tried.
     """
     runs = []
-    simulate = simulated_motion.simulate
-    monkeypatch.setattr(simulated_motion, "simulate", lambda *given, **how: runs.append(1) or simulate(*given, **how))
+    simulate = from_runs.simulate
+    monkeypatch.setattr(from_runs, "simulate", lambda *given, **how: runs.append(1) or simulate(*given, **how))
     solved(BRAKING, "s: {value: x, when: c sticks}", "need: {find: v, so: s == 5}")
     assert len(runs) <= 20
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.documents.solution import solution_text
+from multibody_sym.text.printer import text
 
 ROD = """
 multibody_sym: 1

@@ -13,12 +13,12 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.expressions.units import Dimension, parse_unit
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.fields import Names
+from multibody_sym.text.units import Dimension, parse_unit
 
 PENDULUM = """
 parameters: {m: 1.3 kg, l: 0.7 m, I: 0.2 kg*m^2, k: 3 N*m, c: 0.4 N*m*s, a0: 20 deg, w0: 2 rad/s, Q: 3*m*l^2}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.documents.solution import solution_text
 
 LIFT = """
 multibody_sym: 1

@@ -10,10 +10,10 @@ from mpmath import mp
 from small_motion_problems import PROBLEMS
 
 import multibody_sym as mbs
-from multibody_sym.answers.small_motions import amplitude
+from multibody_sym.analysis.modes import amplitude
+from multibody_sym.documents.solution import solution_text
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.expressions.parser import parse
-from multibody_sym.writing.solution import solution_text
+from multibody_sym.text.parser import parse
 
 TEXTS = {problem.name: problem.text for problem in PROBLEMS}
 DRIVEN = """

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.documents.solution import solution_text
 from multibody_sym.errors import InputError
-from multibody_sym.writing.solution import solution_text
 
 _STOP = """
 multibody_sym: 1

@@ -9,15 +9,15 @@ import pytest
 from test_worked_steps import steps, verify
 
 import multibody_sym as mbs
-from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.worked.alternatives import Refuted, refuted
+from multibody_sym.answers.worked.elimination import shown
 from multibody_sym.answers.worked.equations import Equations
-from multibody_sym.answers.worked.exactly import shown
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.derivation.symbolic_start import declared_state
+from multibody_sym.documents.worked import worked_text
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.writing.worked import worked_text
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.modes import in_mode
 
 HEAD = "multibody_sym: 1\nname: problem\ngravity: [0, -g, 0]\n"
 

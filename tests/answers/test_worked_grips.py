@@ -9,8 +9,8 @@ import pytest
 from test_worked_steps import formulas, sentences, steps, verify
 
 import multibody_sym as mbs
-from multibody_sym.answers.worked.record import Worked
-from multibody_sym.writing.worked import worked_html, worked_latex, worked_text
+from multibody_sym.answers.records import Worked
+from multibody_sym.documents.worked import worked_html, worked_latex, worked_text
 
 TEXTBOOK = Path(__file__).parents[2] / "examples" / "textbook"
 CAPSTAN = (TEXTBOOK / "capstan.yaml").read_text(encoding="utf-8")

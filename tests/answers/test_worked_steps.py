@@ -11,13 +11,14 @@ import pytest
 from textbook_problems import HEAD, PROBLEMS
 
 import multibody_sym as mbs
-from multibody_sym.answers.worked import equations, exactly
-from multibody_sym.answers.worked.record import Formula, Sentence, Worked
+from multibody_sym.answers.records import Formula, Sentence, Worked
+from multibody_sym.answers.worked import elimination as exactly
+from multibody_sym.answers.worked import equations
+from multibody_sym.documents.worked import worked_latex, worked_text
 from multibody_sym.errors import ArgumentError, ExpressionError
-from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
-from multibody_sym.writing.worked import worked_latex, worked_text
+from multibody_sym.text.parser import parse
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TEXTBOOK = sorted((EXAMPLES / "textbook").glob("*.yaml"))

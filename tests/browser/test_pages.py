@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.writing.formulas.latex_in_mathml import latex_in_mathml
+from multibody_sym.documents.formulas import latex_in_mathml
 
 pytestmark = pytest.mark.browser
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from multibody_sym.formats.yaml_tree import read_text
+from multibody_sym.text.yaml_tree import read_text
 
 PARAMETERS: Final = {"zero_": 0, "one_": 1, "huge_": 1e300, "tiny_": 1e-300}
 PLAIN: Final = (0, -1, 1e300, -1e300, 1e-300)

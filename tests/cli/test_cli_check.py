@@ -33,7 +33,7 @@ def test_no_start_ends_with_3(capsys: pytest.CaptureFixture[str], tmp_path: Path
 
 
 def test_routes_that_disagree_end_with_3(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    from multibody_sym.checking import check
+    from multibody_sym.analysis import check
 
     monkeypatch.setattr(check, "beyond_rounding", lambda *_arguments: ["sweep"])
     assert main(["check", PENDULUM]) == 3

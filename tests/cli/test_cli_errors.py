@@ -121,7 +121,7 @@ def test_an_option_is_blamed_for_what_it_brought(capsys) -> None:
 
 
 def test_a_defect_is_one_line_and_a_code_of_its_own(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    from multibody_sym.simulation.runs import run
+    from multibody_sym.motion.runs import run
 
     def broken(*_arguments: object, **_options: object) -> None:
         raise RuntimeError("first line\nsecond line")
@@ -138,7 +138,7 @@ def test_a_defect_is_one_line_and_a_code_of_its_own(capsys, monkeypatch: pytest.
 
 
 def test_no_memory_is_said(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    from multibody_sym.simulation.runs import run
+    from multibody_sym.motion.runs import run
 
     def too_large(*_arguments: object, **_options: object) -> None:
         raise MemoryError

@@ -8,7 +8,7 @@ from command import ROOT, answer, here
 
 import multibody_sym as mbs
 
-ARM = str(ROOT / "tests" / "formats" / "data" / "arm.urdf")
+ARM = str(ROOT / "tests" / "text" / "data" / "arm.urdf")
 
 
 def test_a_robot_becomes_a_model_file(tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ from command import EXAMPLES
 
 from multibody_sym.cli import recording as recording_module
 from multibody_sym.cli.main import main
-from multibody_sym.formats.tables import read_table
-from multibody_sym.simulation.simulate import Prepared
+from multibody_sym.motion.simulate import Prepared
+from multibody_sym.text.tables import read_table
 
 RUN = ("simulate", str(EXAMPLES / "pendulum.yaml"), "--t-end", "0.1", "--samples", "11", "--backend", "python")
 

@@ -15,7 +15,7 @@ import pytest
 from command import EXAMPLES, LONG, PENDULUM, ROOT, answer, command, environment, here
 
 from multibody_sym.errors import OutputError
-from multibody_sym.formats.tables import read_table
+from multibody_sym.text.tables import read_table
 
 
 def test_json_is_the_documented_object(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from command import EXAMPLES, PENDULUM
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.writing.statics import equilibrium_text
+from multibody_sym.documents.analysis import equilibrium_text
 
 STONE = (
     "{multibody_sym: 1, name: m, gravity: [0, -9.81, 0], bodies: {b: {mass: 1}},"

@@ -13,7 +13,7 @@ import pytest
 from command import EXAMPLES
 
 from multibody_sym.cli.main import main
-from multibody_sym.formats.tables import read_table
+from multibody_sym.text.tables import read_table
 
 MODEL = """
 multibody_sym: 1

@@ -12,7 +12,7 @@ import pytest
 from package_trees import nodes
 
 import multibody_sym as mbs
-from multibody_sym.cli.explained.pages import EXPLAINED, NEVER_ON_PURPOSE
+from multibody_sym.cli.error_pages import EXPLAINED, NEVER_ON_PURPOSE
 from multibody_sym.cli.main import main
 from multibody_sym.errors import MultibodyError
 

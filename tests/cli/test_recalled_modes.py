@@ -11,11 +11,12 @@ from typing import Any
 
 import pytest
 
-from multibody_sym.cli import prepared
+from multibody_sym.cli import runs
 from multibody_sym.cli.main import main
-from multibody_sym.runtime import cache
-from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.runs import problems, recalled_modes, remembered
+from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.prepare import records
+from multibody_sym.motion.runs import recalled_modes, replay
+from multibody_sym.program import cache
 
 SPEED, RUBS, BOUNCES, HEIGHT, G = 3.0, 0.4, 0.8, 1.0, 9.81
 MODEL = f"""multibody_sym: 1
@@ -51,7 +52,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.chdir(tmp_path)
     Path("model.yaml").write_text(MODEL)
     found: list[str] = []
-    recall, made = prepared._recalled, prepared._Anew._made
+    recall, made = runs._recalled, runs._Anew._made
 
     def recalled(*given: Any) -> Any:
         run = recall(*given)
@@ -62,8 +63,8 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
         found.append("made")
         return made(*given)
 
-    monkeypatch.setattr(prepared, "_recalled", recalled)
-    monkeypatch.setattr(prepared._Anew, "_made", begun)
+    monkeypatch.setattr(runs, "_recalled", recalled)
+    monkeypatch.setattr(runs._Anew, "_made", begun)
     return found
 
 
@@ -187,7 +188,7 @@ def test_what_a_valid_file_says_wrongly_is_made_again(
 ) -> None:
     """As a version would leave it that forgot to change its name."""
     right = run()
-    recall = remembered.loading.recall
+    recall = replay.loading.recall
 
     def changed(*given: Any, **named: Any) -> Any:
         found = recall(*given, **named)
@@ -197,7 +198,7 @@ def test_what_a_valid_file_says_wrongly_is_made_again(
             found.metadata["run"] = json.dumps(kept)
         return found
 
-    monkeypatch.setattr(remembered.loading, "recall", changed)
+    monkeypatch.setattr(replay.loading, "recall", changed)
     assert run() == right
     assert told == []
 
@@ -212,5 +213,5 @@ def test_many_switches_are_not_remembered(
 
 def test_nothing_of_a_problem_is_forgotten() -> None:
     made = {"compiled", "jump", "course", "like"}  # found elsewhere, or made of the others
-    assert problems.TOLD.isdisjoint(made)
-    assert problems.TOLD | made == {field.name for field in fields(Problem)}
+    assert records.TOLD.isdisjoint(made)
+    assert records.TOLD | made == {field.name for field in fields(Problem)}

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from command import ROOT, command, environment
 
-from multibody_sym.cli import prepared
+from multibody_sym.cli import runs as prepared
 from multibody_sym.cli.main import main
 from multibody_sym.cli.model import SHARED
-from multibody_sym.runtime import cache
+from multibody_sym.program import cache
 
 PENDULUM = """multibody_sym: 1
 name: pendulum
@@ -28,7 +28,7 @@ forces:
 outputs: {twice: 2*phi}
 simulation: {t_end: 1 s, samples: 5}
 """
-SLOW = ("sympy", "scipy", "yaml", "multibody_sym.model.mechanism.mechanism", "multibody_sym.formats.reader")
+SLOW = ("sympy", "scipy", "yaml", "multibody_sym.mechanics.mechanism", "multibody_sym.mechanics.model_files")
 
 
 @pytest.fixture(autouse=True)
@@ -139,10 +139,10 @@ def test_what_a_valid_file_says_wrongly_is_made_again(
     counted: list[bool], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As a version would leave it that forgot to change its name."""
-    from multibody_sym.simulation.runs import remembered
+    from multibody_sym.motion.runs import replay
 
     right = run(capsys)
-    recall = remembered.loading.recall
+    recall = replay.loading.recall
 
     def bent(*given: object, **named: object) -> object:
         found = recall(*given, **named)  # type: ignore[arg-type]
@@ -152,7 +152,7 @@ def test_what_a_valid_file_says_wrongly_is_made_again(
             found.metadata["run"] = json.dumps(kept)
         return found
 
-    monkeypatch.setattr(remembered.loading, "recall", bent)
+    monkeypatch.setattr(replay.loading, "recall", bent)
     assert run(capsys) == right
     assert counted[-1] is False
 
@@ -166,9 +166,9 @@ def test_a_recalled_run_that_fails_says_why_and_where(
     assert first[0] in (0, 3)
     assert run(capsys, *words) == first
     assert run(capsys)[0] == 0
-    from multibody_sym.integrators.flow import Status
-    from multibody_sym.runtime.problem import RunFailure
-    from multibody_sym.simulation.runs import run as runs
+    from multibody_sym.motion.integrator.flow import Status
+    from multibody_sym.motion.loop.problem import RunFailure
+    from multibody_sym.motion.runs import run as runs
 
     integrate = runs.integrate
 

@@ -16,7 +16,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.cli.options import COMMANDS, _parser
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.mechanics.changes import Changes
 
 FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "check": (mbs.check,),

@@ -7,12 +7,12 @@ import math
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.state import StartState, examined_state
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.state import state_of
 
 BELT = """\
 multibody_sym: 1

@@ -7,11 +7,11 @@ import math
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.state import StartState, state_at
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
 
 G = 10.0
 FLOOR = "ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}"

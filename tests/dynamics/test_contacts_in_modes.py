@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mode_words import mode_words
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
 
 G = 10.0
 

@@ -10,13 +10,13 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.joint import Joint
-from multibody_sym.model.declaration.system import System
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.joints import Joint
+from multibody_sym.model.system import System
 
 TILTED = {"position": [0.1, 0.2, -0.1], "rotate": [{"axis": "x", "angle": 0.4}, {"axis": "y", "angle": -0.7}]}
 OBLIQUE = [1, 2, -2]

@@ -23,20 +23,20 @@ from textbook import (
     top,
 )
 
-from multibody_sym.algebra.budget import Budget
-from multibody_sym.dynamics.derivation.notation import READABLE
-from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
-from multibody_sym.dynamics.derive import METHODS, derive
+from multibody_sym.algebra.quotients import Budget
+from multibody_sym.derivation.derivation import METHODS, derive
+from multibody_sym.derivation.notation import READABLE
+from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Expression
-from multibody_sym.model.declaration.joints import Prismatic, Revolute
-from multibody_sym.model.declaration.parameters import Parameter
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Expression
+from multibody_sym.model.joints import Prismatic, Revolute
+from multibody_sym.model.parameters import Parameter
+from multibody_sym.model.system import System
 
 READABLE_SYSTEMS = [
     pendulum, cart_pole, elastic_pendulum, double_pendulum, spherical_pendulum, top, hanging_mass, pendulum_in_xy,

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.agreement import agreement, beyond_rounding
-from multibody_sym.analysis.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.analysis.independent_checks import agreement, beyond_rounding
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.model.declaration.bodies import GroundMotion
-from multibody_sym.model.declaration.constraints import CONSTRAINTS, OnCurve
-from multibody_sym.model.declaration.forces import FORCES, Friction
-from multibody_sym.model.declaration.joints import JOINTS
-from multibody_sym.model.declaration.tables import Table
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.model.bodies import GroundMotion
+from multibody_sym.model.constraints import CONSTRAINTS, OnCurve
+from multibody_sym.model.forces import FORCES, Friction
+from multibody_sym.model.joints import JOINTS
+from multibody_sym.model.parameters import Table
 
 APART = (Friction, OnCurve)
 DECLARED = [cls for table in (JOINTS, FORCES, CONSTRAINTS) for cls in table.table.values() if cls not in APART]

@@ -8,20 +8,19 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.agreement import agreement, beyond_rounding
-from multibody_sym.analysis.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.analysis.independent_checks import agreement, beyond_rounding
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.forces import Friction
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.model.mechanism.parameters import INDEPENDENT
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.fields import Names
+from multibody_sym.model.forces import Friction
 from multibody_sym.program.interpreter import interpret
 
 RUBBING = {"prismatic": {}, "revolute": {"radius": 0.05}, "cylindrical": {"radius": 0.05}, "screw": {"radius": 0.05}}

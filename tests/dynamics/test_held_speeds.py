@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.integrators.methods.methods import METHODS
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
-from multibody_sym.model.mechanism.rows import VelocityRow
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.runtime import loading
-from multibody_sym.runtime.integration import integrate
-from multibody_sym.runtime.problem import Problem
+from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.row_records import VelocityRow
+from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.program import loading
 from multibody_sym.scalars.node import ZERO, as_node, slot
 
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from multibody_sym import derive, loads, solve
-from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
 from multibody_sym.program.interpreter import interpret
 
 G, M, MU, F, A = 9.81, 2.0, 0.3, 20.0, 0.3

@@ -10,23 +10,21 @@ from mechanisms import Case
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, agreement, ratio
-from multibody_sym.analysis.reference import dalembert
+from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, agreement, dalembert, ratio
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import State
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.forces import Torque
-from multibody_sym.model.declaration.joints import PointJoint
-from multibody_sym.model.mechanism.mechanism import TIME
-from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
-from multibody_sym.runtime.loading import Backend, load
+from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, TIME
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.state import State
+from multibody_sym.model.fields import Names
+from multibody_sym.model.forces import Torque
+from multibody_sym.model.joints import PointJoint
+from multibody_sym.program.loading import Backend, load
 from multibody_sym.scalars.node import slot
 
 LARGEST = {False: LARGEST_WITH_ROWS, True: 10 * LARGEST_WITH_ROWS}

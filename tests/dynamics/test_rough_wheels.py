@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.laws.assemble import one_way_rows
-from multibody_sym.dynamics.laws.search import find
+from multibody_sym.contact_laws.search import find
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.contact.contact_problem import one_way_rows
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.motion import coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import state_of
 
 CAPSTAN = """\
 multibody_sym: 1

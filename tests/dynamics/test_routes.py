@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
-from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.declaration.bodies import Body, Frame
-from multibody_sym.model.declaration.joint import Joint
-from multibody_sym.model.declaration.joints import Free, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program.measures import operation_count
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import slot_state
+from multibody_sym.model.bodies import Body, Frame
+from multibody_sym.model.joints import Free, Joint, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.program.program import operation_count
 
 
 def legs(root: Joint, count: int, length: int, *, balls: bool = False) -> Mechanism:

@@ -9,17 +9,16 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.markers import NOWHERE
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
-from multibody_sym.model.mechanism.rows import PositionRow
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.runtime import loading
+from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.row_records import NOWHERE, PositionRow
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.program import loading
 from multibody_sym.scalars.node import ZERO, as_node
 
 ALPHA, MU, G, MASS = 0.7, 0.3, 9.81, 1e-3

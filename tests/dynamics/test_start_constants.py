@@ -10,18 +10,18 @@ from functools import cache
 import numpy as np
 import pytest
 
+from multibody_sym.analysis.check import check
 from multibody_sym.answers.solve import solve
-from multibody_sym.checking.check import check
-from multibody_sym.dynamics.derive import derive
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.documents.derivation import derivation_data, derivation_text
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.formats.reader import loads
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.system import System
-from multibody_sym.simulation.recall import structure_key
-from multibody_sym.simulation.simulate import simulate
-from multibody_sym.writing.derivation import derivation_data, derivation_text
+from multibody_sym.mechanics.model_files import loads
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.system import System
+from multibody_sym.motion.prepare.programs import structure_key
+from multibody_sym.motion.simulate import simulate
 
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
 ROWS = ("contact.n", "contact.t1", "contact.t2")

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
-from multibody_sym.analysis.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.model.declaration.bodies import Body, VariableMass
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.forces import Coulomb, Gravitation, Potential
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.model.bodies import Body, VariableMass
+from multibody_sym.model.fields import Names
+from multibody_sym.model.forces import Coulomb, Gravitation, Potential
 from multibody_sym.scalars.functions import cos, sin
 from multibody_sym.scalars.node import Node, symbol
 

@@ -11,8 +11,8 @@ from twins import FILES, from_file
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.resolution.changes import with_settings
+from multibody_sym.mechanics.changes import with_settings
+from multibody_sym.model.fields import Names
 
 LARGE = ("andrews_squeezer", "bicycle", "chain", "gyroscope", "spatial_chain", "spatial_four_bar", "stewart_platform")
 STIFF = {"elastic_rod": "push"}

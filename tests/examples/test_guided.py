@@ -11,7 +11,7 @@ from runs import Floats, G, by_hand
 from twins import from_file
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.printer import text
 
 
 def run_of(name: str, **settings: Any) -> mbs.Trajectory:

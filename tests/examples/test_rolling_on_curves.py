@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from twins import from_file
 
 import multibody_sym as mbs
-from multibody_sym.expressions.printer import text
+from multibody_sym.text.printer import text
 
 P, RADIUS = 0.8, 0.2
 

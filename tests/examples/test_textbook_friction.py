@@ -19,7 +19,7 @@ _g = 10.0
 def given(system: mbs.System) -> Given:
     """Return the parameters of a system as numbers."""
     from multibody_sym.dynamics.start.parameters import parameter_values
-    from multibody_sym.model.resolution.resolve import mechanism
+    from multibody_sym.mechanics.resolve import mechanism
 
     resolved = mechanism(system)
     values = parameter_values(resolved, {})

@@ -1,8 +1,8 @@
 """The words for what holds one way only in a mode: contacts, ropes, stops, rolling."""
 
-from multibody_sym.model.mechanism.mode_words import mode_words
-from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
-from multibody_sym.model.mechanism.rows import VelocityRow
+from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.scalars.node import ONE, ZERO, slot
 
 ROW = VelocityRow("row", slot("u", 0))

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multibody_sym.formats.reader import loads
-from multibody_sym.simulation.simulate import simulate
+from multibody_sym.mechanics.model_files import loads
+from multibody_sym.motion.simulate import simulate
 
 mujoco = pytest.importorskip("mujoco", reason="the peer mujoco (extra: peers) is not installed")
 

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.quantities import quantities
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body, Frame, Turn
-from multibody_sym.model.declaration.joints import Free, Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body, Frame, Turn
+from multibody_sym.model.joints import Free, Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
 from multibody_sym.scalars.node import quantity
 
 pin = pytest.importorskip("pinocchio", reason="the peer pinocchio (extra: peers) is not installed")

@@ -13,20 +13,19 @@ import numpy as np
 import pytest
 
 from multibody_sym.analysis.equilibrium import equilibrium
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
+from multibody_sym.dynamics.formalisms.composite_body import composite_body, inverse_dynamics
 from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
-from multibody_sym.formats.urdf import UrdfNotice, load_urdf
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import State, slot_state, state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import State, slot_state, state_of
+from multibody_sym.model.urdf import UrdfNotice, load_urdf
 from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program
-from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import quantity
 
 pin = pytest.importorskip("pinocchio", reason="the peer pinocchio (extra: peers) is not installed")

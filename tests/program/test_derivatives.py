@@ -10,11 +10,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from random_programs import SMOOTH, Maker
 
-from multibody_sym.program.forward import jacobian
+from multibody_sym.program.derivatives import gradient, jacobian
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Program
-from multibody_sym.program.reverse import gradient
+from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.statements import Array, ShapeError, UndefinedError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, atan2, exp, log, maximum, minimum, sign, sin, sqrt, tan, where

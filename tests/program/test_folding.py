@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.program.folding import folded
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.statements import Array, UndefinedError
-from multibody_sym.program.trace import Trace
+from multibody_sym.program.trace import Trace, folded
 from multibody_sym.scalars.functions import cos, sqrt
 
 ARRAYS = (Array("x", (2,)), Array("p", (3,)))

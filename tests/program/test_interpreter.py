@@ -15,7 +15,7 @@ from multibody_sym.program.statements import Array, ShapeError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import number
-from multibody_sym.scalars.rows import Rows, Tabulated
+from multibody_sym.scalars.tabulated import Rows, Tabulated
 
 NUMBERS = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 1e308, -745.0, 1e-320])
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from random_programs import ARITHMETIC, Maker
 
-from multibody_sym.program.measures import OperationCount, operation_count, program_hash
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import atan2, cos, minimum, sin

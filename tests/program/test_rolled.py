@@ -10,26 +10,25 @@ import numpy as np
 import pytest
 from random_programs import ARITHMETIC, SMOOTH, Maker
 
-from multibody_sym.codegen.c import c_source
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.programs import law_rows
+from multibody_sym.dynamics.programs import law_programs
 from multibody_sym.dynamics.programs import system as derivation
-from multibody_sym.dynamics.programs.law_rows import row_program
+from multibody_sym.dynamics.programs.law_programs import row_program
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.contacts import Contact
-from multibody_sym.model.declaration.joints import Planar, Revolute
-from multibody_sym.model.declaration.surfaces import Surface
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.model.bodies import Body, Surface
+from multibody_sym.model.contacts_and_impacts import Contact
+from multibody_sym.model.joints import Planar, Revolute
+from multibody_sym.model.system import System
+from multibody_sym.program import loops as rolling
+from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.loading import load
+from multibody_sym.program.loops import rolled, rolled_up
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
-from multibody_sym.program.rolling import rolled as rolling
-from multibody_sym.program.rolling.rolled import rolled, rolled_up
 from multibody_sym.program.statements import Array, Call, Scan
 from multibody_sym.program.trace import Trace
-from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.functions import maximum, sin, where
 from multibody_sym.scalars.node import Node, as_node, less
 
@@ -102,7 +101,7 @@ def test_rows_of_discs_whose_masses_are_small_integers(monkeypatch: pytest.Monke
     contacts = {f"c{i}{k}": Contact(between=[f"b{i}.rim", f"b{k}.rim"], open=True, **law) for i, k in pairs}
     resolved = mechanism(System("discs", bodies=bodies, joints=joints, contacts=contacts))
     shorter = row_program(resolved).program
-    monkeypatch.setattr(law_rows, "rolled", lambda program: program)
+    monkeypatch.setattr(law_programs, "rolled", lambda program: program)
     plain = row_program(resolved).program
     assert any(isinstance(statement, Scan) for statement in shorter.statements)
     assert_same(plain, shorter, arguments(plain, 0))

@@ -13,15 +13,21 @@ from hypothesis import strategies as st
 from random_programs import SMOOTH, Maker
 from random_scans import WIDTH, Passes
 
-from multibody_sym.program.folding import folded
-from multibody_sym.program.forward import jacobian
+from multibody_sym.program.derivatives import gradient, jacobian
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.measures import operation_count, program_hash
-from multibody_sym.program.program import Program
-from multibody_sym.program.progressions import Progression, Window, progression, progression_through
-from multibody_sym.program.reverse import gradient
-from multibody_sym.program.statements import Array, DefinedTwiceError, Kernel, Loop, ShapeError
-from multibody_sym.program.trace import Trace
+from multibody_sym.program.program import Program, operation_count, program_hash
+from multibody_sym.program.statements import (
+    Array,
+    DefinedTwiceError,
+    Kernel,
+    Loop,
+    Progression,
+    ShapeError,
+    Window,
+    progression,
+    progression_through,
+)
+from multibody_sym.program.trace import Trace, folded
 from multibody_sym.scalars.node import ZERO
 
 SEEDS = st.integers(0, 10**9)

@@ -15,11 +15,10 @@ from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, Assign, Call, ShapeError, Solve, UndefinedError
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.functions import cos, exp, maximum, sin, sqrt, where
 from multibody_sym.scalars.node import PI, Node, number, symbol
-from multibody_sym.scalars.rows import Rows, Tabulated
-from multibody_sym.scalars.traversal import postorder
+from multibody_sym.scalars.tabulated import Rows, Tabulated
 
 Q, T = Array("q", (3,)), Array("t")
 q, (t,) = Q.slots, T.slots

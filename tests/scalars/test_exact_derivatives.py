@@ -10,12 +10,11 @@ import pytest
 import sympy
 from random_expressions import LEAVES, random_expression, random_point
 
-from multibody_sym.scalars.derivatives import adjoints, derivative, gradient, partials, tangents
-from multibody_sym.scalars.elementary import acos, maximum, minimum
+from multibody_sym.scalars.calculus import adjoints, derivative, gradient, partials, tangents
+from multibody_sym.scalars.elementary import acos, maximum, minimum, postorder
 from multibody_sym.scalars.functions import evaluate_float, sin
 from multibody_sym.scalars.node import ONE, ZERO, Node, absolute, as_node, number, power, slot, sqrt, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
-from multibody_sym.scalars.traversal import postorder
 
 x, y, t = symbol("x"), symbol("y"), symbol("t")
 SEEDS = range(60)

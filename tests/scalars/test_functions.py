@@ -10,8 +10,7 @@ import sympy
 from random_expressions import LEAVES, random_expression, random_point
 
 from multibody_sym.scalars import functions as f
-from multibody_sym.scalars.interning import FLOAT_OPERATIONS
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node, as_node, symbol
 
 x, y = symbol("x"), symbol("y")
 SYMBOLS = {leaf: sympy.Symbol(leaf.data, real=True) for leaf in LEAVES}

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.kinks import switching_function, switching_functions
 from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.sign_changes import switching_function, switching_functions
+from multibody_sym.text.parser import parse
 
 X = symbol("x")
 

@@ -19,7 +19,8 @@ import pytest
 from random_expressions import random_expression
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.scalars import interning
+from multibody_sym.scalars import node
+from multibody_sym.scalars.elementary import flatten, leaves, postorder
 from multibody_sym.scalars.functions import (
     absolute,
     acos,
@@ -36,7 +37,6 @@ from multibody_sym.scalars.functions import (
     where,
 )
 from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, number, quantity, real, slot, symbol
-from multibody_sym.scalars.traversal import flatten, leaves, postorder
 
 x, y, z = symbol("x"), symbol("y"), symbol("z")
 
@@ -316,11 +316,11 @@ def test_flatten() -> None:
 def test_unused_nodes_are_forgotten_and_used_ones_keep_their_identity() -> None:
     kept = [random_expression(np.random.default_rng(seed)) for seed in range(50)]
     thrown_away = [symbol(f"waste{k}") * sin(symbol(f"waste{k}")) for k in range(5_000)]
-    size = len(interning._table)
+    size = len(node._table)
     del thrown_away
     gc.collect()
-    interning.forget_unused()
-    assert len(interning._table) <= size - 10_000
+    node.forget_unused()
+    assert len(node._table) <= size - 10_000
     assert symbol("x") is x
     again = [random_expression(np.random.default_rng(seed)) for seed in range(50)]
     assert all(a is b for a, b in zip(kept, again, strict=True))

@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 from random_expressions import random_expression
 
-from multibody_sym.model.declaration.system import parameters
-from multibody_sym.scalars import interning
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.model.system import parameters
+from multibody_sym.scalars import node as interning
+from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.functions import cos, sin, where
 from multibody_sym.scalars.node import PI, Node, number, quantity, real, slot, symbol
-from multibody_sym.scalars.traversal import postorder
 
 x, y, z = symbol("x"), symbol("y"), symbol("z")
 PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)

@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.model.declaration.system import Written, expressions
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars import interning
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.model.system import Written, expressions
+from multibody_sym.scalars import node as interning
 from multibody_sym.scalars.functions import sin
 from multibody_sym.scalars.node import Node, number, symbol
 

@@ -10,10 +10,10 @@ import sympy
 from random_expressions import LEAVES, random_expression, random_point
 
 from multibody_sym.errors import ExpressionError
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float, node_of
 from multibody_sym.scalars.node import PI, as_node, number, quantity, real, slot, symbol
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
-from multibody_sym.scalars.traversal import leaves
 
 x, y = symbol("x"), symbol("y")
 X, Y = sympy.symbols("x y", real=True)

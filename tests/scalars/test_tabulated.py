@@ -10,15 +10,15 @@ import pytest
 import sympy
 from scipy.interpolate import CubicSpline
 
-from multibody_sym.expressions.printer import text
-from multibody_sym.scalars import kinks
-from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars import sign_changes
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, PI, table
 from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.kinks import at_knots, known_zeros, switching_functions
 from multibody_sym.scalars.node import Node, number, symbol
-from multibody_sym.scalars.rows import Kind, Rows, Tabulated
+from multibody_sym.scalars.sign_changes import at_knots, known_zeros, switching_functions
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
+from multibody_sym.scalars.tabulated import Kind, Rows, Tabulated
+from multibody_sym.text.printer import text
 
 T = symbol("t")
 X = np.sort(np.random.default_rng(1).uniform(0, 3, 50))
@@ -60,7 +60,7 @@ def test_its_slope_jumps_where_a_function_of_each_knot_changes_its_sign() -> Non
 
 
 def test_its_slope_jumps_where_one_function_changes_its_sign(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kinks, "FEW_KNOTS", 2)
+    monkeypatch.setattr(sign_changes, "FEW_KNOTS", 2)
     (knots,) = switching_functions([tabulated("linear")])
     middles = np.concatenate([[-1.0], (X[1:] + X[:-1]) / 2, [4.0]])
     assert list(np.sign(at(knots, middles))) == [-1.0 if k % 2 == 0 else 1.0 for k in range(len(X) + 1)]

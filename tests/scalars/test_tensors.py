@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from multibody_sym.program.measures import operation_count
+from multibody_sym.program.program import operation_count
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.rotations import turned
-from multibody_sym.scalars.tensors import turned_symmetric, turned_tensor
+from multibody_sym.scalars.vectors import turned, turned_symmetric, turned_tensor
 
 AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -1, 0), (0.6, 0, 0.8)]
 ANGLE, TENSOR = Array("angle", ()), Array("tensor", (3, 3))

@@ -11,16 +11,45 @@ from typing import Final, Literal
 
 import numpy as np
 
-from multibody_sym.analysis.rest.on_circles import beyond, sharpened
-from multibody_sym.analysis.rest.position import Position
-from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, turn_with, united
-from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, RestLimit
-from multibody_sym.numerics.arrays import EPSILON, Floats
-from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
-from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
+from multibody_sym.analysis.rest.cone_ends import beyond, sharpened
+from multibody_sym.analysis.rest.statics import (
+    Choice,
+    Curve,
+    Direction,
+    Position,
+    Range,
+    RestEnd,
+    RestLimit,
+    Statics,
+    about_pi,
+    stands,
+    turn_with,
+    united,
+)
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.mechanics.contact_rows import ContactRow, Flat
+from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.motion import Motion, accelerations
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.row_kinematics import row_motion, row_motions
+from multibody_sym.mechanics.row_records import Marker, Row
+from multibody_sym.model.bodies import GROUND
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.linear_inequalities import (
+    Conditions,
+    ConditionsAt,
+    End,
+    Interval,
+    contradiction,
+    extremes,
+    feasible_set,
+    nearest,
+)
 from multibody_sym.scalars.node import Node, slot
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.rank import least_squares
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply_transposed, combination
 
 Kind = Literal["none", "coefficient", "load", "angle", "other"]
 """How the conditions depend on the parameter: not; in coefficients alone, which all grow with it; linearly in forces
@@ -473,3 +502,277 @@ def _rest_end(end: End, limits: Sequence[RestLimit], choice: Choice) -> RestEnd:
     if against is None:
         return RestEnd(end.value)
     return RestEnd(end.value, against.equal, tuple(limits[k] for k in against.cone), choice, against.shares)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The least values of a parameter, a force say, that hold and that end rest, over all values of another one.
+
+
+_SHARP: Final = 1e-10
+_LEVEL: Final = 1e-9
+_HUGE: Final = 1e100
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least `end` over the values of the parameter `vary`, at its value `at`, of ranges of rest of `least`.
+
+    `side`: 0 for the ends from which on it holds, 1 for those at which rest ends. `falls`: that value is the last one
+    that was looked at, and the end still falls there: none is least.
+    """
+
+    least: str
+    vary: str
+    side: Literal[0, 1]
+    end: RestEnd
+    at: float
+    kind: Kind
+    falls: bool = False
+
+
+def least_ends(position: Position, least: str, vary: str) -> tuple[Least | None, Least | None]:
+    """Return the least value >= 0 that holds and the least one that ends rest, over the values of another parameter.
+
+    The first is None where 0 holds at each value at which there is rest, the second where rest never ends. Of equal
+    ones that whose other parameter is nearest to its declared value. Raises NoSolutionError where nothing holds.
+    """
+    search = search_of(position, vary, {least: position.value[least]})
+    grid = search.grid(search.kind, search.searched)
+    grid = grid if search.kind == "coefficient" else [*grid[:-1:2], grid[-1]]
+    known: dict[float, Range | None] = {}
+
+    def range_at(x: float) -> Range | None:
+        if x not in known:
+            known[x] = first_range(position, least, {vary: x})
+        return known[x]
+
+    looked = [there for x in grid if (there := range_at(x)) is not None]
+    if not looked:
+        raise NoSolutionError(f"rest is possible at no {least} >= 0, whatever {vary} is", number="N110")
+
+    def lowest(side: Literal[0, 1]) -> Least | None:
+        def end(x: float) -> RestEnd | None:
+            there = range_at(x)
+            return None if there is None else there[side]
+
+        found = list(_minima(end, grid))
+        if not found:
+            return None
+        low = min(end.value for _, end in found)
+        level = [pair for pair in found if not _less(low, pair[1].value)]
+        at, first = min(level, key=lambda pair: abs(pair[0] - position.value[vary]))
+        return Least(least, vary, side, first, at, search.kind, search.kind != "angle" and _falls(grid, end, at))
+
+    return None if all(low.value == 0.0 for low, _ in looked) else lowest(0), lowest(1)
+
+
+def first_range(position: Position, least: str, others: dict[str, float]) -> Range | None:
+    """Return the first range of rest from 0 upwards: from 0 itself where it holds, to infinity where rest never ends.
+
+    None where there is no such position, or no rest.
+    """
+    search = search_of(position, least, others)
+    if all(look is None for look in search.looks) or not position.has_start(others):
+        return None
+    for low, high in search.ranges():
+        if high.value > 0.0 or (high.value == 0.0 and search.has_start(0.0)):
+            is_last = not (high.limits or high.equal) and high.value >= search.searched[1]
+            return low if low.value > 0.0 else RestEnd(0.0), RestEnd(inf) if is_last else high
+    return None
+
+
+Ends = Callable[[float], RestEnd | None]
+
+
+def _less(low: float, high: float) -> bool:
+    """Return whether a value is less than another one by more than rounding."""
+    return high > low + _LEVEL * abs(low)
+
+
+def _value(end: RestEnd | None) -> float:
+    """Return the value of an end, infinite where there is no rest."""
+    return inf if end is None else end.value
+
+
+def _falls(grid: Sequence[float], end: Ends, at: float) -> bool:
+    """Return whether a place is the last one looked at in a direction, and the end still falls there.
+
+    Zero itself is a place that nothing is beyond, unless what is looked at begins below.
+    """
+    for inward, last in ((1, grid[:2]), (-1, grid[-1:])):
+        here = next((x for x in last if end(x) is not None), 0.0)
+        if at == here != 0.0 and _less(_value(end(here)), _value(end(grid[grid.index(here) + inward]))):
+            return True
+    return False
+
+
+def _minima(end: Ends, grid: Sequence[float]) -> Iterator[tuple[float, RestEnd]]:
+    """Yield the places and ends of local minima, sharpened between their neighbours."""
+    from scipy.optimize import minimize_scalar
+
+    for k, x in enumerate(grid):
+        here, low, high = end(x), grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
+        beside = [_value(end(y)) for y in (low, high)]
+        if here is None or here.value == inf or _less(min(beside), here.value):
+            continue
+        if here.value == 0.0 or not _less(here.value, max(beside)):  # nothing is less, or all is level
+            yield x, here
+            continue
+        options = {"xatol": _SHARP * max(abs(low), abs(high))}
+        sharp = minimize_scalar(
+            lambda y: min(_value(end(float(y))), _HUGE), bounds=(low, high), method="bounded", options=options
+        )
+        there = end(float(sharp.x))
+        yield (float(sharp.x), there) if there is not None and there.value < here.value else (x, here)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What gives way beyond an end of a range of rest, in words.
+
+
+_CAUSES_LEVEL: Final = 1e-6
+_STANDS: Final = 3
+_TURNING: Final = ", turning"
+
+NOTHING: Final = "nothing holds it at other values"
+
+
+def causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> tuple[str, ...]:
+    """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart.
+
+    Smooth contacts are named where nothing else gives way.
+    """
+    parts = (part for element in statics.mechanism.one_way for part in element.frictions)
+    smooth = {part.name for part in parts if not part.rubs}
+    rough = [limit for limit in limits if limit.kind != "cone" or limit.part not in smooth]
+    found = dict.fromkeys(_causes(statics, rough, motion)) or dict.fromkeys(_causes(statics, limits, motion))
+    return tuple(found) or (NOTHING,)
+
+
+def _causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
+    for limit in limits:
+        if limit.kind == "cone":
+            yield f"slips at {_slipping(statics, limit)}{_TURNING if _turns(limit, limits) else ''}"
+        elif limit.kind == "side":
+            yield f"{limit.group} presses on its other side"
+        elif limit.of == "rope":
+            yield f"{limit.group} slackens"
+        elif limit.of == "stop":
+            yield f"{limit.group} leaves its stop"
+        else:
+            yield from _opening(statics, limit, limits, motion)
+
+
+def _turns(slip: RestLimit, limits: Sequence[RestLimit]) -> bool:
+    """Return whether what slips at a contact does so along several directions: it turns."""
+    ways = [x.along for x in limits if x.group == slip.group and x.along is not None]
+    return len(ways) > 1 and float(np.ptp(np.array(ways), axis=0).max()) > _CAUSES_LEVEL
+
+
+def _slipping(statics: Statics, limit: RestLimit) -> str:
+    """Return where something slips: what is declared, or its part where that has parts that are no corners."""
+    elements = [element for element in statics.mechanism.one_way if (element.group or element.name) == limit.group]
+    if len(elements) > 1:
+        return limit.group
+    return limit.part
+
+
+def _opening(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
+    """Yield what happens where a contact opens: its body lifts off, or tips about what stays of it.
+
+    Nothing where that are three corners: on these it stands, and something else gives way.
+    """
+    corners = [] if motion is None else [x for x in _closed(statics, motion) if (x.group or x.name) == limit.group]
+    opened = {other.part for other in limits if other.group == limit.group and other.kind == "force"}
+    stay = [element for element in corners if element.name not in opened]
+    if motion is None or not stay:
+        yield f"lifts off at {limit.group}"
+        return
+    if len(stay) >= _STANDS:
+        return
+    away = [element for element in corners if element.name in opened]
+    body = _tipping(statics, motion, (away, stay), limits)
+    own = [element for element in stay if _touches(element).body == body]
+    what = "corner" if len(stay) == 1 and len(corners) > 2 else "edge"
+    word = f"{_side(motion, _middle(motion, own or stay) - _middle(motion, away))}{what}"
+    about = f"its {word}" if own else f"the {word} of {_name(statics, _touches(stay[0]).body)}"
+    yield f"{_name(statics, body)} tips about {about}"
+
+
+def _name(statics: Statics, body: int) -> str:
+    return statics.mechanism.bodies[body].name if body >= 0 else GROUND
+
+
+def _tipping(
+    statics: Statics, motion: Motion, parts: tuple[Sequence[OneWay], Sequence[OneWay]], limits: Sequence[RestLimit]
+) -> int:
+    """Return which of the two bodies of a contact turns most where its parts open, of `parts` the first.
+
+    What touches is held as long as no limit is passed.
+    """
+    away, stay = parts
+    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    loose = {id(row) for row in _loose(statics, motion, limits)}
+    rows = [row for row in statics.mechanism.rows if id(row) not in loose]
+    held = [found.jacobian for found in (row_motion(row, motion, bias) for row in rows) if found.kinematic]
+    opening = [row_motion(element.normals[0], motion, bias).jacobian for element in away]
+    wanted = [1.0] * len(opening) + [0.0] * len(held)
+    speeds = least_squares(np.array([*opening, *held], dtype=float), np.array(wanted))
+    turning = _turning(motion, speeds.tolist())
+    bodies = dict.fromkeys(point.body for element in (*away, *stay) for point in element.normals[0].points)
+    most = max(turning[body] for body in bodies)
+    return next(body for body in bodies if turning[body] >= (1.0 - _CAUSES_LEVEL) * most)
+
+
+def _loose(statics: Statics, motion: Motion, limits: Sequence[RestLimit]) -> Iterator[Row]:
+    """Yield the rows that do not hold where limits are passed, as what does not touch and what has no friction."""
+    passed = {(limit.kind == "cone", limit.part) for limit in limits}
+    closed = {element.name for element in _closed(statics, motion)}
+    for element in statics.mechanism.one_way:
+        if (False, element.name) in passed or (element.unilateral and element.name not in closed):
+            yield from element.rows
+        for part in element.frictions:
+            if (True, part.name) in passed or not part.rubs:
+                yield from part.rows
+
+
+def _turning(motion: Motion, speeds: Sequence[float]) -> dict[int, float]:
+    """Return how fast each body turns (rad/s), by its number, at given speeds (nu)."""
+    found: dict[int, Vec] = {-1: ZERO_VECTOR}
+    for k, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
+        carried = apply_transposed(moved.R_PB, found[body.parent])
+        found[k] = add(carried, combination(moved.angular, [speeds[n] for n in body.u]))
+    return {k: float(np.linalg.norm(np.array(w, dtype=float))) for k, w in found.items()}
+
+
+def _closed(statics: Statics, motion: Motion) -> list[OneWay]:
+    """Return what touches of what may open."""
+    return [x for x, how in stands(statics, motion, row_motions(motion)) if how == "touching"]
+
+
+def _touches(element: OneWay) -> Marker:
+    """Return the place of what is not flat, which is where its body touches."""
+    row = element.normals[0]
+    if isinstance(row, ContactRow):
+        return next((skin.place for skin in row.skins if not isinstance(skin, Flat)), row.skins[0].place)
+    return row.points[0]
+
+
+def _middle(motion: Motion, elements: Sequence[OneWay]) -> Floats:
+    """Return the middle of the places where elements touch (world axes)."""
+    found = []
+    for element in elements:
+        found.append(np.array(position(motion, _touches(element)), dtype=float))
+    return np.asarray(np.mean(found, axis=0))
+
+
+def _side(motion: Motion, towards: Floats) -> str:
+    """Return on which side an edge lies: lower or upper where gravity tells, else right or left along ground's x."""
+    gravity = np.array(motion.gravity, dtype=float)
+    pulled = float(np.linalg.norm(gravity))
+    length = float(np.linalg.norm(towards)) or 1.0
+    if pulled > 0.0 and abs(towards @ gravity) > _CAUSES_LEVEL * length * pulled:
+        return "lower " if towards @ gravity > 0.0 else "upper "
+    if abs(towards[0]) > _CAUSES_LEVEL * length:
+        return "right " if towards[0] > 0.0 else "left "
+    return ""

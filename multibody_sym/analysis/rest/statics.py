@@ -10,27 +10,43 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
+from functools import cached_property
 from itertools import product
 from math import cos, pi, sin
 from typing import Final
 
-from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
-from multibody_sym.dynamics.laws.assemble import Numbered
-from multibody_sym.errors import NoSolutionError, Where
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.ropes import wrap_angle
-from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.model.mechanism.every_mode import every_row
-from multibody_sym.model.mechanism.limits import taut_ropes
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay, OneWayKind
-from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
-from multibody_sym.model.mechanism.rows import Row
+import numpy as np
+
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.constraints.closing import normalize
+from multibody_sym.dynamics.contact.contact_problem import TOUCHING, Numbered, OneWayRows, Scale
+from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
+from multibody_sym.dynamics.start.initial_geometry import measured_rows, with_constants
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.errors import MultibodyError, NoSolutionError, Where
+from multibody_sym.mechanics.contact_geometry import reach
+from multibody_sym.mechanics.contact_rows import ContactRow, Flat
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.law_elements import FrictionPart, OneWay, OneWayKind
+from multibody_sym.mechanics.limits import taut_ropes
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.modes import every_row
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.points import direction, position
+from multibody_sym.mechanics.ropes import wrap_angle
+from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
+from multibody_sym.mechanics.row_records import Marker, RopeSlipRow, Row
+from multibody_sym.mechanics.state import slot_state, state_of
+from multibody_sym.model.bodies import Pose
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.limits import Kind, most
-from multibody_sym.scalars.node import ONE, Node, as_node, negate
-from multibody_sym.scalars.vectors import S
+from multibody_sym.scalars.linear_inequalities import Conditions
+from multibody_sym.scalars.node import ONE, Node, as_node, negate, slot
+from multibody_sym.scalars.sign_changes import switching_functions
+from multibody_sym.scalars.vectors import S, dot, subtract
 
 DIRECTIONS: Final = 8
 """In how many directions the circle of friction in space is first cut; and those of a reaction first tried."""
@@ -236,3 +252,291 @@ def _verify_plane(element: OneWay) -> None:
                 where=Where(path=element.path),
                 number="N110",
             )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What touches in a position: how near is touching, and on which side of planes bodies are.
+
+
+_AT_END: Final = 1e-2
+"""The part of a gap that is none up to which what is beyond the end of a face is at it."""
+
+
+def size_of(motion: Motion) -> float:
+    """Return the largest distance of a body's origin from ground's along an axis (m), 1 where there is none."""
+    return max((float(np.abs(np.array(p, dtype=float)).max()) for _, p in motion.poses), default=0.0) or 1.0
+
+
+def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> frozenset[int] | None:
+    """Return the rows of what does not touch; None where something is inside of what it may only touch."""
+    standing = list(stands(statics, motion, rows))
+    if any(how == "inside" for _, how in standing):
+        return None
+    return frozenset(statics.place(row) for element, how in standing if how == "open" for row in element.rows)
+
+
+def crossed(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> str | None:
+    """Return the declared contact, rope or stop at which something is inside of what it may only touch, if any."""
+    return next((x.group or x.name for x, how in stands(statics, motion, rows) if how == "inside"), None)
+
+
+@dataclass(frozen=True, eq=False)
+class _AtRest(OneWayRows):
+    """The rows in a position at rest, where the ends of faces are told more sharply."""
+
+    def past_end(self, element: OneWay) -> float:
+        return _AT_END * self.allowed_gap(element)
+
+
+def stands(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay, str]]:
+    """Yield what may open, and how it stands in a position at rest."""
+    there = _AtRest(statics.numbered, Scale(size_of(motion), 0.0), motion, tuple(rows))
+    yield from ((x, "open" if x.open else there.standing(x)) for x in statics.mechanism.one_way if x.unilateral)
+
+
+def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> tuple[Floats, Floats]:
+    """Return the gaps (m) of what may open, and how far inside the ends of faces it is."""
+    normals = [element.normals[0] for element in statics.mechanism.one_way if element.unilateral]
+    ends = [float(way) for row in normals if isinstance(row, ContactRow) for way in reach(row, motion)]
+    return np.array([float(rows[statics.place(row)].phi) for row in normals]), np.array(ends)
+
+
+def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
+    """Yield for each contact with an endless plane the other body's centre of mass, named so, and the plane."""
+    for element in mechanism.one_way:
+        for row in element.normals:
+            if isinstance(row, ContactRow):
+                planes = [skin for skin in row.skins if isinstance(skin, Flat) and skin.ends is None]
+                others = [skin for skin in row.skins if not isinstance(skin, Flat)]
+                if planes and others and others[0].place.body >= 0:
+                    body = others[0].place.body
+                    yield Marker(element.group or element.name, body, Pose(mechanism.bodies[body].mass.com)), planes[0]
+
+
+def height(motion: Motion, com: Marker, plane: Flat) -> float:
+    """Return how far a centre of mass is from a plane, along its normal (m)."""
+    away = subtract(position(motion, com), position(motion, plane.place))
+    return float(dot(direction(motion, plane.place, plane.normal), away))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The declared position at values of a parameter, at rest, and the conditions of rest there in floats.
+
+
+_SAME: Final = 1e-12
+_BEYOND: Final = 1e-14
+"""The part of the model's size by which a centre of mass may seem to be beyond a plane."""
+
+
+@dataclass(frozen=True)
+class Position:
+    """A mechanism at rest in its declared position, for any values of some parameters by name.
+
+    `formalism`: by whose equations forces balance; None projects them directly.
+    """
+
+    mechanism: Mechanism
+    begin: Start
+    formalism: str | None = None
+
+    @cached_property
+    def statics(self) -> Statics:
+        """What rest needs, whatever the values are."""
+        return statics(self.mechanism)
+
+    @cached_property
+    def value(self) -> dict[str, float]:
+        """The values of all parameters as they are declared."""
+        return dict(zip((entry.name for entry in self.mechanism.parameters), self.begin.parameters, strict=True))
+
+    @cached_property
+    def kinks(self) -> list[Node]:
+        """Functions, over slots, at whose zeros loads bend or jump: those of parameters alone, too."""
+        motion = motion_of(self.mechanism, slot_state(self.mechanism))
+        return switching_functions(map(as_node, applied_generalized_forces(motion, applied(motion))))
+
+    @cached_property
+    def _moving(self) -> dict[str, bool]:
+        return {}
+
+    def moves_with(self, name: str) -> bool:
+        """Return whether the position is another one, or none, at another value of a parameter."""
+        if name not in self._moving:
+            self._moving[name] = self._moves_with(name)
+        return self._moving[name]
+
+    def _moves_with(self, name: str) -> bool:
+        value = self.value[name]
+        try:
+            found = start(self.mechanism, {name: value * (1 + 2.0**-7) + 2.0**-9 * (value == 0.0)})
+        except (*UNDEFINED, MultibodyError):
+            return True
+        return not np.allclose(found.q, self.begin.q, rtol=_SAME, atol=_SAME)
+
+    def has_start(self, values: Mapping[str, float]) -> bool:
+        """Return whether the model has a start at these values: no inertia is missing, constraints close."""
+        try:
+            start(self.mechanism, values)
+        except (*UNDEFINED, MultibodyError):
+            return False
+        return True
+
+    def motion(self, values: dict[str, float], moves: bool) -> Motion | None:
+        """Return the motion at rest for values of parameters, None where they allow no such position."""
+        try:
+            whole = self.statics.mechanism
+            if moves and not self.is_declared:
+                begin = start(self.mechanism, values)
+                q, parameters = begin.q, list(begin.parameters)
+            else:
+                declared = parameter_values(self.mechanism, values)
+                q = self.declared(declared) if moves else self.begin.q
+                parameters = with_constants(self.mechanism, declared, np.array(q, dtype=float))
+            state = state_of(whole, float, 0.0, q, [0.0] * len(whole.speeds), parameters)
+            return motion_of(whole, state)
+        except (*UNDEFINED, MultibodyError):
+            return None
+
+    @cached_property
+    def is_declared(self) -> bool:
+        """Whether nothing but declarations says where bodies are: no constraint that a position could violate."""
+        restricted = len(self.mechanism.rows) - len(measured_rows(self.mechanism))
+        found = {c.name for c in self.mechanism.coordinates} & set(self.begin.assembled)
+        return restricted == 0 and not found
+
+    def declared(self, parameters: list[float]) -> tuple[float, ...]:
+        """Return the coordinates as declared, with unit quaternions."""
+        known = {slot("parameters", k): x for k, x in enumerate(parameters)}
+        q = np.array(evaluate_float([c.initial for c in self.mechanism.coordinates], known), dtype=float)
+        normalize(self.mechanism, q)
+        return tuple(q.tolist())
+
+    @cached_property
+    def _known(self) -> dict[tuple[object, ...], tuple[Motion, list[RowMotion]] | None]:
+        return {}
+
+    def moved(self, values: dict[str, float], moves: bool) -> tuple[Motion, list[RowMotion]] | None:
+        """Return the motion at rest for values of parameters and its rows, None where there is none; it is kept."""
+        key = moves, *sorted(values.items())
+        if key not in self._known:
+            motion = self.motion(values, moves)
+            try:
+                self._known[key] = None if motion is None else (motion, row_motions(motion))
+            except UNDEFINED:
+                self._known[key] = None
+        return self._known[key]
+
+    def rows(self, motion: Motion, found: list[RowMotion]) -> list[RowMotion] | None:
+        """Return all rows, those that are out of touch without force; None where bodies would cross each other."""
+        apart = out_of_touch(self.statics, motion, found)
+        if apart is None or self.inside_out(motion) is not None:
+            return None
+        return [_without_force(row) if k in apart else row for k, row in enumerate(found)]
+
+    def ways(self, values: dict[str, float], moves: bool) -> tuple[Floats, Floats] | None:
+        """Return the gaps (m) of all that may touch, and how far inside the ends of faces it is, for values."""
+        moved = self.moved(values, moves)
+        try:
+            return None if moved is None else ways_of(self.statics, *moved)
+        except UNDEFINED:
+            return None
+
+    @cached_property
+    def sides(self) -> tuple[tuple[Marker, Flat], ...]:
+        """What is on the outer side of planes as declared: each body's centre of mass whose contact is with one."""
+        motion = self.motion({}, moves=False)
+        pairs = with_planes(self.mechanism)
+        return () if motion is None else tuple(p for p in pairs if height(motion, *p) > TOUCHING * size_of(motion))
+
+    def inside_out(self, motion: Motion) -> str | None:
+        """Return the contact where a body's centre of mass is inside of what it is declared outside of, if any."""
+        inside = (com.name for com, flat in self.sides if height(motion, com, flat) < -_BEYOND * size_of(motion))
+        return next(inside, None)
+
+    def crossing(self, motion: Motion) -> str | None:
+        """Return the declared contact, rope or stop at which bodies would cross each other, if any."""
+        return crossed(self.statics, motion, row_motions(motion)) or self.inside_out(motion)
+
+    def conditions(self, values: dict[str, float], limits: Sequence[RestLimit], moves: bool) -> Conditions | None:
+        """Return the conditions of rest in floats for values of parameters; None where there is no such position."""
+        moved = self.moved(values, moves)
+        try:
+            rows = None if moved is None else self.rows(*moved)
+            if moved is None or rows is None:
+                return None
+            motion = moved[0]
+            found = self.statics.balance(motion, limits, rows)
+            right = found.right if self.formalism is None else self.routed(motion, found.right)
+        except UNDEFINED:
+            return None
+        count = len(rows)
+        equal, cone = (np.array(x, dtype=float).reshape(len(x), count) for x in (found.equal, found.limits))
+        forces: Floats = np.array(right, dtype=float)
+        finite = all(np.isfinite(x).all() for x in (equal, cone, forces))
+        return Conditions(equal, forces, cone) if finite else None
+
+    def routed(self, motion: Motion, right: list[float]) -> list[float]:
+        """Return the right sides with the forces of the formalism in place of those found directly."""
+        assert self.formalism is not None
+        dynamics = FORMALISMS[self.formalism](self.statics.mechanism, motion.state)
+        return [*(-f for f in dynamics.forcing), *right[len(dynamics.forcing) :]]
+
+
+def _without_force(row: RowMotion) -> RowMotion:
+    nothing = [0.0] * len(row.jacobian)
+    return replace(row, jacobian=nothing, exerts=nothing)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Ends of ranges in which rest is possible, and ranges put together.
+
+
+_ONE: Final = 1e-12
+
+
+@dataclass(frozen=True)
+class RestEnd:
+    """An end of a range: its value, infinite where there is none, and what gives way beyond it.
+
+    `equal` and `limits` are the conditions that contradict each other beyond: places of the equations of balance, and
+    limits, each with its share in this, with this `choice` of what presses. All are empty where the search ends, or
+    what the parameter may be. `on_circles`: limits are friction's circles themselves, not tangents near them.
+    """
+
+    value: float
+    equal: tuple[int, ...] = ()
+    limits: tuple[RestLimit, ...] = ()
+    choice: Choice = field(default_factory=Choice)
+    shares: tuple[float, ...] = ()
+    on_circles: bool = False
+
+
+Range = tuple[RestEnd, RestEnd]
+
+
+def united(ranges: Sequence[Range]) -> list[Range]:
+    """Return ranges that overlap or touch as one, ascending."""
+    found: list[Range] = []
+    for low, high in sorted(ranges, key=lambda each: each[0].value):
+        if found and low.value <= found[-1][1].value + _ONE * abs(low.value):
+            if high.value > found[-1][1].value:
+                found[-1] = (found[-1][0], high)
+        else:
+            found.append((low, high))
+    return found
+
+
+def about_pi(ranges: Sequence[Range]) -> Sequence[Range]:
+    """Return ranges of an angle with the two halves of the one about pi as one, past pi."""
+    if len(ranges) < 2:
+        return ranges
+    (first, end), (begin, last) = ranges[0], ranges[-1]
+    if first.value > -pi or last.value < pi or begin.value == last.value:
+        return ranges
+    return [*ranges[1:-1], (begin, replace(end, value=end.value + 2 * pi))]
+
+
+def turn_with(ranges: Sequence[Range]) -> tuple[float, float]:
+    """Return the turn that has all ranges of an angle within: from -pi to pi, or up to the end of the one about pi."""
+    last = max((high.value for _, high in ranges), default=pi)
+    return (last - 2 * pi, last) if last > pi else (-pi, pi)

@@ -2,51 +2,185 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property, reduce
+from operator import add
 from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.analysis.struck import PosedImpact, outcome, posed_impact
-from multibody_sym.answers.impact.centres import centres_of_percussion, instantaneous_centres
-from multibody_sym.answers.impact.conditions import impact_conditions
-from multibody_sym.answers.impact.courses import Course, impact_steps
-from multibody_sym.answers.impact.needed import needed_friction
-from multibody_sym.answers.impact.order import Order
-from multibody_sym.answers.impact.record import ImpactFound
-from multibody_sym.answers.impact.resting import (
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.impact.conditions import impact_conditions, needed_friction
+from multibody_sym.answers.impact.solve import (
     Befores,
+    Course,
     ImpactInstant,
+    Order,
     befores,
+    impact_steps,
+    length,
     row_impulses,
     solved_at_rest,
 )
-from multibody_sym.answers.impact.works import by_works, taken, works
-from multibody_sym.answers.instant import Solved
-from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing, struck_rows
-from multibody_sym.dynamics.impacts.problem import Struck
-from multibody_sym.dynamics.impacts.program import StruckMode
-from multibody_sym.dynamics.impacts.sequence import clusters
-from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.errors import RunError, Where
-from multibody_sym.expressions.values import Value
-from multibody_sym.kinematics.energy import kinetic_energy
-from multibody_sym.kinematics.motion import Motion
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import OneWay
-from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.answers.instant.instant import AGREEMENT, Solved, with_outputs_put_in
+from multibody_sym.answers.records import ImpactFound
+from multibody_sym.contact_laws.impact_problem import Struck
+from multibody_sym.contact_laws.impact_sequence import clusters
+from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing, struck_rows
+from multibody_sym.dynamics.contact.impact_programs import StruckMode
+from multibody_sym.dynamics.programs.quantities import Instant, quantities
+from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
+from multibody_sym.errors import ExpressionError, RunError, Where, at
+from multibody_sym.mechanics.energy import kinetic_energy
+from multibody_sym.mechanics.law_elements import OneWay, exerted_by
+from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
+from multibody_sym.mechanics.motion import Motion, pose
+from multibody_sym.mechanics.points import velocity
+from multibody_sym.mechanics.references import in_plane
+from multibody_sym.mechanics.row_records import Marker, Row
+from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.bodies import Pose
+from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.vectors import S, apply, dot, scale, subtract
+from multibody_sym.text.values import Value
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Centres of an impact: about which points bodies turn just after it, and where a blow spares the hinge.
+
+
+_TURNS: Final = 1e-9
+"""The angular velocity (rad/s, times the largest if that is more) up to which a body does not turn."""
+_NOTHING: Final = 1e-12
+_ROUNDED: Final = 1e-14
+
+Centres = dict[str, dict[str, tuple[float, float]]]
+
+
+def instantaneous_centres(system: System, instant: ImpactInstant) -> Centres:
+    """Return for each body of a plane system its `centre` (x, y) just after, or the `direction` if it does not turn.
+
+    What stands still has neither.
+    """
+    if not in_plane(system):
+        return {}
+    motion = instant.later
+    turning = [float(body.w_WB[2]) for body in motion.bodies]
+    least = _TURNS * max(1.0, *map(abs, turning)) if turning else 0.0
+    moving = [velocity(motion, Marker("", k, Pose())) for k in range(len(turning))]
+    fastest = max((abs(float(x)) for v in moving for x in v), default=0.0)
+    found: Centres = {}
+    for k, (body, omega, v) in enumerate(zip(motion.mechanism.bodies, turning, moving, strict=True)):
+        x, y = float(v[0]), float(v[1])
+        speed = float((x * x + y * y) ** 0.5)
+        if body.is_double:
+            continue
+        if abs(omega) > least:
+            _, p = motion.poses[k]
+            centre = float(p[0]) - y / omega, float(p[1]) + x / omega
+            made_of = max(abs(float(p[0])), abs(float(p[1])), fastest / abs(omega))
+            found[body.name] = {"centre": (_cleared(centre[0], made_of), _cleared(centre[1], made_of))}
+        elif speed > _NOTHING * fastest:
+            found[body.name] = {"direction": (_cleared(x / speed, 1.0), _cleared(y / speed, 1.0))}
+    return found
+
+
+def _cleared(x: float, made_of: float) -> float:
+    """Return 0 for what is rounding beside the largest of what it is made of."""
+    return x if abs(x) > _ROUNDED * made_of else 0.0
+
+
+def centres_of_percussion(solved: Solved) -> dict[str, Value]:
+    """Return for each body that hangs on ground by a hinge, and carries nothing, how far from it a blow spares it.
+
+    That is the length J_A/(m s) from the hinge A through the centre of mass, s away from it.
+    """
+    mechanism = solved.mechanism
+    found: dict[str, Value] = {}
+    for k, body in _hung(mechanism):
+        number = _length(solved.numbers.motion, k, body)
+        if number is None:
+            continue
+        node = _length(solved.nodes.motion, k, body) if solved.forms is not None else None
+        known = Value(float(number)) if node is None else solved.value(as_node(node), float(number))
+        found[body.name] = Value(known.value, known.expression, "m")
+    return found
+
+
+def _hung(mechanism: Mechanism) -> Iterator[tuple[int, TreeBody]]:
+    parents = {body.parent for body in mechanism.bodies}
+    for k, body in enumerate(mechanism.bodies):
+        free = [step for step in body.steps if step.motion is None]
+        if body.parent < 0 and k not in parents and len(body.steps) == len(free) == 1:
+            (step,) = free
+            if len(step.turns) == 1 and not step.slides:
+                yield k, body
+
+
+def _length(motion: Motion, index: int, body: TreeBody) -> S | None:
+    """Return J_A/(m s) over the motion's scalar, None where the centre of mass lies on the axis or there is no mass."""
+    mass, (rotation, hinge) = motion.masses[index], pose(motion.state, body.frame_on_body)
+    x, y, z = motion.state.values(body.steps[0].turns[0])
+    axis = apply(rotation, (x, y, z))
+    arm = subtract(mass.com, hinge)
+    across = subtract(arm, scale(dot(arm, axis), axis))
+    square = dot(across, across)
+    static = mass.mass * sqrt(square)
+    if isinstance(static, float | int) and static <= 0:
+        return None
+    return (dot(axis, apply(mass.inertia, axis)) + mass.mass * square) / static
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The works of an impact: the impulse along each row times the mean speed along it.
+
+
+def works(told: ImpactInstant, rows: Sequence[str], striking: Mapping[str, Node]) -> list[tuple[Any, Any]]:
+    """Return the impulse along each row, and twice its mean speed.
+
+    Were impulses to grow in proportion that would be their work; of all rows it is exact. Rows that are `striking` do
+    so with these speeds, after a push; others act from the start.
+    """
+    both = ((striking.get(row, told.rows_before[row].phidot), told.rows_after[row].phidot) for row in rows)
+    return [(p, v + w) for p, (v, w) in zip(row_impulses(told, rows), both, strict=True)]
+
+
+def taken(pairs: Sequence[tuple[Any, Any]]) -> Any:
+    """Return minus the sum of works."""
+    return -sum((p * v for p, v in pairs), 0) / 2
+
+
+def by_works(solved: Solved, pairs: Sequence[tuple[Any, Any]], known: Value) -> Value:
+    """Return an energy that has no formula in one piece as minus the works, each impulse beside its speeds.
+
+    As it is where one of these has none either, or where they are not the energy.
+    """
+    if solved.forms is None or known.value is None:
+        return known
+    found: Node = ZERO
+    try:
+        for pair in pairs:
+            impulse, speeds = (book_form(x) for x in solved.forms.of([as_node(x) for x in pair]))
+            found = found - impulse * speeds / 2
+        sample = {node: float(letter.sample) for node, letter in solved.symbolic.letters.items()}
+        number = float(evaluate_float([found], sample)[0])
+    except (NoClosedFormError, ExpressionError, *UNDEFINED):
+        return known
+    return replace(known, expression=found) if abs(number - known.value) <= AGREEMENT * abs(known.value) else known
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 IMPULSE_UNITS: Final = {"fx": "N*s", "fy": "N*s", "fz": "N*s", "mx": "N*m*s", "my": "N*m*s", "mz": "N*m*s"}
 _AT_REST: Final = 1e-9
 """The part of the largest speed below which a contact stays closed."""
-_ROUNDED: Final = 1e-13
+_ANSWER_ROUNDED: Final = 1e-13
 """The part of the works that an impact does below which an energy is rounding."""
 
 _DRIVEN: Final = 1e-9
@@ -355,7 +489,7 @@ class _Answer:
         """
         solved, struck = self.solved, self.struck
         works = np.abs(struck.impulses) * (np.abs(struck.before) + np.abs(struck.after)) / 2.0
-        number = 0.0 if abs(number) <= _ROUNDED * float(np.nansum(works)) else number
+        number = 0.0 if abs(number) <= _ANSWER_ROUNDED * float(np.nansum(works)) else number
         if solved.forms is None:
             return Value(number, unit=unit)
         scale = float(self._kinetic[0])
@@ -393,3 +527,60 @@ def _impulses_of(instant: Instant, element: OneWay) -> dict[str, Any]:
         names = ["friction"] if len(along) == 1 else ["friction_1", "friction_2"]
         found |= dict(zip(names, along, strict=True))
     return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Answers to `ask` just after an impact: expressions of the speeds then, and of impulses where they name reactions.
+
+
+_IMPULSES: Final = ("reaction", "tension", "multiplier")
+
+
+def answered_after(solved: Solved) -> dict[str, Value]:
+    """Return the answers to all questions of a system."""
+    found: dict[str, Value] = {}
+    solved = with_outputs_put_in(solved)
+    for name, question in solved.system.ask.items():
+        with at("ask", name):
+            assert question.value is not None
+            found[name] = _answer(solved, question.value)
+    return found
+
+
+def _along_rows(instant: Instant, leaf: Node) -> list[list[str]]:
+    """Return the rows of what strikes, by component of an impulse that is asked; nothing for joints and constraints."""
+    if leaf.data[0] != "reaction":
+        return []
+    name, component = leaf.data[1]
+    found = (exerted_by(element).get(name, {}) for element in instant.motion.mechanism.one_way)
+    along = [rows[component] for rows in found if component in rows]
+    return [[row.name for row in rows] for rows in zip(*along, strict=True)]
+
+
+def _impulse(instant: ImpactInstant, along: list[list[str]]) -> S:
+    """Return the sum of impulses of rows, or the length of the sums where there are several components."""
+    sums = [reduce(add, row_impulses(instant, rows)) for rows in along]
+    return length(sums) if len(sums) > 1 else sums[0]
+
+
+def _answer(solved: Solved, node: Node) -> Value:
+    in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
+    asked = leaves(in_slots, "quantity")
+    impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
+    others = [leaf for leaf in asked if leaf not in impulses]
+
+    def ask(instant: Instant) -> Mapping[str, Any]:
+        assert isinstance(instant, ImpactInstant)
+        later = instant.later
+        nothing = [0] * len(later.state.u), [0] * len(later.mechanism.rows)
+        known = quantities(later, *nothing, others)
+        of_rows = {leaf: _along_rows(instant, leaf) for leaf in impulses}
+        known |= {leaf: _impulse(instant, rows) for leaf, rows in of_rows.items() if rows}
+        named = [leaf for leaf, rows in of_rows.items() if not rows]
+        known |= quantities(instant.motion, instant.udot, instant.multipliers, named)
+        return {"": evaluate(in_slots, {**later.state.slots, **known}, later.state.scalar)[0]}
+
+    (unit,) = MechanismUnits(solved.mechanism).of([node])
+    if impulses:  # of a force alone it is that times s, of other expressions nobody knows
+        unit = f"{unit}*s" if unit and in_slots[0] in impulses else ""
+    return solved.values(ask, {"": unit})[""]

@@ -4,21 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from multibody_sym.algebra.conditions import Condition
+from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.impact.courses import Course
-from multibody_sym.answers.impact.order import Blows, Needed, Order
-from multibody_sym.answers.impact.resting import ImpactInstant, length, pressing, row_impulses
-from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.validity import told_conditions
-from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
+from multibody_sym.answers.impact.solve import (
+    Blows,
+    Course,
+    ImpactInstant,
+    Needed,
+    Order,
+    length,
+    pressing,
+    row_impulses,
+)
+from multibody_sym.answers.instant.conditions import told_conditions
+from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.states import least_coefficient
+from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing
+from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
-from multibody_sym.kinematics.rows import coefficients
-from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, OneWay
+from multibody_sym.mechanics.row_kinematics import coefficients
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
+from multibody_sym.text.values import Value
 
 
 def impact_conditions(solved: Solved, rows: StruckRows, order: Order, course: Course) -> dict[str, str]:
@@ -142,3 +152,19 @@ def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Need
     if not part.enough and mode.rows.mode.slip(part) == STICKS:
         along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
         yield Needed(as_node(limits.room(*mode.pressed(element, part), [along])), f"{part.name} slips")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How rough is enough in an impact: the least coefficient with which what never slips does not.
+
+
+def needed_friction(solved: Solved, elements: Sequence[OneWay]) -> Iterator[tuple[str, Value]]:
+    """Yield for each part that is rough `enough` the least coefficient that suffices: |p_t| / p_n."""
+    for element in elements:
+        for part in element.frictions if element.unilateral else ():
+
+            def impulses(instant: Instant, element: OneWay = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+                assert isinstance(instant, ImpactInstant)
+                return pressing(instant, element, part, {}), row_impulses(instant, [row.name for row in part.rows])
+
+            yield from least_coefficient(solved, part, impulses)

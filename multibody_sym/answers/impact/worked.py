@@ -10,20 +10,18 @@ import sympy
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.closed_form import linear_equations
-from multibody_sym.answers.impact.record import ImpactFound
-from multibody_sym.answers.impact.resting import ImpactInstant
-from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Worked, WorkedStep
-from multibody_sym.dynamics.derivation.notation import Notation, latex_name, upright
-from multibody_sym.dynamics.derivation.record import Label
+from multibody_sym.answers.impact.solve import ImpactInstant
+from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.records import Formula, ImpactFound, Line, Quantity, Sentence, Worked, WorkedStep
+from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
+from multibody_sym.derivation.symbolic_start import linear_equations
 from multibody_sym.errors import ExpressionError
-from multibody_sym.expressions.values import Value
-from multibody_sym.model.declaration.parameters import letters_of
+from multibody_sym.model.parameters import letters_of
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.text.values import Value
 
 _ROUNDING: Final = 1e-12
 _MOMENTUM: Final = "Impulse and momentum of what each speed moves, cut free: impulses in joints across it do not enter"

@@ -1,1 +1,1 @@
-"""The solution of an instant as a book writes it: bodies cut free, relations, elimination, result, conditions."""
+"""Worked steps: balances of bodies, elimination, states that contradict themselves."""

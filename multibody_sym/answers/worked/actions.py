@@ -2,35 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import field
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import sympy
 
-from multibody_sym.answers.worked.grips import Grip, rubbing, slipping_ratio, tension_wrenches
-from multibody_sym.dynamics.derivation.letters import (
-    FRICTION,
-    MOMENT,
-    SPRING,
-    TENSION,
-    Lettered,
-    force_unit,
-    row_elements,
+from multibody_sym.derivation.force_letters import FRICTION, MOMENT, SPRING, TENSION, Lettered, force_unit, row_elements
+from multibody_sym.derivation.notation import Symbols
+from multibody_sym.mechanics.forces import Applied, applied, exert, span, span_rate
+from multibody_sym.mechanics.law_elements import FrictionPart
+from multibody_sym.mechanics.load_records import Load, MassFlow, PointPull, PointSpring, span_leaves
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, accelerations, pose
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench, Wrenches, add_pair
+from multibody_sym.mechanics.ropes import pull, segments, wheel_at
+from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, friction_factors, row_motion, row_motions
+from multibody_sym.mechanics.row_records import (
+    MeanTensionRow,
+    ReactionRow,
+    RopeRow,
+    RopeSlipRow,
+    Row,
+    Sliding,
+    SlidingRow,
 )
-from multibody_sym.dynamics.derivation.symbols import Symbols
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.kinematics.loads import Applied, applied, exert, span, span_rate
-from multibody_sym.kinematics.motion import Motion, accelerations, pose
-from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motion, row_motions
-from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, Wrenches, add_pair
-from multibody_sym.model.mechanism.force_rows import ReactionRow
-from multibody_sym.model.mechanism.loads import Load, MassFlow, PointPull, PointSpring, span_leaves
-from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
-from multibody_sym.model.mechanism.rows import RopeRow, Row
-from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import tension_ratio
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
@@ -45,7 +45,66 @@ from multibody_sym.scalars.vectors import (
     subtract,
     transpose,
 )
+from multibody_sym.text.printer import COMPONENTS
 
+# ----------------------------------------------------------------------------------------------------------------------
+# Tensions of ropes that rub on wheels, as a book has them: one on each side of a rough wheel, with belt friction.
+
+
+@dataclass(frozen=True)
+class Grip:
+    """A rough wheel under a rope: the row of its `slip`, and the symbols of the tensions before and behind it."""
+
+    slip: str
+    before: Any
+    behind: Any
+    slides: bool
+
+
+def rubbing(mechanism: Mechanism) -> Collection[str]:
+    """Return the ropes that rub on wheels; their runs have a tension each, and one more for each rough wheel."""
+    plain = (row.normal if isinstance(row, SlidingRow) else row for row in mechanism.rows)
+    return {row.told[0] for row in plain if isinstance(row, RopeRow) and row.rubs}
+
+
+def tension_wrenches(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Iterator[list[Wrench]]:
+    """Yield the wrenches on all bodies of a unit of each tension of a run, along its path; they act at the rims."""
+    parts, _ = segments(motion, row.path, row.straight)
+    rough = [k for k, bend in enumerate(row.path[1:-1], 1) if bend.rough] if row.rubs else []
+    for k in rough:
+        wheel = wheel_at(motion, row.path, k)
+        parts[k - 1] = replace(parts[k - 1], grips=(parts[k - 1].grips[0], wheel))
+        parts[k] = replace(parts[k], grips=(wheel, parts[k].grips[1]))
+    cuts = [0, *rough, len(parts)]
+    for first, last in pairwise(cuts):
+        yield pull(motion, parts[first:last], [1] * (last - first), bias).of_body
+
+
+def slipping_ratio(slip: str, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> tuple[bool, S] | None:
+    """Return where a rope slips whether its tension is greater before the wheel, and how many times: exp(mu wrap).
+
+    None where it grips. Where friction is smooth near rest the tension before it is told by that behind it.
+    """
+    rows = (row for row in motion.mechanism.rows if isinstance(row, SlidingRow))
+    for sliding in (each for row in rows for each in row.frictions if each.rows[0].name == slip):
+        along = [row_motion(row, motion, bias) for row in sliding.rows]
+        (coefficient,) = friction_factors(replace(sliding, sense=-1), along, motion)
+        return sliding.sense < 0 or sliding.regularised is not None, tension_ratio(coefficient)
+    return None
+
+
+def gripping_ratio(part: FrictionPart, motion: Motion) -> S:
+    """Return how many times the less tension the greater one may be where a rope grips a wheel."""
+    (static,) = coefficients(motion, part.rows, [part.static])
+    return tension_ratio(static)
+
+
+def is_grip(part: FrictionPart) -> bool:
+    """Return whether friction is that of a rope on a rough wheel."""
+    return isinstance(part.rows[0], RopeSlipRow)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 @dataclass(frozen=True)
 class Action:

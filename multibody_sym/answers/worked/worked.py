@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
@@ -11,42 +11,167 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.in_letters.loops import MOST_DEPENDENT
-from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.solution import Solution
-from multibody_sym.answers.symbolic_state import SymbolicState
-from multibody_sym.answers.worked.actions import Action
-from multibody_sym.answers.worked.bodies import Force, FreeBody
-from multibody_sym.answers.worked.by_letters import ByLetters
-from multibody_sym.answers.worked.directions import short
-from multibody_sym.answers.worked.elimination import Elimination, Found, arranged
-from multibody_sym.answers.worked.equations import Equations
-from multibody_sym.answers.worked.exactly import Equality, Linear, in_number, shown
-from multibody_sym.answers.worked.given import given_lines
-from multibody_sym.answers.worked.grips import gripping_ratio
-from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
-from multibody_sym.answers.worked.rejected import rejected
-from multibody_sym.dynamics.derivation.letters import (
-    FRICTION,
-    MOMENT,
-    NORMAL,
-    force_letters,
-    guide_normal,
-    row_letter,
+from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
+from multibody_sym.answers.records import (
+    Definition,
+    Formula,
+    Line,
+    Quantity,
+    Sentence,
+    Solution,
+    Words,
+    Worked,
+    WorkedStep,
 )
-from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
-from multibody_sym.dynamics.derivation.record import Label
-from multibody_sym.dynamics.derivation.symbols import symbols_of
+from multibody_sym.answers.worked.actions import Action, gripping_ratio
+from multibody_sym.answers.worked.alternatives import rejected
+from multibody_sym.answers.worked.elimination import (
+    Elimination,
+    Equality,
+    Found,
+    Linear,
+    arranged,
+    in_number,
+    short,
+    shown,
+)
+from multibody_sym.answers.worked.equations import Equations, Force, FreeBody
+from multibody_sym.derivation.force_letters import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
+from multibody_sym.derivation.notation import (
+    MULTIPLIER,
+    NAME,
+    Label,
+    Notation,
+    Symbols,
+    latex_name,
+    notation_of,
+    symbols_of,
+)
+from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.parameters import letters_of
-from multibody_sym.model.mechanism.modes import is_direction
-from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
-from multibody_sym.model.resolution.plane import in_plane
+from multibody_sym.mechanics.mechanism import Mechanism, Source, TreeBody
+from multibody_sym.mechanics.modes import is_direction
+from multibody_sym.mechanics.references import in_plane
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
+from multibody_sym.model.fields import Point
+from multibody_sym.model.joints import Follow
+from multibody_sym.model.parameters import letters_of
+from multibody_sym.model.steps import Step
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.sympy_bridge import to_sympy
+from multibody_sym.text.printer import COMPONENTS, text
+from multibody_sym.text.units import DIMENSIONLESS
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What is given: the values of parameters, the coordinates with their directions, and how it all starts.
+
+
+_AT_REST: Final = 1e-12
+
+
+def given_lines(solved: Solved, symbols: Symbols) -> Iterator[Line]:
+    """Yield the lines: parameters with values, coordinates with what they count and where they start."""
+    mechanism, told = solved.mechanism, MechanismUnits(solved.mechanism)
+    values = zip(mechanism.parameters, symbols.parameters, solved.begin.parameters, strict=True)
+    for entry, s, value in values:
+        if entry.source is Source.DECLARED:
+            turned = entry.value is not None and entry.dimension == DIMENSIONLESS and leaves([entry.value], "pi")
+            yield Formula((s,), value=Quantity(float(value), "rad" if turned else told.parameters[entry.name]))
+        elif is_direction(entry.name):
+            yield Formula((s,), value=Quantity(float(value), ""), before=("in the direction of slip",))
+    for body in mechanism.bodies:
+        yield from _coordinates(solved, symbols, body)
+
+
+def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[Line]:
+    mechanism, begin = solved.mechanism, solved.begin
+    if body.is_double or body.is_foot:
+        return
+    least = _AT_REST * max(map(abs, (1.0, *begin.u)))
+    units = [coordinate.unit for coordinate in mechanism.coordinates]
+    counted = {k: words for free in body.free_steps for k, words in _counted(free.step, free.q, units)}
+    for q, u in body.rate_pairs:
+        rate = Quantity(float(begin.u[u]), mechanism.speeds[u].unit)
+        how = ("at rest",) if abs(rate.number) <= least else ("moving with ", rate)
+        place = Quantity(float(begin.q[q]), mechanism.coordinates[q].unit)
+        yield Sentence(
+            (symbols.coordinates[q], f": {counted.get(q, 'coordinate of')} {body.name}, at ", place, ", ", *how)
+        )
+
+
+def _counted(step: Step, places: Sequence[int], units: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yield what each coordinate of a step counts; that of a screw is its angle."""
+    if isinstance(step, Follow):
+        yield from ((place, "place on the curve of") for place in places)
+        return
+    turning = [f"angle about {_axis(axis)} of" for axis in step.turns]
+    sliding = [f"way along {_axis(axis)} of" for axis in step.slides]
+    words = turning if places and units[places[0]] == "rad" else sliding
+    yield from zip(places, words, strict=False)
+
+
+def _axis(axis: Point) -> str:
+    texts = [text(x) for x in axis]
+    plain = {("1", "0", "0"): "x", ("0", "1", "0"): "y", ("0", "0", "1"): "z"}
+    back = {("-1", "0", "0"): "-x", ("0", "-1", "0"): "-y", ("0", "0", "-1"): "-z"}
+    key = (texts[0], texts[1], texts[2])
+    return plain.get(key) or back.get(key) or f"({', '.join(texts)})"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Accelerations of loops that grow too long to be eliminated, step by step in letters, each with what it stands for.
+
+
+_OF_DEPENDENT = "from how loops close", "from the rate of that", "from the second rate of that"
+
+
+class ByLetters:
+    """What gives the accelerations of a start: where loops lead, ratios, inertias and loads by their letters.
+
+    `spelling`, `places` and `values` are those of the letters that steps do not have otherwise.
+    """
+
+    def __init__(self, found: InLetters, mechanism: Mechanism, symbols: Symbols) -> None:
+        every = found.coordinates.all
+        found.instant  # noqa: B018 - defines the accelerations
+        accelerations = {x.own[2]: symbols.accelerations[x.u] for x in every}
+        self._needed = found.needed([node for node in accelerations if found.defined(node)])
+        declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
+        made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
+        self._leaves: dict[Node, Any] = {symbol(each.name): s for each, s in zip(declared, made, strict=True)}
+        self._leaves.update(accelerations)
+        own = [node for node in self._needed if node not in self._leaves]
+        self._leaves.update((node, sympy.Symbol(str(node.data), real=True)) for node in own)
+        labels = {node: Label(str(node.data), latex_name(str(node.data))) for node in own}
+        self.spelling = {self._leaves[node]: label for node, label in labels.items()}
+        self.places = {self._leaves[node]: (NAME, k) for k, node in enumerate(own)}
+        self.values = {self._leaves[node]: self._needed[node].value for node in own}
+        dependent = [every[k].own for k in found.loops.dependent]
+        self._says = {x[k]: _OF_DEPENDENT[k] for k in (0, 1) for x in dependent}
+        self._says.update((node, self._needed[node].says) for node in own)
+        self._says.update((every[k].own[2], "so") for k in found.loops.free)
+        self._says.update((x[2], _OF_DEPENDENT[2]) for x in dependent)
+
+    def lines(self) -> Iterator[Line]:
+        """Yield what gives each letter, after what it is found from."""
+        for node in self._says:
+            one = self._needed.get(node)
+            sides = self._sides(node, one) if one is not None else ()
+            if sides:
+                told = tuple(to_sympy(side, self._leaves) for side in sides)
+                yield Formula(told, before=(self._says[node],))
+
+    @staticmethod
+    def _sides(node: Node, one: Definition) -> tuple[Node, ...]:
+        """Return what is equal; nothing for what is told as a number."""
+        return (node, one.expression) if one.expression is not None else one.equation or ()
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 _NOT_UNIQUE: Final = 1e-8
 _WORDS: Final = {

@@ -1,1 +1,1 @@
-"""The commands, one file each: HELP, `add_options` and `run`, which turns parsed options into an Answer."""
+"""One file a command."""

@@ -7,9 +7,8 @@ import os
 from contextlib import ExitStack
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.commands.simulate import SETTINGS, add_settings
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units
 
 HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
 _OWN: Final = {
@@ -33,10 +32,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Simulate, and write the motion."""
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.cli.targets import verify_apart
-    from multibody_sym.simulation.simulate import simulate
-    from multibody_sym.writing.animation.animate import animate, animation_name
-    from multibody_sym.writing.progress import progress_bar
+    from multibody_sym.cli.output import verify_apart
+    from multibody_sym.documents.animation.animate import animate, animation_name
+    from multibody_sym.documents.runs import progress_bar
+    from multibody_sym.motion.simulate import simulate
 
     place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"
     animation_name(place)

@@ -6,8 +6,7 @@ import argparse
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.cli.answer import Answer, first_lines
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units, first_lines
 
 HELP: Final = "check a model: freedoms, redundancy, formalisms compared, hints"
 _DISAGREES: Final = 3
@@ -21,9 +20,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Check; a model without a start, and routes that disagree, end with 3."""
-    from multibody_sym.checking.check import check
+    from multibody_sym.analysis.check import check
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.check import check_text
+    from multibody_sym.documents.solution import check_text
 
     units = asked_units(options)
     with model(options) as system:

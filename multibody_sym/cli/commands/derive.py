@@ -6,11 +6,10 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.output import Answer
 
 if TYPE_CHECKING:
-    from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
-    from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
+    from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
 
 HELP: Final = "derive energies and equations of motion in symbols"
 _FORMATS: Final = ("text", "latex", "html", "json")
@@ -34,11 +33,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Derive and print in the format asked for."""
-    from multibody_sym.analysis.derivations import derive
-    from multibody_sym.analysis.theorems.conserved import conserved_quantities
-    from multibody_sym.analysis.theorems.symbolic import with_theorems
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.derivation import derivation_data
+    from multibody_sym.derivation.derive import derive
+    from multibody_sym.derivation.theorems import with_theorems
+    from multibody_sym.documents.derivation import derivation_data
+    from multibody_sym.dynamics.theorems.conserved import conserved_quantities
 
     with model(options) as system:
         equations = derive(system, options.method, budget=options.budget, **shared(options))
@@ -53,7 +52,7 @@ def run(options: argparse.Namespace) -> Answer:
 
 
 def _written(equations: SymbolicEquations | CanonicalEquations, options: argparse.Namespace) -> str:
-    from multibody_sym.writing.derivation import derivation_document, derivation_html, derivation_text
+    from multibody_sym.documents.derivation import derivation_document, derivation_html, derivation_text
 
     writers = {"text": derivation_text, "latex": derivation_document, "html": derivation_html}
     return writers[options.format](equations, steps=options.steps)

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.output import Answer
 
 HELP: Final = "draw the mechanism, at its start or at a time, as a book would print it"
 ALIASES: Final = ("show",)
@@ -33,11 +33,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Draw and write the figure."""
-    from multibody_sym.answers.drawn import draw
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.cli.targets import verify_apart
-    from multibody_sym.drawing.figure import ending_of
-    from multibody_sym.writing.progress import progress_bar
+    from multibody_sym.cli.output import verify_apart
+    from multibody_sym.documents.draw import draw
+    from multibody_sym.documents.runs import progress_bar
+    from multibody_sym.pictures.draw import ending_of
 
     target = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".svg"
     ending_of(target)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.units import add_units, asked_units
-from multibody_sym.cli.usage import UsageError
+from multibody_sym.cli.options import UsageError
+from multibody_sym.cli.output import Answer, add_units, asked_units
 from multibody_sym.errors import Where
 
 HELP: Final = "find positions of rest and whether they are stable, or for which values of a parameter there is rest"
@@ -27,7 +26,7 @@ def run(options: argparse.Namespace) -> Answer:
     """Find positions of equilibrium, from the start and from positions around it, or a range of rest."""
     from multibody_sym.analysis.equilibrium import equilibrium
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.statics import equilibrium_text
+    from multibody_sym.documents.analysis import equilibrium_text
 
     if options.least is not None:
         return _least_for_motion(options)
@@ -40,9 +39,9 @@ def run(options: argparse.Namespace) -> Answer:
 
 
 def _range_of_rest(options: argparse.Namespace) -> Answer:
-    from multibody_sym.answers.range_of_rest import range_of_rest
+    from multibody_sym.analysis.rest.range_of_rest import range_of_rest
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.rest import rest_text
+    from multibody_sym.documents.analysis import rest_text
 
     units = asked_units(options)
     with model(options) as system:
@@ -51,9 +50,9 @@ def _range_of_rest(options: argparse.Namespace) -> Answer:
 
 
 def _least_for_motion(options: argparse.Namespace) -> Answer:
-    from multibody_sym.answers.least_for_motion import least_for_motion
+    from multibody_sym.analysis.rest.range_of_rest import least_for_motion
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.rest import least_text
+    from multibody_sym.documents.analysis import least_text
 
     if options.vary is None:
         message = f"--least {options.least}: name the parameter over whose values it is least, such as --vary beta"

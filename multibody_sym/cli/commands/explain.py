@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.output import Answer
 from multibody_sym.errors import InputError
 
 HELP: Final = "tell the cause and cure of an error by its number, such as M101"
@@ -18,7 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Tell one number, or the titles of all."""
-    from multibody_sym.cli.explained.pages import EXPLAINED
+    from multibody_sym.cli.error_pages import EXPLAINED
 
     if options.number is None:
         titles = {number: told.title for number, told in EXPLAINED.items()}

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
-from multibody_sym.codegen.languages import LANGUAGES
+from multibody_sym.cli.output import Answer
+from multibody_sym.program.targets import LANGUAGES
 
 HELP: Final = "write source code of the equations of motion, with a self-test"
 
@@ -26,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Write the files and say how to try them."""
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.simulation.export import export
+    from multibody_sym.motion.prepare.export import export
 
     with model(options) as system:
         files = export(system, options.to, options.directory, fold=options.fold, **shared(options))

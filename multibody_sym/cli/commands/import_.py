@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.output import Answer
 
 HELP: Final = "turn a robot description (URDF) into a model file"
 
@@ -21,10 +21,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Write the model; an existing file is never replaced. What was not imported is told on standard error."""
-    from multibody_sym.formats.files import write_new
-    from multibody_sym.formats.urdf import load_urdf
-    from multibody_sym.formats.writer import dumps
-    from multibody_sym.model.resolution.resolve import mechanism
+    from multibody_sym.mechanics.model_files import dumps
+    from multibody_sym.mechanics.resolve import mechanism
+    from multibody_sym.model.urdf import load_urdf
+    from multibody_sym.text.files import write_new
 
     system = load_urdf(
         options.file, floating=options.floating, damping=options.damping, mimic=options.mimic

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units
 
 HELP: Final = "A, B and eigenvalues about an equilibrium or a steady motion"
 
@@ -23,9 +22,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Linearise about the state at t = 0."""
-    from multibody_sym.analysis.linearization import linearize, period_multipliers
+    from multibody_sym.analysis.linearize import linearize, period_multipliers
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.linearization import linearization_text, multipliers_text
+    from multibody_sym.documents.analysis import linearization_text, multipliers_text
 
     units = asked_units(options)
     with model(options) as system:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units
 
 HELP: Final = "small oscillations as formulas: frequencies, modes, stability"
 _FORMATS: Final = ("text", "latex")
@@ -25,9 +24,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Tell the small motions about the start, or about the state beside it that keeps its speeds."""
-    from multibody_sym.answers.small_motions.modes import modes
+    from multibody_sym.analysis.modes.modes import modes
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.modes import modes_document, modes_text
+    from multibody_sym.documents.analysis import modes_document, modes_text
 
     units = asked_units(options)
     with model(options) as system:

@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.output import Answer
 from multibody_sym.errors import InputError, nearest
-from multibody_sym.formats.files import write_new
+from multibody_sym.text.files import write_new
 
 HELP: Final = "write a model file to start from, any of the shipped examples"
 STARTER: Final = "pendulum"

@@ -8,9 +8,8 @@ import shlex
 import sys
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.commands.simulate import SETTINGS, add_settings
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units
 
 HELP: Final = "write all that is found of a model to one page: figure, equations, steps, motion"
 
@@ -26,8 +25,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Ask all questions and write the answers."""
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.cli.targets import verify_apart
-    from multibody_sym.writing.report.report import report, report_ending
+    from multibody_sym.cli.output import verify_apart
+    from multibody_sym.documents.report import report, report_ending
 
     place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"
     report_ending(place)

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.output import Answer
 
 HELP: Final = "write the JSON Schema of model files, which editors use"
 
@@ -18,8 +18,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Write the schema; an existing file is never replaced."""
-    from multibody_sym.formats.files import write_new
-    from multibody_sym.formats.reference.json_schema import schema
+    from multibody_sym.model.schema import schema
+    from multibody_sym.text.files import write_new
 
     found = schema()
     text = json.dumps(found, indent=1)

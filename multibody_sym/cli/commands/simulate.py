@@ -9,17 +9,16 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.stages import timed
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
-    from multibody_sym.expressions.chosen_units import Units
-    from multibody_sym.simulation.along.verified import Miss
-    from multibody_sym.simulation.samples import Samples
-    from multibody_sym.simulation.trajectory import Trajectory
+    from multibody_sym.motion.results.integrals import Miss
+    from multibody_sym.motion.results.samples import Samples
+    from multibody_sym.motion.results.trajectory import Trajectory
+    from multibody_sym.text.values import Units
 
 HELP: Final = "compute the motion: a table, a plot, a summary"
 _FIGURES: Final = (".png", ".svg", ".pdf")
@@ -64,7 +63,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
-    from multibody_sym.cli.targets import verify_apart
+    from multibody_sym.cli.output import verify_apart
 
     units, figure = asked_units(options), figure_name(options)
     for target in (options.output, figure):
@@ -76,7 +75,7 @@ def run(options: argparse.Namespace) -> Answer:
         table.finish(done)
     if figure is not None:
         done.plot(figure, units, show=options.show, x=options.x or "t")
-    from multibody_sym.writing.run_summary import run_summary
+    from multibody_sym.documents.runs import run_summary
 
     misses = done.verified() if options.verify else None
     written = [path for path in (table and table.place, figure) if path is not None]
@@ -95,7 +94,7 @@ def run(options: argparse.Namespace) -> Answer:
 
 
 def _theorems(misses: Mapping[str, Miss], units: Units) -> list[str]:
-    from multibody_sym.writing.theorems import theorems_text
+    from multibody_sym.documents.solution import theorems_text
 
     return theorems_text(misses, units)
 
@@ -123,8 +122,8 @@ def figure_name(options: argparse.Namespace) -> str | None:
 
 
 def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajectory:
-    from multibody_sym.cli.prepared import asked_run
-    from multibody_sym.writing.progress import progress_bar
+    from multibody_sym.cli.runs import asked_run
+    from multibody_sym.documents.runs import progress_bar
 
     settings = {name: getattr(options, name) for name in SETTINGS}
     with ExitStack() as stack:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.output import Answer, add_units, asked_units
 
 HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
 _FORMATS: Final = ("text", "latex", "html")
@@ -24,8 +23,8 @@ def run(options: argparse.Namespace) -> Answer:
     """Solve the instant t = 0 and the questions under `ask`."""
     from multibody_sym.answers.solve import solve
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.writing.solution import solution_text
-    from multibody_sym.writing.worked import FORMATS
+    from multibody_sym.documents.solution import solution_text
+    from multibody_sym.documents.worked import FORMATS
 
     units, steps = asked_units(options), options.steps or options.format is not None
     with model(options) as system:

@@ -8,16 +8,15 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.commands.simulate import SETTINGS, add_settings, figure_name
-from multibody_sym.cli.units import asked_units
-from multibody_sym.cli.usage import UsageError
+from multibody_sym.cli.options import UsageError
+from multibody_sym.cli.output import Answer, asked_units
 from multibody_sym.errors import OutputError, RunError, Where
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from multibody_sym.studies.study import Study
+    from multibody_sym.motion.sweep.study import Study
 
 HELP: Final = "run a model many times with varied values: one table, a plot or map"
 _OWN: Final = {
@@ -52,8 +51,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Run all, and write what was asked for; what Ctrl-C interrupts goes on when it is called again."""
-    from multibody_sym.cli.targets import verify_apart
-    from multibody_sym.studies.summary import study_summary
+    from multibody_sym.cli.output import verify_apart
+    from multibody_sym.motion.sweep.study import study_summary
 
     figure = figure_name(options)
     for target in (options.output, figure):
@@ -71,8 +70,8 @@ def run(options: argparse.Namespace) -> Answer:
 
 def _swept(options: argparse.Namespace) -> Study:
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.studies.run import sweep
-    from multibody_sym.writing.progress import progress_bar
+    from multibody_sym.documents.runs import progress_bar
+    from multibody_sym.motion.sweep.study import sweep
 
     asked = varied(options.vary)
     with ExitStack() as stack:

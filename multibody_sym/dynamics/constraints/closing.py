@@ -10,27 +10,22 @@ from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.row_numbers import CompiledRows, RowNumbers
-from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
+from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.formalisms.constrained import correction
-from multibody_sym.dynamics.formalisms.equations import MassFactors
-from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
-from multibody_sym.dynamics.formalisms.massless import completed_matrix, massless_speeds
+from multibody_sym.dynamics.formalisms.constrained import correction, in_floats
+from multibody_sym.dynamics.formalisms.equations import MassFactors, completed_matrix, massless_speeds
+from multibody_sym.dynamics.programs.closing import CompiledRows, RowNumbers
 from multibody_sym.errors import ModelError, Where
-from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.points import position
-from multibody_sym.kinematics.relative import direction
-from multibody_sym.kinematics.row_sizes import power_terms
-from multibody_sym.kinematics.rows import RowMotion, constraint_jacobian, row_motions
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow
-from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
-from multibody_sym.numerics.rank import DRAWN, SLOPES, clear_least_norm, damped, least_squares, rank
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.points import direction, position
+from multibody_sym.mechanics.row_kinematics import RowMotion, constraint_jacobian, power_terms, row_motions
+from multibody_sym.mechanics.row_records import AngleRow, ExpressionRow
+from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.ldl import factorized
-from multibody_sym.scalars.vectors import dot
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
+from multibody_sym.scalars.rank import DRAWN, SLOPES, clear_least_norm, damped, least_squares, rank
+from multibody_sym.scalars.vectors import dot, factorized
 
 Solver = Callable[[Floats, Floats], Floats]
 Found = TypeVar("Found")

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, least_missed, moved
 from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.expressions.quantities import force_name
-from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import constraint_jacobian
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import row_forces
-from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
-from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
-from multibody_sym.numerics.rank import rank as rank_of
+from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.mechanics.law_elements import row_forces
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.row_kinematics import constraint_jacobian, row_motions
+from multibody_sym.mechanics.row_records import DistanceRow, RopeRow
+from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import as_node
+from multibody_sym.scalars.pivoted_qr import NEGLIGIBLE, contradiction, dependence, support
+from multibody_sym.scalars.rank import CLOSED, last_share, rank, scaled_rows
+from multibody_sym.scalars.rank import rank as rank_of
+from multibody_sym.text.parser import force_name
+from multibody_sym.text.printer import COMPONENTS
 
 _SHARE: Final = 0.1
 
@@ -170,3 +177,223 @@ def _ambiguous(motion: Motion, dynamics: TreeDynamics, idle: list[Floats]) -> di
 
 def _differs(value: float, other: float) -> bool:
     return abs(value - other) > NEGLIGIBLE * max(1.0, abs(other))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Contradicting constraints: the fewest rows that cannot hold together, and whether positions, speeds or accelerations
+# tell.
+#
+#     H dq = -phi        H u = -phi_t        H udot = gamma
+#
+# have no solution where a combination y of rows vanishes, y^T H = 0, and that of the right sides does not. Where rows
+# depend on each other at one position only, a loop is at the end of its reach, and no contradiction.
+
+
+_ALLOWED: Final = 1e-8
+_ALLOWED_POSITION: Final = 1e-11
+_BESIDE: Final = 0.01
+_SEED: Final = 5
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Positions of rows that cannot hold together, and what of the motion does not exist on their account.
+
+    `off`: by how much the last row is missed where all are missed least.
+    """
+
+    rows: tuple[int, ...]
+    missing: str
+    off: float = 0.0
+
+    def error(self, mechanism: Mechanism, when: str) -> NoSolutionError:
+        """Return the error that names the rows."""
+        return NoSolutionError(self.message(mechanism, when), where=Where(path=mechanism.row_path(self.rows[-1])))
+
+    def message(self, mechanism: Mechanism, when: str) -> str:
+        """Return which rows contradict each other and what to do."""
+        names = [mechanism.rows[k].name for k in self.rows]
+        if len(names) == 1:
+            off = ""
+            if isinstance(mechanism.rows[self.rows[0]], DistanceRow) and self.missing == "positions":
+                off = f": its ends are {abs(self.off):.6g} m too {'near' if self.off > 0.0 else 'far apart'}"
+            return f"constraint {names[0]} asks {when} for what nothing can move{off}; correct it, or leave it out"
+        listed = f"{', '.join(names[:-1])} and {names[-1]}"
+        return (
+            f"constraints contradict each other {when}: no {self.missing} satisfy {listed} together, though they do "
+            "without any one of them; correct one, or leave it out"
+        )
+
+
+def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) -> Contradiction | None:
+    """Return the rows that contradict each other near a state, on the first level where some do.
+
+    `rank`: that of the rows in positions that satisfy them, None where no such position is known.
+    """
+    closest = least_missed(rows.holonomic(), q)
+    if closest is None:
+        return None
+    moving = rows.of(rows.motion(closest, u))
+    jacobian = rows.jacobian(moving)
+    if rank is not None and _rank(jacobian) < rank:
+        return None
+    levels = {
+        "positions": (np.array([row.phi if row.holonomic else 0.0 for row in moving]), _ALLOWED_POSITION),
+        "speeds": (jacobian @ u - np.array([row.phidot for row in moving]), _ALLOWED),
+        "accelerations": (np.array([row.gamma for row in moving]), _ALLOWED),
+    }
+    for missing, (wanted, allowed) in levels.items():
+        size = max(1.0, float(np.square(u).max(initial=0.0)), float(np.abs(wanted).max(initial=0.0)))
+        found = contradiction(jacobian, wanted.astype(float), allowed * size)
+        if found and (rank is not None or _lasts(rows, closest, jacobian, found)):
+            return Contradiction(tuple(rows.active[k] for k in found), missing, float(wanted[found[-1]]))
+    return None
+
+
+@contextmanager
+def contradictions_named(rows: Rows, q: Floats, u: Floats) -> Iterator[None]:
+    """Raise NoSolutionError with the names of contradicting rows in place of one that they bring about."""
+    try:
+        yield
+    except NoSolutionError:
+        found = contradiction_of(rows, q, u)
+        if found is None:
+            raise
+        raise found.error(rows.mechanism, "at the start") from None
+
+
+def verify_consistent(rows: Rows, q: Floats, u: Floats, rank: int) -> None:
+    """Raise NoSolutionError where no accelerations satisfy rows of a rank in a state that satisfies them."""
+    found = contradiction_of(rows, q, u, rank) if rank < rows.acting else None
+    if found is not None:
+        raise found.error(rows.mechanism, "at the start")
+
+
+def _rank(jacobian: Floats) -> int:
+    return rank(jacobian, CLOSED)
+
+
+def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:
+    """Return whether rows that depend on each other at a position do beside it, or no more rows are independent there.
+
+    Rows do neither at the end of a reach. Rows that are each in the way of others may do one of both only.
+    """
+    change = np.random.default_rng(_SEED).uniform(-_BESIDE, _BESIDE, len(rows.mechanism.speeds))
+    near = rows.motion(moved(rows.mechanism, q, change), np.zeros(len(change)))
+    beside = rows.jacobian(rows.of(near))
+    return _rank(beside[list(circuit)]) < len(circuit) or _rank(beside) <= _rank(jacobian)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Regular and singular positions: in a singular one rows depend on each other that are independent beside it.
+
+
+_NEIGHBOURS: Final = 3
+_NEAR: Final = 0.1
+_SINGULAR_SEED: Final = 7
+
+
+def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
+    """Return how many rows are independent at q, and in positions that satisfy them: at q, or around it.
+
+    Rows may depend on each other only where they hold; beside such a position rounding makes all of them independent.
+    """
+    here = _singular_rank(rows, q)
+    around = _beside(rows, q) if here < rows.acting else iter(())
+    return here, max(here, *(_singular_rank(rows, near) for near in around), 0)
+
+
+def _singular_rank(rows: Rows, q: Floats) -> int:
+    found = rows.numbers(q)
+    if found is not None:
+        return rank(found.weighted[list(rows.active)], CLOSED)
+    return approximate_rank(_dynamics(rows, q))
+
+
+def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) -> None:
+    """Raise NoSolutionError where the rank of rows at q is less than the generic one, naming those that lose theirs.
+
+    `called`: what the state is called.
+    """
+    if here == generic:
+        return
+    beside = max((_dynamics(rows, near) for near in _beside(rows, q)), key=approximate_rank)
+    names = losing_rank(_dynamics(rows, q), beside, generic)
+    first = next((k for k, row in enumerate(rows.mechanism.rows) if row.name in names), rows.active[0])
+    depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
+    raise NoSolutionError(
+        f"{called} is a singular position: {', '.join(names)} {depend} on the other constraints there, or {hold} "
+        f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along "
+        "more than one way; choose one beside it",
+        where=Where(path=rows.mechanism.row_path(first)),
+        number="N103",
+    )
+
+
+def _beside(rows: Rows, q: Floats) -> Iterator[Floats]:
+    """Yield positions around q that satisfy the rows."""
+    rng = np.random.default_rng(_SINGULAR_SEED)
+    for _ in range(_NEIGHBOURS):
+        near = closed_near(rows, moved(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(rows.mechanism.speeds))))
+        if near is not None:
+            yield near
+
+
+def _dynamics(rows: Rows, q: Floats) -> TreeDynamics:
+    return restricting(composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Coordinates that constraints hold where they are: a lever pressed on a drum does not turn while it touches.
+
+
+_TIMED: Final = ("t", "inputs", "u")
+
+
+def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Sequence[float]) -> frozenset[int]:
+    """Return the places of coordinates that rows hold at a position for as long as these act; none with quaternions.
+
+    So many rows that name so many coordinates alone, and not the time, and are independent there, leave them no other
+    position near by.
+    """
+    if len(q) != len(mechanism.speeds) or any(body.quaternions for body in mechanism.bodies):
+        return frozenset()
+    named = _held_named(mechanism)
+    if not named:
+        return frozenset()
+    state = state_of(mechanism, float, 0.0, q, [0.0] * len(mechanism.speeds), parameters)
+    jacobian = constraint_jacobian(row_motions(motion_of(mechanism, state)))
+    held: set[int] = set()
+    while True:
+        left = {row: places - held for row, places in named.items() if places - held}
+        groups = [frozenset(places) for places in left.values()] + _joined(list(left.values()))
+        found = next((group for group in groups if _fixes(group, left, jacobian)), None)
+        if found is None:
+            return frozenset(held)
+        held |= found
+
+
+def _held_named(mechanism: Mechanism) -> dict[int, set[int]]:
+    """Return the coordinates that each row on positions names, by the rows' numbers, but for those that name time."""
+    found = {}
+    for k, row in enumerate(row_motions(motion_of(mechanism, slot_state(mechanism)))):
+        if row.holonomic and row.kinematic:
+            slots = [leaf.data for leaf in leaves([as_node(row.phi)], "slot")]
+            if not any(array in _TIMED for array, _ in slots):
+                found[k] = {index for array, index in slots if array == "q"}
+    return found
+
+
+def _joined(groups: Sequence[set[int]]) -> list[frozenset[int]]:
+    """Return the coordinates that rows join, directly or by others."""
+    found: list[set[int]] = []
+    for group in groups:
+        apart = [other for other in found if not other & group]
+        found = [*apart, set(group).union(*(other for other in found if other & group))]
+    return [frozenset(group) for group in found]
+
+
+def _fixes(group: frozenset[int], named: dict[int, set[int]], jacobian: Floats) -> bool:
+    """Return whether the rows that name these coordinates alone are as many independent ones."""
+    rows = [row for row, places in named.items() if places <= group]
+    return len(rows) >= len(group) and rank(jacobian[np.ix_(rows, sorted(group))], CLOSED) == len(group)

@@ -6,22 +6,86 @@ Each column of M is the wrench that accelerates the rigid composite of all bodie
 
 from __future__ import annotations
 
-from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
-from multibody_sym.dynamics.formalisms.inverse_dynamics import forcing, inverse_dynamics
-from multibody_sym.dynamics.inertia.base_parameters import base_inertias
-from multibody_sym.dynamics.inertia.rigid import RigidInertia
-from multibody_sym.kinematics.alignment import economical_motion
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.wrenches import Wrench, to_parent
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.scalars.vectors import (
-    S,
-    dot,
-)
+from collections.abc import Sequence
 
+from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
+from multibody_sym.dynamics.formalisms.inertia import RigidInertia, base_inertias
+from multibody_sym.mechanics.alignment import economical_motion
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import (
+    BodyMass,
+    BodyMotion,
+    Motion,
+    PartialVelocities,
+    accelerations,
+    motion_of,
+    partial_velocities,
+    spread,
+)
+from multibody_sym.mechanics.points import Wrench, carried, joint_projection, to_parent
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State
+from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, negate, scale, subtract
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Recursive Newton-Euler: the forces that given accelerations need, and the wrench that every joint transmits.
+#
+# Source: Luh, Walker and Paul (1980); in the form of Featherstone, Rigid Body Dynamics Algorithms, section 5.3, with
+# accelerations of points instead of spatial ones.
+
+
+def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:
+    """Return each body's rate of momentum: (m a_C, J alpha + omega x J omega + c x m a_C), about its origin."""
+    bodies = zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True)
+    return [inertia_wrench(moved, mass, *reached) for moved, mass, reached in bodies]
+
+
+def inertia_wrench(moved: BodyMotion, mass: BodyMass, a: Vec, alpha: Vec) -> Wrench:
+    """Return one body's rate of momentum."""
+    force = scale(mass.mass, add(a, apply(spread(alpha, moved.w_WB), mass.com)))
+    spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
+    return force, add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))
+
+
+def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
+    """Return M udot + c (nu): the generalised forces that the accelerations need."""
+    return joint_projection(motion, carried(motion, inertia_wrenches(motion, udot)))
+
+
+def forcing(motion: Motion) -> list[S]:
+    """Return f = Q - c (nu) in one pass: applied forces less inertia forces without udot."""
+    forces = applied(motion, weight=False)
+    needed = joint_projection(motion, carried(motion, bias_wrenches(motion, forces.of_body)))
+    return [q - c for q, c in zip(forces.of_speed, needed, strict=True)]
+
+
+def bias_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return what each body needs without udot, less its weight and the wrenches on it."""
+    reached = accelerations(motion, [0] * len(motion.state.u), negate(motion.gravity))
+    found = []
+    for moved, inertia, (a, alpha), given in zip(motion.bodies, base_inertias(motion), reached, of_body, strict=True):
+        force, moment = inertia.rate_of_momentum(a, spread(alpha, moved.w_WB))
+        found.append((subtract(force, given[0]), subtract(moment, given[1])))
+    return found
+
+
+def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return the wrench of each joint on its child, in the child's axes about its origin: reactions and drives.
+
+    `of_body` holds everything else that acts on the bodies: applied wrenches and those of rows.
+    """
+    left = unbalanced_wrenches(motion, udot, of_body)
+    return carried(motion, [(negate(force), negate(moment)) for force, moment in left])
+
+
+def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return what acts on each body, `of_body`, less what its acceleration needs."""
+    needed = inertia_wrenches(motion, udot)
+    return [(subtract(given[0], n[0]), subtract(given[1], n[1])) for n, given in zip(needed, of_body, strict=True)]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state."""
@@ -72,3 +136,47 @@ def _composites(motion: Motion) -> list[RigidInertia]:
         if parent >= 0:
             found[parent] = found[parent].plus(found[index].moved(moved.R_PB, moved.p_PB))
     return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# d'Alembert's principle in Lagrange's form, the general equation of dynamics: no T, no recursion of forces.
+#
+# On virtual displacements the applied and inertia forces of all bodies do no work:
+#
+#     sum (F - m a_C) . dr_C + (mu - J alpha - omega x J omega) . dtheta = 0
+#
+# Each body's forces are projected on its own partial velocities dv_C/du_k, domega/du_k of all speeds that move it:
+#
+#     M_kl = sum m v_k . v_l + omega_k . J omega_l
+#
+# Source: Wittenburg, Dynamics of Multibody Systems, section 5.2.
+
+
+def dalembert_lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
+    """Return the equations of motion at a state."""
+    motion = motion_of(mechanism, state)
+    count = len(state.u)
+    matrix: list[list[S]] = [[0] * count for _ in range(count)]
+    forces = applied(motion)
+    active, inertial = list(forces.of_speed), [0] * count
+    needed = inertia_wrenches(motion, [0] * count)
+    for index, partials in enumerate(partial_velocities(motion)):
+        _add_inertia(matrix, motion, index, partials)
+        for k, (linear, angular) in partials.items():
+            force, moment = forces.of_body[index]
+            active[k] = active[k] + (dot(linear, force) + dot(angular, moment))
+            force, moment = needed[index]
+            inertial[k] = inertial[k] + (dot(linear, force) + dot(angular, moment))
+    return equations(motion, matrix, active, inertial, row_motions(motion))
+
+
+def _add_inertia(matrix: list[list[S]], motion: Motion, index: int, partials: PartialVelocities) -> None:
+    """Add one body's m v_k . v_l + omega_k . J omega_l, of the centre of mass, for all pairs of its speeds."""
+    mass = motion.masses[index]
+    at_com = {k: (add(v, cross(w, mass.com)), w) for k, (v, w) in partials.items()}
+    for l, (v, w) in at_com.items():
+        momentum, spin = scale(mass.mass, v), apply(mass.inertia, w)
+        for k, (linear, angular) in at_com.items():
+            if k <= l:
+                matrix[k][l] = matrix[k][l] + (dot(linear, momentum) + dot(angular, spin))
+                matrix[l][k] = matrix[k][l]

@@ -11,16 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from multibody_sym.dynamics.formalisms.composite_body import inertia_wrenches
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
-from multibody_sym.dynamics.formalisms.inverse_dynamics import inertia_wrenches
-from multibody_sym.dynamics.inertia.articulated import rigid_inertia
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import BodyMotion, Motion, motion_of
-from multibody_sym.kinematics.partial_velocities import partial_velocities
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.wrenches import Wrench, to_parent
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.dynamics.formalisms.inertia import rigid_inertia
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import BodyMotion, Motion, motion_of, partial_velocities
+from multibody_sym.mechanics.points import Wrench, to_parent
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S, add, dot
 

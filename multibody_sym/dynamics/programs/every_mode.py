@@ -17,49 +17,259 @@ from typing import Final
 
 from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
-from multibody_sym.dynamics.programs import contacts_in_modes
-from multibody_sym.dynamics.programs.contacts_in_modes import (
-    baumgarte,
-    correcting_rows,
-    exerted_by,
-    missed_by,
-    of_moving,
-)
-from multibody_sym.dynamics.programs.law_rows import (
+from multibody_sym.dynamics.programs.law_programs import (
     STABILISING,
+    Friction,
+    Row,
     RowProgram,
     RowValues,
     column,
+    combination,
     law_program,
     row_program,
+    times,
+    with_friction,
+    with_sliding,
 )
-from multibody_sym.dynamics.programs.like_contacts import ContactKind
-from multibody_sym.dynamics.programs.mode_values import ModeValues, chosen, is_of_normal
 from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
-from multibody_sym.dynamics.programs.sliding_parts import Friction, Row, combination, times, with_friction, with_sliding
-from multibody_sym.dynamics.programs.system import energy_program, inputs_program, outputs_program
-from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.mechanism.every_mode import (
+from multibody_sym.dynamics.programs.reactions import SwitchingValues
+from multibody_sym.dynamics.programs.repeated_contacts import ContactKind
+from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
+from multibody_sym.mechanics.law_elements import FrictionPart
+from multibody_sym.mechanics.limits import sided
+from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
+from multibody_sym.mechanics.modes import (
     ModeNodes,
     friction_parts,
     functions,
+    has_end,
+    has_rim,
     in_every_mode,
     may_share,
 )
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.points import STARTING
+from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
+from multibody_sym.mechanics.row_records import Row as DeclaredRow
+from multibody_sym.mechanics.state import arrays, slot_state
+from multibody_sym.program.loops import all_rolled
 from multibody_sym.program.program import Program
-from multibody_sym.program.rolling.rolled import all_rolled
 from multibody_sym.program.statements import Array, Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, where
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less_equal, real
-from multibody_sym.scalars.rotations import unit_quaternion
+from multibody_sym.scalars.limits import along, length, sliding, towards
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, less_equal, real
+from multibody_sym.scalars.vectors import S, unit_quaternion
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What the numbers of a mode make of friction and of switching functions, in Programs of all modes.
+
 
 _HALF: Final = ONE / 2
+
+
+def chosen(number: Node, yes: S, no: S) -> Node:
+    """Return one of two values by a number that is 1 or 0."""
+    return as_node(where(less(_HALF, number), as_node(yes), as_node(no)))
+
+
+def is_of_normal(function: str) -> bool:
+    """Return whether a switching function, by its name, is that of a normal, which every mode watches."""
+    return function.startswith("normal ")
+
+
+@dataclass(frozen=True, eq=False)
+class ModeValues:
+    """The motion of a mechanism `in_every_mode`."""
+
+    motion: Motion
+
+    @cached_property
+    def modes(self) -> ModeNodes:
+        """The numbers of the mode."""
+        return ModeNodes(self.motion.mechanism)
+
+    def friction(self, part: FrictionPart, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Node]:
+        """Return the force along each row of a part for a unit normal force, zero where it does not slide.
+
+        `speeds` are phidot of its rows, `limits` both its coefficients.
+        """
+        if part.regularised is not None:
+            kinetic, least = self.motion.state.values([part.kinetic, part.regularised])
+            return list(map(as_node, sliding(kinetic, speeds, length([*speeds, least]))))
+        slip, mu = self.modes.slip(part), chosen(self.modes.at_limit(part), *limits)
+        if len(part.rows) == 1:
+            return [as_node(-slip * mu)]
+        ways = self._slip_velocity(part, speeds)
+        whole = chosen(slip, length(ways), ONE)
+        return [chosen(slip, -mu * v / whole, ZERO) for v in ways]
+
+    def functions(self, multipliers: Sequence[Node]) -> dict[str, S]:
+        """Return the switching functions of all modes by name, for the multipliers of all rows."""
+        values = SwitchingValues(self.motion, multipliers)
+        found: dict[str, S] = {}
+        for element in self.motion.mechanism.one_way:
+            normal = element.normals[0]
+            if not element.unilateral:
+                for k in sided(element):
+                    row = element.normals[k]
+                    side, force = self.modes.side(element, row), values.multiplier(row.name)
+                    found[f"turns {row.name}"] = -towards(side, force)
+                continue
+            opens, closes = -values.normal(element), values.closes(normal)
+            found[f"normal {element.name}"] = chosen(self.modes.acts(normal), opens, closes)
+            if has_end(element):
+                found[f"edge {element.name}"] = values.leaves(normal)
+            if has_rim(element):
+                found[f"flat {element.name}"] = values.lies_flat(normal)
+        for element, part in friction_parts(self.motion.mechanism):
+            speeds = [as_node(values.row(row).phidot) for row in part.rows]
+            slip, way = self.modes.slip(part), f"slip {part.name}"
+            held = -values.room(element, part)
+            if len(part.rows) == 1:
+                found[way] = chosen(slip * slip, -slip * speeds[0], held)
+                continue
+            found[way] = chosen(slip, -length(self._slip_velocity(part, speeds)), held)
+            onward = along(self.modes.direction(part), speeds)
+            found |= {f"onward {part.name}": onward, f"back {part.name}": -onward}
+        return found
+
+    def _slip_velocity(self, part: FrictionPart, speeds: Sequence[Node]) -> list[Node]:
+        """Return what has the direction of slip in space (see `mechanics.points`)."""
+        return [v + real(STARTING) * way for v, way in zip(speeds, self.modes.direction(part), strict=True)]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What the numbers of a mode make of contacts by kinds: said once a kind, and scanned over those that act.
+#
+# A function here takes a kind and its rows, in whose arrays it reads, and returns values by name.
+
+
+Named = dict[str, list[Node]]
+
+
+def pressing(kind: ContactKind, rows: RowValues) -> Named:
+    """Return `gamma` and `right` with Baumgarte's terms, and the elements of `exerted` and `carried` (`exerted_by`)."""
+    own, (exerted, carried) = kind.leaves, exerted_by(kind, rows)
+    given = zip(kind.mechanism.rows, own["phi"], own["phidot"], strict=True)
+    terms = [baumgarte(row, phi, phidot, own[STABILISING]) for row, phi, phidot in given]
+    return {
+        "gamma": [x + dx for x, dx in zip(own["gamma"], terms, strict=True)],
+        "right": [x + dx for x, dx in zip(own["right"], terms, strict=True)],
+        "exerted": elements(exerted),
+        "carried": elements([carried]),
+    }
+
+
+def exerted_by(kind: ContactKind, rows: RowValues) -> tuple[list[Row], Row]:
+    """Return by the speeds of a contact the force of each way in which its rows share, friction included.
+
+    And that of all its rows with the shares that a mode gives them.
+    """
+    sliding = with_sliding(rows.matrix("exerted", kind.leaves), _frictions(kind))
+    modes = ModeNodes(kind.mechanism)
+    ways = [combination((x, sliding[j]) for j, x in way) for way in modes.ways()]
+    return ways, combination(zip(modes.carried(), sliding, strict=True))
+
+
+def unloaded(kind: ContactKind, rows: RowValues) -> Named:
+    """Return `right` less what the motion `near`, that of the shares of all rows, gives to it."""
+    return {"right": _less(kind.leaves["right"], rows.matrix("matrix", kind.leaves), kind.leaves["near"])}
+
+
+def missing(kind: ContactKind, rows: RowValues) -> Named:
+    """Return by how much the accelerations `near` are short of `gamma`."""
+    return {"missing": _less(kind.leaves["gamma"], rows.matrix("jacobian", kind.leaves), kind.leaves["near"])}
+
+
+def multipliers(kind: ContactKind, rows: RowValues) -> Named:
+    """Return the multipliers of all rows for the sum of both solves, `taken` and `more`, one number a way."""
+    own, modes = kind.leaves, ModeNodes(kind.mechanism)
+    taken = [x + y for x, y in zip(own["taken"], own["more"], strict=True)]
+    found = Sharing(modes.carried(), modes.ways()).carried(taken)
+    return {"multipliers": with_friction(list(map(as_node, found)), _frictions(kind))}
+
+
+def correcting(kind: ContactKind, rows: RowValues) -> Named:
+    """Return the `elements` of the rows by which speeds are put back (see `correcting_rows`)."""
+    return {"elements": elements(correcting_rows(kind, rows))}
+
+
+def correcting_rows(kind: ContactKind, rows: RowValues) -> list[Row]:
+    """Return rows of the speeds: of all by mass, or of those not held."""
+    own = kind.leaves
+    jacobian, by_mass = (rows.matrix(name, own) for name in ("jacobian", "matrix"))
+    some = ModeNodes(kind.mechanism).any_held
+    return [of_moving(*each, own["held"], some) for each in zip(jacobian, by_mass, strict=True)]
+
+
+def missed(kind: ContactKind, rows: RowValues) -> Named:
+    """Return what is missed at a state (see `missed_by`)."""
+    acts = map(ModeNodes(kind.mechanism).acts, kind.mechanism.rows)
+    return missed_by(row_motions(kind.motion), list(acts))
+
+
+def ends_of_normal(kind: ContactKind, rows: RowValues) -> Named:
+    """Return when a contact closes or opens."""
+    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
+    return {"values": [as_node(x) for name, x in values.items() if is_of_normal(name)]}
+
+
+def ends_of_touching(kind: ContactKind, rows: RowValues) -> Named:
+    """Return when else the mode of a contact that touches ends."""
+    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
+    return {"values": [as_node(x) for name, x in values.items() if not is_of_normal(name)]}
+
+
+def _frictions(kind: ContactKind) -> list[Friction]:
+    """Return what rubs where a contact touches."""
+    own, values, found = kind.leaves, ModeValues(kind.motion), list[Friction]()
+    places = {row.name: k for k, row in enumerate(kind.mechanism.rows)}
+    for k, (element, part) in enumerate(friction_parts(kind.mechanism)):
+        tangents = [places[row.name] for row in part.rows]
+        forces = values.friction(part, [own["phidot"][j] for j in tangents], own["limits"][2 * k : 2 * k + 2])
+        normals = [places[row.name] for row in element.normals_of(part)]
+        found.append(Friction(normals, [ONE] * len(normals), tangents, forces, norm=False))
+    return found
+
+
+def _less(values: Sequence[Node], rows: Iterable[Row], x: Sequence[Node]) -> list[Node]:
+    return [value - times(row, x) for value, row in zip(values, rows, strict=True)]
+
+
+# --- the same for any row ---------------------------------------------------------------------------------------------
+
+
+def elements(rows: Iterable[Row]) -> list[Node]:
+    """Return the elements of rows one after the other, each row's in the order of its columns."""
+    return [row[k] for row in rows for k in sorted(row)]
+
+
+def baumgarte(row: DeclaredRow, phi: Node, phidot: Node, alpha_beta: Sequence[Node]) -> Node:
+    """Return Baumgarte's term of a row (see `system.stabilised`)."""
+    alpha, beta = alpha_beta
+    return -2 * alpha * phidot - beta**2 * phi if row.is_holonomic else -alpha * phidot
+
+
+def of_moving(row: Row, by_mass: Row, held: Sequence[Node], some: Node) -> Row:
+    """Return a row of the speeds that are not held where `some` are, else that of all of them by mass."""
+    least = sum((absolute(h) * held[j] for j, h in row.items()), ZERO)
+    moving = {j: chosen(held[j], ZERO, felt(h, least)) for j, h in row.items()}
+    return {j: chosen(some, moving.get(j, ZERO), by_mass.get(j, ZERO)) for j in sorted({*moving, *by_mass})}
+
+
+def missed_by(rows: Sequence[RowMotion], acts: Sequence[Node]) -> Named:
+    """Return phi and the `residual` phidot of the rows that act, zeros for the others."""
+    pairs = list(zip(rows, acts, strict=True))
+    return {
+        "phi": [chosen(acting, row.phi if row.holonomic else ZERO, ZERO) for row, acting in pairs],
+        "residual": [chosen(acting, row.phidot, ZERO) for row, acting in pairs],
+    }
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
 _SETTLED: Final = real(1e-15)
 """The part of the largest reaction by which rounding changes reactions from pass to pass."""
 _Make = Callable[[ContactKind, RowValues], Mapping[str, Sequence[Node]]]
@@ -212,7 +422,7 @@ class _EveryMode:
         """
         contacts = self.known.contacts
         made = [make(*each) for each in zip(contacts.kinds, self.known.rows_of_kinds, strict=True)]
-        gates = () if make is contacts_in_modes.ends_of_normal else self._touching
+        gates = () if make is ends_of_normal else self._touching
         found = contacts.scanned(trace, made, given, gates)
         for k in range(len(contacts.places)):
             yield {name: values[k] for name, values in found.items()}
@@ -281,7 +491,7 @@ class _EveryMode:
         first = self._solve(trace, now, right, exerted)
         near = _sums(now.values["free"], now.unweighted(_sums(first.solution[:n], begun)))
         left = self._at_rows(
-            trace, contacts_in_modes.missing, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
+            trace, missing, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
         )["missing"]
         for k in self._others:
             left[k] = pressed.gamma[k] - times(now.jacobian[k], near) - times(now.coupling[k], first.solution)
@@ -299,7 +509,7 @@ class _EveryMode:
         found = _Pressed(list(given["gamma"]), list(given["right"]), now.exerting, [])
         known = self.known
         kinds = [exerted_by(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
-        for k, values in enumerate(self._of_contacts(trace, contacts_in_modes.pressing, given)):
+        for k, values in enumerate(self._of_contacts(trace, pressing, given)):
             rows, carried = kinds[known.contacts.chosen[k]]
             places = known.contacts.of("rows", k)
             own = self._spread(k, rows, values["exerted"])
@@ -325,7 +535,7 @@ class _EveryMode:
         program = sums.finish({"begun": column(total.get(k, ZERO) for k in range(self.known.size))})
         (begun,) = trace.call_where(self.modes.any_shares, program, [values])
         beside = self._at_rows(
-            trace, contacts_in_modes.unloaded, right=right, matrix=now.values["matrix"], near=begun
+            trace, unloaded, right=right, matrix=now.values["matrix"], near=begun
         )["right"]
         for k in range(self.known.count):
             right[k] = beside[k] if k in beside else right[k] - times(now.matrix[k], begun)
@@ -340,7 +550,7 @@ class _EveryMode:
             found = list(map(as_node, self._sharing.carried(found)))
         found = with_friction(found, frictions)
         given = {"phidot": now.values["phidot"], "limits": now.values["coefficients"]}
-        by_kinds = self._at_rows(trace, contacts_in_modes.multipliers, taken=taken[0], more=taken[1], **given)
+        by_kinds = self._at_rows(trace, multipliers, taken=taken[0], more=taken[1], **given)
         return [by_kinds["multipliers"].get(k, x) for k, x in enumerate(found)]
 
     @cached_property
@@ -388,7 +598,7 @@ class _EveryMode:
     def missed(self) -> Program:
         """Return -> phi, residual of the rows that act."""
         trace = Trace("missed", arrays(self.mechanism))
-        known = self._at_rows(trace, contacts_in_modes.missed)
+        known = self._at_rows(trace, missed)
         rows = tuple(self.mechanism.rows[k] for k in self._others)
         others = row_motions(replace(self._motion, mechanism=replace(self.mechanism, rows=rows)))
         for level, nodes in missed_by(others, [self._acts[k] for k in self._others]).items():
@@ -418,7 +628,7 @@ class _EveryMode:
         by_row = {k: of_moving(now.jacobian[k], now.matrix[k], held, some) for k in self._others}
         known, given = self.known, {"jacobian": now.values["jacobian"], "matrix": now.values["matrix"], "held": held}
         kinds = [correcting_rows(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
-        for k, values in enumerate(self._of_contacts(trace, contacts_in_modes.correcting, given)):
+        for k, values in enumerate(self._of_contacts(trace, correcting, given)):
             rows = self._spread(k, kinds[known.contacts.chosen[k]], values["elements"])
             by_row |= zip(known.contacts.of("rows", k), rows, strict=True)
         matrix = [by_row[k] for k in places]
@@ -462,8 +672,8 @@ class _EveryMode:
         """Return the switching functions by name, those of friction and ends of contacts by kinds where they touch."""
         found: dict[str, Node] = {}
         given = {"rows": trace["multipliers"]}
-        for make in (contacts_in_modes.ends_of_normal, contacts_in_modes.ends_of_touching):
-            of_normal = make is contacts_in_modes.ends_of_normal
+        for make in (ends_of_normal, ends_of_touching):
+            of_normal = make is ends_of_normal
             for place, values in zip(self.known.contacts.places, self._of_contacts(trace, make, given), strict=False):
                 own = functions(replace(self.mechanism, one_way=(self.mechanism.one_way[place],)))
                 names = [name for name in own if is_of_normal(name) == of_normal]

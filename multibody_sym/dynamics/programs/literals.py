@@ -12,16 +12,13 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, Final
 
-from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.model.mechanism.loads import JointForce, JointSpring, Load
-from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Pose
-from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
-from multibody_sym.model.mechanism.parameters import ARRAY
-from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, ExpressionRow, PositionRow, VelocityRow
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load
+from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, TreeBody
+from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, ExpressionRow, Marker, PositionRow, VelocityRow
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
+from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.node import Node, slot
-from multibody_sym.scalars.traversal import postorder
 
 MANY_BODIES: Final = 48
 """From how many bodies on numbers are data (benchmarks/kinds.py): fewer compile in seconds, and are faster written out.

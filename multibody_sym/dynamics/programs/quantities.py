@@ -10,26 +10,31 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.dynamics.programs.exertions import SECTIONS, Exertion, exertions, resultant
 from multibody_sym.dynamics.programs.momenta import (
+    SECTIONS,
+    Exertion,
     Momentum,
     angular_momentum,
     body_momenta,
     centre_of_mass,
+    exertions,
     generalized_momenta,
     jacobi_integral,
     momentum,
+    resultant,
 )
-from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
-from multibody_sym.dynamics.programs.pulleys import pulley_reactions
-from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.dynamics.programs.switching import SwitchingValues, switchings
-from multibody_sym.dynamics.programs.tensions import ropes, tensions_by_name
+from multibody_sym.dynamics.programs.reactions import (
+    OneWayForces,
+    SwitchingValues,
+    pulley_reactions,
+    reactions,
+    ropes,
+    switchings,
+    tensions_by_name,
+)
 from multibody_sym.errors import ModelError
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.expressions.quantities import OWN_CENTRE, SYSTEM
-from multibody_sym.kinematics import points
-from multibody_sym.kinematics.energy import (
+from multibody_sym.mechanics import points
+from multibody_sym.mechanics.energy import (
     body_kinetic_energy,
     kinetic_energy,
     potential_energy,
@@ -37,26 +42,28 @@ from multibody_sym.kinematics.energy import (
     stored_energy,
     weight_energy,
 )
-from multibody_sym.kinematics.loads import place, span, span_rate
-from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.kinematics.ropes import wrap_angle, wrap_between
-from multibody_sym.kinematics.rows import RowMotion, row_motions
-from multibody_sym.kinematics.state import arrays
-from multibody_sym.kinematics.wrenches import NO_WRENCH
-from multibody_sym.model.declaration.contacts import without_number
-from multibody_sym.model.declaration.values import AXES
-from multibody_sym.model.mechanism.loads import PlacePotential, PointPull
-from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import COM, Pose
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.mechanics.forces import place, span, span_rate
+from multibody_sym.mechanics.load_records import PlacePotential, PointPull
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, accelerations
+from multibody_sym.mechanics.points import NO_WRENCH
+from multibody_sym.mechanics.ropes import wrap_angle, wrap_between
+from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
+from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.state import arrays
+from multibody_sym.model.bodies import COM, Pose
+from multibody_sym.model.contacts_and_impacts import without_number
+from multibody_sym.model.fields import AXES
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, sqrt
 from multibody_sym.scalars.node import Node, as_node
-from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, dot, subtract
+from multibody_sym.text.parser import OWN_CENTRE, SYSTEM
+from multibody_sym.text.printer import COMPONENTS
 
 
 @dataclass(frozen=True)

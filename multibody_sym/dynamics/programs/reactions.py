@@ -2,28 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, reduce
+from typing import Final, Literal
 
-from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.kinematics.guides.across import force_across
-from multibody_sym.kinematics.joint_forces import along_reactions
-from multibody_sym.kinematics.loads import add_drive, applied
-from multibody_sym.kinematics.motion import Motion, pose
-from multibody_sym.kinematics.rows import RowMotion, tooth_wrenches
-from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
-from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
-from multibody_sym.model.mechanism.rows import CutJoint
+from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
+from multibody_sym.mechanics.contact_geometry import gap, reach, touch
+from multibody_sym.mechanics.contact_rows import ContactRow, is_point
+from multibody_sym.mechanics.flat_rims import flattened
+from multibody_sym.mechanics.forces import add_drive, applied, force_across
+from multibody_sym.mechanics.joint_friction import along_reactions
+from multibody_sym.mechanics.law_elements import (
+    ACTIVE,
+    FRICTION,
+    PRESSING,
+    FrictionPart,
+    Mode,
+    OneWay,
+    component_names,
+    components_of,
+    exerted_by,
+)
+from multibody_sym.mechanics.limits import Limit, limits_in
+from multibody_sym.mechanics.mechanism import NORMAL, Mechanism
+from multibody_sym.mechanics.modes import ModeNodes, has_end, has_rim
+from multibody_sym.mechanics.motion import Motion, accelerations, pose
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench, position, separation, slip_velocity
+from multibody_sym.mechanics.ropes import segments, wheel_at
+from multibody_sym.mechanics.row_kinematics import (
+    RowMotion,
+    coefficients,
+    friction_factors,
+    friction_on,
+    row_motion,
+    tooth_wrenches,
+)
+from multibody_sym.mechanics.row_records import CutJoint, RopeRow, Row, Sliding, SlidingRow
+from multibody_sym.records import dataclass
+from multibody_sym.scalars import limits
+from multibody_sym.scalars.functions import maximum, minimum, where
+from multibody_sym.scalars.limits import OF_FORCES, Kind, along, length
+from multibody_sym.scalars.node import ONE, ZERO, Node, less
 from multibody_sym.scalars.vectors import (
+    ZERO_VECTOR,
     S,
+    Vec,
     add,
     apply,
     apply_transposed,
     cross,
+    dot,
     product,
     scale,
     subtract,
 )
+from multibody_sym.text.printer import AT, COMPONENTS
 
 
 def reactions(
@@ -106,3 +140,419 @@ def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) 
             known = total[index]
             total[index] = (add(known[0], scale(multiplier, force)), add(known[1], scale(multiplier, moment)))
     return total
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Tensions of ropes: one for each run, one more for each wheel between its ends on which a run rubs.
+
+
+def ropes(mechanism: Mechanism) -> Iterator[RopeRow]:
+    """Yield the rows of all runs of ropes, those too that are slack in the mechanism's mode."""
+    plain = [row.normal if isinstance(row, SlidingRow) else row for row in mechanism.rows]
+    slack = [row for element in mechanism.one_way for row in element.normals]
+    named = {row.name: row for row in (*plain, *slack) if isinstance(row, RopeRow)}
+    yield from named.values()
+
+
+def tensions(motion: Motion, multipliers: Sequence[S], row: RopeRow) -> list[S]:
+    """Return the tensions of a run of rope along its path: of one that rubs before and behind each rough wheel."""
+    places = {row.name: k for k, row in enumerate(motion.mechanism.rows)}
+    if row.name not in places:
+        return [0 for _ in row.components]
+    mean = multipliers[places[row.name]]
+    if not row.rubs:
+        return [mean]
+    (half,) = motion.state.values([ONE / 2])
+    halves: list[S] = []
+    for slip in row.rubs:
+        parts = [half * (factor * multipliers[k]) for k, factor in friction_on(slip, motion)]
+        halves.append(parts[0] if parts else 0)
+    return [sum(halves[k:], sum((-x for x in halves[:k]), mean)) for k in range(len(halves) + 1)]
+
+
+def tensions_by_name(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, S]:
+    """Return every tension by what it is asked by: the rope, or `rope.1`, `rope.2`, ... along its path."""
+    return {
+        name: tension
+        for row in ropes(motion.mechanism)
+        for name, tension in zip(row.asked, tensions(motion, multipliers, row), strict=True)
+    }
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What holds massless pulleys: the force on each, by the body that it stands on, against the ropes that run over it.
+
+
+def pulley_reactions(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, dict[str, S]]:
+    """Return for each massless pulley with a rope fx .. mz on it, about its centre, in the axes of what carries it.
+
+    The moment is what a drum that stands still takes of the rope's friction.
+    """
+    found: dict[str, tuple[Vec, Vec]] = {}
+    bodies: dict[str, int] = {}
+    for row in ropes(motion.mechanism):
+        own = [k for k, bend in enumerate(row.path[1:-1], 1) if bend.pulley and bend.massless]
+        pulls = _along_path(row, tensions(motion, multipliers, row)) if own else []
+        pieces = segments(motion, row.path, row.straight)[0] if own else []
+        for k in own:
+            name, before, after = row.path[k].pulley, pulls[k - 1], pulls[k]
+            force = subtract(scale(before, pieces[k - 1].direction), scale(after, pieces[k].direction))
+            wheel = wheel_at(motion, row.path, k) if before is not after else None
+            moment = ZERO_VECTOR if wheel is None else scale((before - after) * wheel.radius, wheel.axis)
+            known = found.get(name, (ZERO_VECTOR, ZERO_VECTOR))
+            found[name] = add(known[0], force), add(known[1], moment)
+            bodies[name] = row.path[k].at.body
+    return {name: _components(motion, bodies[name], *wrench) for name, wrench in found.items()}
+
+
+def _along_path(row: RopeRow, pulls: Sequence[S]) -> list[S]:
+    """Return the tension of each piece."""
+    rough = [k for k, bend in enumerate(row.path[:-1]) if k and bend.rough] if len(pulls) > 1 else []
+    return [pulls[sum(k <= piece for k in rough)] for piece in range(len(row.path) - 1)]
+
+
+def _components(motion: Motion, body: int, force: Vec, moment: Vec) -> dict[str, S]:
+    F, M = (apply_transposed(motion.rotation(body), v) for v in (force, moment))
+    return dict(zip(COMPONENTS, (*F, *M), strict=True))
+
+
+def held_pulleys(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the massless pulleys that ropes run over."""
+    bends = (bend for row in ropes(mechanism) for bend in row.path[1:-1])
+    return tuple(dict.fromkeys(bend.pulley for bend in bends if bend.pulley and bend.massless))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The forces of what holds one way only, in the mode of a mechanism, over any scalar.
+
+
+def mode_of(mechanism: Mechanism) -> Mode:
+    """Return the mode that a mechanism is in."""
+    return mechanism.mode or Mode({})
+
+
+def is_active(mechanism: Mechanism, element: OneWay) -> bool:
+    """Return whether an element acts: friction in joints always does, and any may `in_every_mode`."""
+    if mechanism.mode_numbers or not element.unilateral:
+        return True
+    return mode_of(mechanism).acts(element)
+
+
+@dataclass(frozen=True, eq=False)
+class OneWayForces:
+    """The elements of a mechanism in its mode, in motion, with the multipliers (ns) of its rows."""
+
+    motion: Motion
+    multipliers: Sequence[S]
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism in its mode."""
+        return self.motion.mechanism
+
+    @property
+    def mode(self) -> Mode:
+        """That mode."""
+        return mode_of(self.mechanism)
+
+    @cached_property
+    def _places(self) -> Mapping[str, int]:
+        return {row.name: k for k, row in enumerate(self.mechanism.rows)}
+
+    def multiplier(self, row: str) -> S:
+        """Return the multiplier of a row by name, 0 where it does not act."""
+        place = self._places.get(row)
+        return 0 if place is None else self.multipliers[place]
+
+    def normal(self, element: OneWay) -> S:
+        """Return the force with which an element presses, pulls or stops."""
+        return self.multiplier(element.normals[0].name)
+
+    def pressing(self, element: OneWay, part: FrictionPart) -> S:
+        """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
+        normals = element.normals_of(part)
+        forces = [self.multiplier(row.name) for row in normals]
+        in_programs = self.mechanism.mode_numbers and any(isinstance(x, Node) for x in forces)  # numbers have a mode
+        side = ModeNodes(self.mechanism).side if in_programs and not part.norm else self.side
+        return limits.pressing(forces, [side(element, row) for row in normals], norm=part.norm)
+
+    def side(self, element: OneWay, normal: Row) -> int:
+        """Return the sign with which the force of a normal row counts."""
+        return ACTIVE if element.unilateral else self.mode.side(element, normal) or ACTIVE
+
+    def friction(self, part: FrictionPart) -> list[S]:
+        """Return the friction of a part along its rows (1, or 2 in space).
+
+        What does not slide, nor exerts its limit as if it did, has rows of its own.
+        """
+        found = list(self.slidings(part))
+        if not found:
+            return [self.multiplier(row.name) for row in part.rows]
+        total: list[S] = [0 for _ in part.rows]
+        for name, sliding in found:
+            factors = friction_factors(sliding, [self.row(x) for x in part.rows], self.motion)
+            if part.norm:
+                return [factor * self.pressing(self._element_of(part), part) for factor in factors]
+            force = self.multiplier(name)
+            total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
+        return total
+
+    def most(self, element: OneWay, part: FrictionPart) -> S:
+        """Return how large the friction of a part can be while it sticks."""
+        return limits.most(self._static(part), self.pressing(element, part))
+
+    def room(self, element: OneWay, part: FrictionPart) -> S:
+        """Return by how much the friction of a part is below that, negative beyond it."""
+        return limits.room(self._static(part), self.pressing(element, part), self.friction(part))
+
+    @property
+    def mode_limits(self) -> Iterator[Limit]:
+        """The limits of all elements in the mode."""
+        for element in self.mechanism.one_way:
+            yield from limits_in(self.mode, element)
+
+    def value(self, limit: Limit, rate: Callable[[Row], S]) -> S:
+        """Return what must not be negative, where rows move at a `rate`."""
+        element, part = limit.element, limit.part
+        if part is not None:
+            return self.room(element, part) if limit.kind == "cone" else self.forward(part, rate)
+        normal = element.normals[limit.normal]
+        if limit.kind == "gap":
+            return rate(normal)
+        force = self.multiplier(normal.name)
+        return force if limit.kind == "force" else limits.towards(self.mode.side(element, normal), force)
+
+    def forward(self, part: FrictionPart, rate: Callable[[Row], S]) -> S:
+        """Return how fast a part slips the way that it does, or begins to in space, where rows move at a `rate`."""
+        return limits.along(self.begins(part) or [self.mode.slip(part)], [rate(row) for row in part.rows])
+
+    def begins(self, part: FrictionPart) -> list[S]:
+        """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""
+        starts = next((sliding.starts for _, sliding in self.slidings(part)), None)
+        return [] if starts is None else self.motion.state.values(starts)
+
+    def tension_ratio(self, part: FrictionPart) -> S:
+        """Return how many times one tension of a rope on a rough wheel the other one can be."""
+        return limits.tension_ratio(self._static(part))
+
+    def _static(self, part: FrictionPart) -> S:
+        return coefficients(self.motion, part.rows, [part.static])[0]
+
+    def slidings(self, part: FrictionPart) -> Iterator[tuple[str, Sliding]]:
+        """Yield how a part slides, with the name of each row whose multiplier it follows."""
+        for row in self.mechanism.rows:
+            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+                if sliding.rows == part.rows:
+                    yield row.name, sliding
+
+    def _element_of(self, part: FrictionPart) -> OneWay:
+        return next(element for element in self.mechanism.one_way if part in element.frictions)
+
+    def row(self, row: Row) -> RowMotion:
+        """Return how a row of an element moves, whether it acts or not, but for those that define forces."""
+        if row.name not in self._moved:
+            self._moved[row.name] = row_motion(row, self.motion, self._bias)
+        return self._moved[row.name]
+
+    @cached_property
+    def _moved(self) -> dict[str, RowMotion]:
+        return {}
+
+    @cached_property
+    def _bias(self) -> Sequence[tuple[Vec, Vec]]:
+        return accelerations(self.motion, [0] * len(self.motion.state.u))
+
+    def of(self, element: OneWay) -> dict[str, S]:
+        """Return the forces of an element by component: what presses, then friction, of two parts in space."""
+        parts = [part for part in element.frictions if part.rubs]
+        found: dict[str, S] = {}
+        if element.unilateral:
+            found[PRESSING[element.kind]] = self.normal(element)
+        elif parts and not parts[0].norm:
+            found["normal"] = self.pressing(element, parts[0])
+        acts = is_active(self.mechanism, element)
+        for part in parts:
+            forces = self.friction(part) if acts else [0 for _ in part.rows]
+            found |= dict(zip(component_names(element, part), forces, strict=True))
+        return found
+
+    def presses_at(self, elements: Iterable[OneWay]) -> list[tuple[S, Vec]]:
+        """Return the normal force of each element that acts, and where; nothing where one of them is at no point."""
+        acts = [element for element in elements if is_active(self.mechanism, element)]
+        found = [(self.normal(x), at) for x in acts if (at := self.place(x)) is not None]
+        return found if len(found) == len(acts) else []
+
+    def place(self, element: OneWay) -> Vec | None:
+        """Return where a contact's force acts (m, world axes): at its point, or where its round skin is nearest."""
+        row = element.normals[0]
+        if not isinstance(row, ContactRow):
+            return None
+        point = next((skin.place for skin in row.skins if is_point(skin)), None)
+        return touch(row.skins, self.motion, self._bias).place if point is None else position(self.motion, point)
+
+    def middle(self, elements: Sequence[OneWay]) -> dict[str, S]:
+        """Return where the sum of normal forces acts, the middle of elements that do not press; nothing without points.
+
+        Normal forces whose sum vanishes as an expression alone have no place, and a division by zero there.
+        """
+        pairs = self.presses_at(elements)
+        if self.mechanism.mode_numbers:
+            pairs = self._or_middle([x for x in elements if self.place(x) is not None], pairs)
+        elif all(isinstance(force, (int, float)) and force == 0 for force, _ in pairs):
+            pairs = [(1, at) for at in map(self.place, elements) if at is not None]
+        total: S = reduce(operator.add, (force for force, _ in pairs), 0)
+        sums = (reduce(operator.add, (force * at[k] for force, at in pairs)) for k in range(len(AT)) if pairs)
+        return {name: x / total for name, x in zip(AT, sums, strict=False)}
+
+    def _or_middle(self, elements: Sequence[OneWay], pairs: list[tuple[S, Vec]]) -> list[tuple[S, Vec]]:
+        """Return normal forces and places, ones where none of the elements acts."""
+        acts = [ModeNodes(self.mechanism).acts(element.normals[0]) for element in elements]
+        some = reduce(maximum, acts, ZERO)
+        return [(where(less(ZERO, some), force, ONE), at) for force, at in pairs]
+
+    def asked(self, name: str, component: str) -> S:
+        """Return a component by the names of `exerted_by`, of a contact's corners together; 0 where there is none."""
+        if component in AT:
+            return self.middle([x for x in self.mechanism.one_way if name in exerted_by(x)])[component]
+        rows = max((len(exerted_by(x).get(name, {}).get(component, ())) for x in self.mechanism.one_way), default=0)
+        if rows > 1:
+            return limits.length([self.asked(name, f"{component}_{k}") for k in range(1, rows + 1)])
+        return reduce(operator.add, (self._asked(element, name, component) for element in self.mechanism.one_way), 0)
+
+    def _asked(self, element: OneWay, name: str, component: str) -> S:
+        if name not in exerted_by(element):
+            return 0
+        part = next((x for x in element.frictions if x.name == name and not element.unilateral), None)
+        if part is None:
+            return self.of(element).get(component, 0)
+        if component == PRESSING[element.kind]:
+            return self.pressing(element, part)
+        return dict(zip(components_of(part, FRICTION), self.friction(part), strict=True))[component]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Switching functions of a mode: what becomes positive where the mode ends.
+#
+#     what ends                                    function
+#     what is open or slack, or touches and carries
+#     nothing, closes                              -gap, over a face that ends
+#     two points are nearest, and perhaps meet     r . v, of one from the other, at corners less what is still
+#     a closed contact, a taut rope opens          -(normal force, tension)
+#     a reaction that presses changes its side     -side * reaction, from no side |reaction|
+#     a closed contact gets past an edge           -(way to the edge)
+#     a rim that touches has come nearly flat      s . s', s across it and its plane, near s = 0
+#     what sticks slips                            |l_t| - static * N
+#     what slides stops, in a line                 -sense * v_t
+#     what slides stops, in space                  -|v_t|, from rest where its friction has no direction
+#     what slides from rest in space moves on      v_t along the direction in which it started, beyond a margin
+#     what slides from rest in space turns back    the same, negative
+#
+# Those of forces come first, and of slip in space: forces may change where nothing moves, and what slides in space
+# comes to rest where its friction has no direction, so that they keep steps short.
+
+
+Ends = Literal[
+    "closes", "opens", "leaves", "lies flat", "turns", "slips", "stops", "stops in space", "moves on", "turns back"
+]  # fmt: skip
+
+ENDS: Final[Mapping[Kind, Ends]] = {
+    "force": "opens", "gap": "closes", "side": "turns", "cone": "slips", "slip": "stops"
+}  # fmt: skip
+_STILL: Final = 1e-6
+"""The rate (1/s) of r . v / r^2 below which a corner that lies on another body does not move but for rounding."""
+_TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other side", "stops in space": "stops"}
+
+
+@dataclass(frozen=True)
+class Switching(Limit):
+    """A switching function: what ends where a limit is passed, or near it."""
+
+    ends: Ends = "opens"
+
+    @property
+    def limits(self) -> bool:
+        """Whether it is one of forces."""
+        return self.kind in OF_FORCES
+
+    @property
+    def shortens(self) -> bool:
+        """Whether it keeps adaptive steps short: beyond the end of slip in space friction would turn round."""
+        return self.limits or self.ends == "stops in space"
+
+    @property
+    def told(self) -> str:
+        """What the element does there, for people."""
+        return _TOLD.get(self.ends, self.ends)
+
+
+def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
+    """Return the switching functions of a mechanism in a mode, those that keep steps short first; none without one."""
+    if mechanism.mode is None:
+        return ()
+    found = [one for element in mechanism.one_way for one in _of(mechanism.mode, element)]
+    return tuple(sorted(found, key=lambda one: not one.shortens))
+
+
+def _of(mode: Mode, element: OneWay) -> Iterator[Switching]:
+    if element.unilateral and element.name in mode.idle and not mode.acts(element):  # it takes no part
+        return
+    for limit in limits_in(mode, element):
+        part = limit.part
+        in_space = part is not None and limit.kind == "slip" and len(part.rows) > 1
+        yield Switching(**vars(limit), ends="stops in space" if in_space else ENDS[limit.kind])
+        if limit.kind == "force" and has_end(element):
+            yield Switching("gap", element, ends="leaves")
+        if limit.kind == "force" and has_rim(element):
+            yield Switching("gap", element, ends="lies flat")
+        if in_space and part is not None and part.name in mode.directions:
+            yield from (Switching("slip", element, part, ends=ends) for ends in ("moves on", "turns back"))
+
+
+@dataclass(frozen=True, eq=False)
+class SwitchingValues(OneWayForces):
+    """Switching functions over a scalar, from the motion and the multipliers of a mechanism in a mode."""
+
+    def values(self, functions: Sequence[Switching]) -> list[S]:
+        """Return the values of switching functions."""
+        return [self._value(one) for one in functions]
+
+    def _value(self, one: Switching) -> S:
+        of_normal = {"closes": self.closes, "leaves": self.leaves, "lies flat": self.lies_flat}
+        if one.ends in of_normal:
+            return of_normal[one.ends](one.element.normals[one.normal])
+        if one.ends in ("moves on", "turns back", "stops in space"):
+            assert one.part is not None
+            return self._in_space(one.ends, one.part)
+        return -self.value(one, lambda row: self.row(row).phidot)
+
+    def side(self, element: OneWay, normal: Row) -> int:
+        """Return the sign of the force of a normal row, 0 where it has none yet: it may press either way."""
+        return ACTIVE if element.unilateral else self.mode.side(element, normal)
+
+    def closes(self, row: Row) -> S:
+        """Return what becomes positive where a row touches that does not act."""
+        if isinstance(row, ContactRow) and row.tip is not None:
+            away, rate = separation(self.motion, row.skins[0].place, row.skins[1].place)
+            parting = dot(away, rate)
+            return parting - _STILL * dot(away, away) if row.tip.corner else parting
+        phi = gap(row.skins, self.motion) if isinstance(row, ContactRow) else self.row(row).phi
+        return reduce(minimum, self._reach(row), -phi)
+
+    def leaves(self, row: Row) -> S:
+        """Return what becomes positive where what touches gets past an edge."""
+        return -reduce(minimum, self._reach(row))
+
+    def lies_flat(self, row: Row) -> S:
+        """Return what becomes positive where a rim that touches has come as near to lying flat as it does."""
+        assert isinstance(row, ContactRow)
+        return flattened(row, self.motion)
+
+    def _in_space(self, ends: Ends, part: FrictionPart) -> S:
+        speeds = [self.row(row).phidot for row in part.rows]
+        if ends == "stops in space":
+            sliding = next((sliding for _, sliding in self.slidings(part)), None)
+            return -length(speeds if sliding is None else slip_velocity(sliding, speeds, self.motion))
+        return (1 if ends == "moves on" else -1) * along(self.begins(part), speeds)
+
+    def _reach(self, row: Row) -> list[S]:
+        return reach(row, self.motion) if isinstance(row, ContactRow) else []

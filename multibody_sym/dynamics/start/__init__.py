@@ -1,15 +1,9 @@
-"""Start: where a motion begins.
+"""The state at which a motion begins: values that take the place of declared ones, and what follows of them.
 
-In: a Mechanism, and values that take the place of declared ones. Out: a Start (`start`): the parameter vector,
-evaluated in the order of what refers to what (`parameters`), and coordinates and speeds that satisfy
+`start` evaluates parameters in the order of what refers to what (`parameters`), and finds coordinates and speeds with
 
     phi(q, t0) = 0,  H(q, t0) u = -phi_t
 
-(`assembly`: what is known is held, the rest found from its guesses, and told is what was changed), in absolute
-coordinates too (`absolute_state`). What cannot be is refused by name: masses that no body has (`body_masses`), numbers
-without a finite value (`examined`, which also resolves a System, and `undefined`, which says what has none), rows that
-contradict each other or have no value.
-`sampling` draws other states around a start, at which routes and theorems are compared.
-
-Imports constraints and what lies below; moves nothing in time.
+(`assembly`: what is known is held, the rest found from its guesses, and what was changed is told). `state` is that of
+what holds one way only, `declared_impact` that behind an impact. What cannot be is refused by name (`number_checks`).
 """

@@ -4,16 +4,59 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Final
 
-from multibody_sym.dynamics.start.undefined import undefined_text
-from multibody_sym.errors import ModelError, Where
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.parameters import Source
-from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.errors import ExpressionError, ModelError, Where, at
+from multibody_sym.mechanics.load_records import Load
+from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.motion import Motion, accelerations
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.ropes import NoDirectionError
+from multibody_sym.mechanics.row_kinematics import row_motion
+from multibody_sym.mechanics.row_records import Row
+from multibody_sym.model.contacts_and_impacts import verify_rod_length
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, slot, symbol
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.text.printer import text
 
+# ----------------------------------------------------------------------------------------------------------------------
+# Expressions without a finite value: which part has none, and with which values.
+
+
+ARITHMETIC: Final = (ArithmeticError, ValueError, ExpressionError)
+"""What arithmetic raises; numpy raises ValueErrors where it meets infinities."""
+_SHOWN: Final = 60
+
+
+def value_or_none(node: Node, known: Mapping[Node, float]) -> float | None:
+    """Return the value of an expression; None where it has none, or names what is not known."""
+    try:
+        return evaluate_float([node], known)[0]
+    except (*ARITHMETIC, KeyError):
+        return None
+
+
+def undefined_text(node: Node, known: Mapping[Node, float], name: str | None = None) -> str:
+    """Return what of an expression, or of what has it and a name, has no finite value, and with which values."""
+    told = _brief(node) if name is None else name
+    for n in postorder([node]):
+        found = n.shadow if n.shadow is not None else known.get(n) if not n.args else value_or_none(n, known)
+        if found is None or not math.isfinite(found):
+            named = [f"{leaf} = {known[leaf]:g}" for leaf in leaves([n], "symbol")]
+            part = "" if n is node and name is None else f", for {_brief(n)} has none"
+            return f"{told} has no finite value{part}{' with ' * bool(named)}{', '.join(named)}"
+    return f"{told} has no finite value"
+
+
+def _brief(node: Node) -> str:
+    shown = text(node)
+    return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[float]:
     """Return the parameter vector (np): declared values, expressions of others evaluated, `overrides` by name.
@@ -94,3 +137,76 @@ def evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> li
 
 def _circle(names: Sequence[str]) -> ModelError:
     return _parameter_error(names[0], f"parameters depend on each other in a circle: {' -> '.join(names)}")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Rows and forces that have no value at the start: which, and why.
+
+
+def verify_lengths(motion: Motion) -> None:
+    """Raise ModelError naming the first rod or rope whose length is negative, or a rod's zero, wherever bodies are."""
+    for k, row in enumerate(motion.mechanism.rows):
+        declared = row.declared_length
+        if declared is None or any(leaf.data[0] == "q" for leaf in leaves([declared], "slot")):
+            continue
+        with at(*motion.mechanism.row_path(k)):
+            try:
+                length = float(motion.state.values([declared])[0])
+            except UNDEFINED:
+                continue
+            if length < 0.0:
+                raise ModelError(f"its length is {length:g} m at the start, and no length is negative", number="M109")
+            if row.multiplier == "rod":
+                verify_rod_length(length)
+
+
+def verify_values(motion: Motion) -> None:
+    """Raise ModelError naming the first row that has no value at a state, and why it has none."""
+    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    for k, row in enumerate(motion.mechanism.rows):
+        with at(*motion.mechanism.row_path(k)):
+            _verify_direction(row, motion)
+            try:
+                found = row_motion(row, motion, bias)
+                values = (found.phi or 0.0, found.phidot, found.gamma, *found.jacobian)
+                valued = all(math.isfinite(x) for x in values)
+            except NoDirectionError:
+                raise
+            except UNDEFINED:
+                valued = False
+            if not valued:
+                raise ModelError(
+                    "it, its rate or its acceleration has no finite value at the start; correct the expression, or "
+                    "start from another position (initial: {q: ..})",
+                    number="M119",
+                )
+
+
+def verify_direction(motion: Motion, load: Load) -> None:
+    """Raise ModelError for a force along the line between points that coincide.
+
+    A spring pulls with k times the way between its ends where it has neither a rest length nor a damper.
+    """
+    if load.line is None:
+        return
+    a, b = load.line
+    if position(motion, a) == position(motion, b):
+        other = ", or the spring neither a length nor damping: it needs no direction then"
+        other *= load.spring is not None
+        raise ModelError(
+            f"{a.name} and {b.name} are at the same place at the start, and what pulls them together has no direction; "
+            f"give them different positions (initial: {{q: ..}}){other}",
+            number="M119",
+        )
+
+
+def _verify_direction(row: Row, motion: Motion) -> None:
+    for a, b in pairwise(row.line):
+        if position(motion, a) == position(motion, b):
+            same = a.body == b.body
+            advice = "join other points" if same else "give them different positions (initial: {q: ..})"
+            when = "always" if same else "at the start"
+            raise ModelError(
+                f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; {advice}",
+                number="M119",
+            )

@@ -5,32 +5,51 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Rows, normalize
-from multibody_sym.dynamics.constraints.contradiction import contradictions_named, verify_consistent
-from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.constraints.row_values import verify_direction, verify_lengths, verify_values
-from multibody_sym.dynamics.constraints.singular import generic_rank, verify_regular
-from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
-from multibody_sym.dynamics.start.absolute_state import absolute_state
-from multibody_sym.dynamics.start.assembly import assembled_position, assembled_speeds
-from multibody_sym.dynamics.start.constants import measured_rows, valued, verify_sides, with_constants, with_sides
-from multibody_sym.dynamics.start.feet import has_curves, verify_fits, verify_ways, with_feet
-from multibody_sym.dynamics.start.parameters import parameter_values, value_or_nan
-from multibody_sym.errors import ModelError, Where, at
-from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.parameters import INDEPENDENT
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, moved, normalize
+from multibody_sym.dynamics.constraints.redundancy import (
+    contradictions_named,
+    generic_rank,
+    verify_consistent,
+    verify_regular,
+)
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, verify_inertia
+from multibody_sym.dynamics.programs.closing import CompiledRows
+from multibody_sym.dynamics.start.assembly import absolute_state, assembled_position, assembled_speeds
+from multibody_sym.dynamics.start.initial_geometry import (
+    has_curves,
+    measured_rows,
+    valued,
+    verify_fits,
+    verify_sides,
+    verify_ways,
+    with_constants,
+    with_feet,
+    with_sides,
+)
+from multibody_sym.dynamics.start.parameters import (
+    parameter_values,
+    value_or_nan,
+    verify_direction,
+    verify_lengths,
+    verify_values,
+)
+from multibody_sym.errors import ModelError, MultibodyError, Where, at
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.mechanism import INDEPENDENT, TIME, Coordinate, Mechanism, Speed
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.model.bodies import GROUND
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.rank import GROWING, ROUNDED, least_squares, worth
 
 T = TypeVar("T", Coordinate, Speed)
 
@@ -285,3 +304,78 @@ def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[
     q, u = np.split(np.array(found, dtype=float), [len(mechanism.coordinates)])
     normalize(mechanism, q)
     return q, u
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Random states of a mechanism, at which routes and theorems are compared.
+
+
+_TRIES: Final = 20
+_REJECTED: Final = 10
+"""After so many states passed over constraints are closed no more: where they are, rows may nearly depend on others."""
+_STILL: Final = 1e-13
+"""Of speeds that are drawn from -1 to 1, what rows leave of one that they hold: rounding."""
+
+
+def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
+    """Return the state at the start and up to `count` random ones around it, over floats.
+
+    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
+    hold without). States are passed over at which something declared has no value, M is singular, or no reactions
+    satisfy the law of friction; after many of these phi = 0 is not asked for.
+    """
+    rng = np.random.default_rng(seed)
+    states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]
+    rejected = 0
+    for _ in range(_TRIES * count):
+        if len(states) > count:
+            break
+        try:
+            states.append(_near(mechanism, begin, rng, closes=rejected < _REJECTED))
+        except (*UNDEFINED, MultibodyError):
+            rejected += 1
+    return states
+
+
+def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, closes: bool) -> State:
+    change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
+    rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
+    apart = moved(mechanism, np.array(begin.q, dtype=float), change)
+    closed = closed_near(rows, apart) if closes else None
+    if closed is None and any(body.is_foot for body in mechanism.bodies):
+        raise ValueError("a curve is not where its foot is, and what touches it is told by that")
+    q = apart if closed is None else closed
+    speeds = u + _correction(rows.motion(q, u))
+    motion = rows.motion(q, np.where(np.abs(speeds) > _STILL, speeds, 0.0))
+    verify_inertia(motion)
+    _verify_regular(motion)
+    applied(motion)
+    _verify_friction(motion)
+    return motion.state
+
+
+def _restricting(motion: Motion) -> tuple[Floats, Floats]:
+    """Return H (s x n) and phidot (s) of the rows that restrict the motion: others define forces."""
+    rows = [row for row in row_motions(motion) if row.kinematic]
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), len(motion.state.u))
+    return jacobian, np.array([row.phidot for row in rows], dtype=float)
+
+
+def _verify_regular(motion: Motion) -> None:
+    """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
+    sizes = worth(_restricting(motion)[0])
+    if ((sizes > ROUNDED) & (sizes < GROWING)).any():
+        raise ValueError("a nearly singular position")
+
+
+def _verify_friction(motion: Motion) -> None:
+    """Raise ValueError where friction of joints has no direction, as reactions grow with it without end."""
+    dynamics = composite_body(motion.mechanism, motion.state)
+    if dynamics.friction is not None and dynamics.friction.beside and not forward_dynamics(dynamics).settled:
+        raise ValueError("friction jams")
+
+
+def _correction(motion: Motion) -> Floats:
+    """Return the smallest change of the speeds that satisfies H u = -phi_t."""
+    jacobian, phidot = _restricting(motion)
+    return least_squares(jacobian, -phidot, GROWING)

@@ -14,25 +14,31 @@ from functools import cached_property, partial
 from itertools import chain, combinations, islice
 from typing import Final
 
-from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, Scale, accelerations_of, one_way_rows
-from multibody_sym.dynamics.laws.problem import COLLIDE, Found, LawProblem, Verdict
+from multibody_sym.contact_laws.problem import COLLIDE, Found, LawProblem, Verdict
+from multibody_sym.dynamics.contact.contact_problem import (
+    TOUCHING,
+    OneWayRows,
+    Posed,
+    Scale,
+    accelerations_of,
+    one_way_rows,
+)
+from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
-from multibody_sym.dynamics.start.contact_starts import value_at, verify_contact_values, verify_outside
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.initial_geometry import value_at, verify_contact_values, verify_outside
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
 from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.mode_words import mode_words
-from multibody_sym.model.mechanism.modes import in_mode
-from multibody_sym.model.mechanism.one_way import Mode, OneWay
-from multibody_sym.model.mechanism.parameters import INDEPENDENT
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.mechanics.law_elements import Mode, OneWay
+from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import as_node, slot
 
@@ -213,7 +219,7 @@ def _soon_searched(problem: LawProblem) -> bool:
 
 def _found(problem: Posed, left: Mapping[str, float] | None = None) -> Found:
     """Return what the laws leave of a problem, where exact numbers say what is `left` at limits, by rows."""
-    from multibody_sym.dynamics.laws.search import find  # brings scipy, which a run without laws does not need
+    from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
 
     known = {problem.names.index(name): value for name, value in (left or {}).items()}
     return find(problem.problem, every=_soon_searched(problem.problem), drift=problem.drift, left=known)

@@ -9,16 +9,16 @@ import pytest
 from windows import windows
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints import closing, row_values
+from multibody_sym.dynamics.constraints import closing
 from multibody_sym.dynamics.constraints.closing import Rows
-from multibody_sym.dynamics.constraints.closing_programs import closing_programs
-from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
-from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
+from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
+from multibody_sym.dynamics.programs.closing import CompiledRows, closing_programs
 from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.start import parameters
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.runtime.loading import load
-from multibody_sym.simulation.runnable import runnable
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.motion.prepare.problem import runnable
+from multibody_sym.program.loading import load
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 LOOPS = ("four_bar", "spatial_four_bar", "slider_crank", "andrews_squeezer", "rolling_coin")
@@ -78,7 +78,7 @@ def test_a_start_of_many_loops_walks_through_no_kinematics(monkeypatch: pytest.M
         raise AssertionError("walked through")
 
     monkeypatch.setattr(closing, "motion_of", walked)
-    monkeypatch.setattr(row_values, "position", walked)
+    monkeypatch.setattr(parameters, "position", walked)
     found = runnable(windows(6), backend="python")
     assert found.q0 == pytest.approx([np.pi / 2, -np.pi / 2] * 6 + [np.pi / 2], abs=1e-12)
     assert found.u0 == pytest.approx([-1.0, 1.0] * 6 + [-1.0], abs=1e-12)

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.documents.runs import run_summary
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.simulation.failures import FailedRunError
-from multibody_sym.writing.run_summary import run_summary
+from multibody_sym.motion.runs.run import FailedRunError
 
 PLANAR = {"j": mbs.Planar("ground", "plate", initial=mbs.Initial(q=[0.6, 0.8, 0]))}
 HINGE = {"j": mbs.Revolute("ground", "plate", q="a")}

@@ -19,15 +19,13 @@ from random_loops import closed
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.constraints.closing import Rows
-from multibody_sym.dynamics.constraints.contradiction import contradiction_of
-from multibody_sym.dynamics.constraints.redundancy import redundancy
+from multibody_sym.dynamics.constraints.redundancy import contradiction_of, redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import State
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.mechanism.mechanism import TIME
-from multibody_sym.model.mechanism.parameters import Source
+from multibody_sym.mechanics.mechanism import TIME, Source
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State
+from multibody_sym.model.fields import Names
 
 Random = np.random.Generator
 Plants = Mapping[str, Any]

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from multibody_sym.checking.check import check
+from multibody_sym.analysis.check import check
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance, Expression
-from multibody_sym.model.declaration.joint import Initial
-from multibody_sym.model.declaration.joints import Planar, Prismatic, Revolute
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.runtime.loading import Backend
-from multibody_sym.simulation.simulate import simulate
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute
+from multibody_sym.model.system import System
+from multibody_sym.motion.simulate import simulate
+from multibody_sym.program.loading import Backend
 
 
 def found_in(system: System) -> Redundancy:

@@ -10,13 +10,12 @@ import pytest
 from numpy.testing import assert_allclose
 from package_trees import nodes
 
-from multibody_sym.dynamics.formalisms.constrained import constrained, correction
-from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
+from multibody_sym.dynamics.formalisms.constrained import constrained, correction, in_floats
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.node import as_node
+from multibody_sym.scalars.vectors import factorized
 
 
 def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -78,5 +77,5 @@ def solving(within: Sequence[ast.AST]) -> Iterator[int]:
 
 def test_the_system_with_rows_is_solved_in_one_place() -> None:
     found = {name for name, within in nodes().items() for _ in solving(within)}
-    posing = {"dynamics/laws/assemble.py", "dynamics/programs/law_rows.py"}  # states the laws' problem in these units
+    posing = {"dynamics/contact/contact_problem.py", "dynamics/programs/law_programs.py"}  # in these units, too
     assert found == {"dynamics/formalisms/constrained.py", "dynamics/programs/every_mode.py", *posing}

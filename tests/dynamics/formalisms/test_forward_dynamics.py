@@ -6,18 +6,17 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.reference import dalembert
+from multibody_sym.analysis.independent_checks import dalembert
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics, speed_without_inertia, verify_inertia
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, speed_without_inertia, verify_inertia
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance, Expression
-from multibody_sym.model.declaration.joint import Initial
-from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.joints import Initial, Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
 
 
 def pendulum_in_x_y(rods: int = 1) -> System:

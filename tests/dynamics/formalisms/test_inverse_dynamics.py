@@ -7,15 +7,14 @@ import pytest
 from exact import Exact
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.reference import dalembert
-from multibody_sym.analysis.theorems.balance import rates_of
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
+from multibody_sym.analysis.independent_checks import dalembert
+from multibody_sym.dynamics.formalisms.composite_body import composite_body, inverse_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import acting, reactions
-from multibody_sym.kinematics.motion import pose
-from multibody_sym.kinematics.points import position
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.dynamics.theorems.balance import rates_of
+from multibody_sym.mechanics.motion import pose
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.row_kinematics import row_motions
 
 SEEDS = range(25)
 

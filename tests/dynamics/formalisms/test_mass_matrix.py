@@ -7,13 +7,13 @@ import pytest
 from exact import Exact
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.reference import dalembert
-from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
+from multibody_sym.analysis.independent_checks import dalembert
+from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal, mass_matrix
-from multibody_sym.kinematics.energy import kinetic_energy
-from multibody_sym.scalars.derivatives import gradient, tangents
-from multibody_sym.scalars.ldl import factorized
+from multibody_sym.mechanics.energy import kinetic_energy
+from multibody_sym.scalars.calculus import gradient, tangents
 from multibody_sym.scalars.node import ONE, as_node
+from multibody_sym.scalars.vectors import factorized
 
 SEEDS = range(30)
 

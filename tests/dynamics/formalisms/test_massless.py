@@ -6,22 +6,21 @@ import math
 
 import pytest
 
-from multibody_sym.dynamics.formalisms import massless
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
+from multibody_sym.dynamics.formalisms import equations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Expression, Pulley, Rope
-from multibody_sym.model.declaration.forces import Force
-from multibody_sym.model.declaration.joint import Initial
-from multibody_sym.model.declaration.joints import Direct, Free, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.simulation.simulate import simulate
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Expression, Pulley, Rope
+from multibody_sym.model.forces import Force
+from multibody_sym.model.joints import Direct, Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.motion.simulate import simulate
 
 M1, M2, M3, G = 3.0, 2.0, 1.0, 10.0
 
@@ -100,8 +99,8 @@ def particle_on_a_hinge(**changes: object) -> System:
 def test_speeds_without_mass_are_found_once_for_a_mechanism(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers ask for them at each state, and they depend on none."""
     resolved, drawn = mechanism(particle_on_a_hinge()), list[object]()
-    found = massless._generic_state
-    monkeypatch.setattr(massless, "_generic_state", lambda asked: drawn.append(asked) or found(asked))
+    found = equations._generic_state
+    monkeypatch.setattr(equations, "_generic_state", lambda asked: drawn.append(asked) or found(asked))
     assert massless_speeds(resolved) == massless_speeds(resolved) != ()
     assert drawn == [resolved]
 
@@ -141,7 +140,7 @@ def test_many_particles_are_judged_at_one_drawn_state(monkeypatch: pytest.Monkey
         )
     )
     made: list[object] = []
-    monkeypatch.setattr(massless, "state_of", lambda *given: made.append(given) or state_of(*given))
+    monkeypatch.setattr(equations, "state_of", lambda *given: made.append(given) or state_of(*given))
     assert [resolved.speeds[k].name for k in massless_speeds(resolved)] == [f"u_J{name}_theta" for name in names]
     assert len(made) == 1
 

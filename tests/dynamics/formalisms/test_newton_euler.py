@@ -9,23 +9,23 @@ import pytest
 from mechanisms import Case, random_case, random_state
 from textbook import cart_pole, pendulum_in_xy, spherical_pendulum, top
 
-from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
-from multibody_sym.dynamics.derive import derive
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
+from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.symbolic_equations import SymbolicEquations
+from multibody_sym.documents.derivation import derivation_data, derivation_text
+from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import free_bodies, newton_euler
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.wrenches import to_parent
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import VelocityConstraint
-from multibody_sym.model.declaration.forces import Torque
-from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.writing.derivation import derivation_data, derivation_text
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import to_parent
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import VelocityConstraint
+from multibody_sym.model.forces import Torque
+from multibody_sym.model.joints import Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.text.printer import COMPONENTS
 
 SEEDS = range(15)
 

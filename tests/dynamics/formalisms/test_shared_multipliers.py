@@ -9,12 +9,11 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.constrained import shared
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics, in_floats
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, in_floats, shared
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.numerics.least_norm import solve
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.scalars.least_norm import solve
 
 BACKENDS = ["c", "python"]
 

@@ -7,18 +7,17 @@ import pytest
 from mechanisms import random_case, random_state
 from plain_sweep import inverted, plain_sweep
 
-from multibody_sym.analysis.agreement import LARGEST_ON_TREES, agreement, ratio
-from multibody_sym.analysis.reference import dalembert
-from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics, joint_wrenches, unbalanced_wrenches
-from multibody_sym.dynamics.formalisms.sweep import Sweep, hybrid_dynamics, swept_joints
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joints import Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, agreement, dalembert, ratio
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.articulated_body import Sweep, hybrid_dynamics, swept_joints
+from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, joint_wrenches, unbalanced_wrenches
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.joints import Spherical
+from multibody_sym.model.system import System
 
 SEEDS = range(25)
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.dynamics.inertia.base_parameters import handed_over
-from multibody_sym.dynamics.inertia.rigid import about_origin
-from multibody_sym.kinematics.alignment import aligned
-from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.dynamics.formalisms.inertia import about_origin, handed_over
+from multibody_sym.mechanics.alignment import aligned
+from multibody_sym.mechanics.motion import motion_of
 
 
 @pytest.mark.parametrize("described", [aligned, lambda declared: declared], ids=["aligned", "declared"])

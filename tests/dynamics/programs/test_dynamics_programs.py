@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, ratio
-from multibody_sym.analysis.reference import dalembert
+from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, dalembert, ratio
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_matrix
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import coordinate_rates
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import arrays
-from multibody_sym.model.mechanism.parameters import ALPHA, BETA
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.mechanism import ALPHA, BETA
+from multibody_sym.mechanics.motion import coordinate_rates
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import arrays
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.programs import Programs
 from multibody_sym.scalars.node import slot

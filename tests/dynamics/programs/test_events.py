@@ -7,10 +7,10 @@ import math
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import ModelError
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.program.interpreter import interpret
 
 MODEL = """

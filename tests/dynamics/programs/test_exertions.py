@@ -9,20 +9,21 @@ import pytest
 from mechanisms import Case, random_case, random_state
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.programs.exertions import exertions, resultant
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.momenta import (
     angular_momentum,
     body_momenta,
+    exertions,
     generalized_momenta,
     jacobi_integral,
+    resultant,
 )
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.node import quantity
 
 _STEP = 1e-6

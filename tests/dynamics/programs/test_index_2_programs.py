@@ -7,11 +7,11 @@ import pytest
 from test_state_jacobian import HELD
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program import forward
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.program import derivatives
 from multibody_sym.program.interpreter import interpret
 
 COIN = (Path(__file__).parents[3] / "examples" / "rolling_coin.yaml").read_text()
@@ -44,7 +44,7 @@ def test_with_the_multipliers_of_index_1_they_give_its_accelerations(text, forma
 @pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS)
 @pytest.mark.parametrize("largest", [10_000, 0], ids=["inline", "called"])
 def test_the_derivatives_are_limits_of_differences(text, largest, monkeypatch):
-    monkeypatch.setattr(forward, "_LARGEST_INLINE", largest)
+    monkeypatch.setattr(derivatives, "_LARGEST_INLINE", largest)
     made, call, x = made_of(text)
     n = len(x)
     y = np.concatenate([x, np.zeros(2 * made.ns)])

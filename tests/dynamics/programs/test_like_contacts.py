@@ -8,11 +8,11 @@ import pytest
 from test_every_mode import assert_alike
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.programs.law_rows import row_program
-from multibody_sym.model.mechanism.every_mode import every_row
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.simulation.one_way.every import LawMechanism
-from multibody_sym.simulation.settings import Settings
+from multibody_sym.dynamics.programs.law_programs import row_program
+from multibody_sym.mechanics.modes import every_row
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.motion.prepare.settings import Settings
+from multibody_sym.motion.switching.every import LawMechanism
 
 LAW = "static: mu, kinetic: 0.3"
 

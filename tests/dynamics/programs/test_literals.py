@@ -9,26 +9,26 @@ import numpy as np
 import pytest
 from windows import windows
 
-from multibody_sym.codegen.c import c_source
-from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.literals import MANY_BODIES, with_constants
-from multibody_sym.dynamics.programs.scanned import worth_scanning
+from multibody_sym.dynamics.programs.repeated_bodies import worth_scanning
 from multibody_sym.dynamics.programs.system import programs, state_derivative
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import slot_state, state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance, Rope
-from multibody_sym.model.declaration.forces import Force, SpringDamper, Torque
-from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.steps import Translate
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import slot_state, state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Distance, Rope
+from multibody_sym.model.forces import Force, SpringDamper, Torque
+from multibody_sym.model.joints import Prismatic, Revolute, Spherical
+from multibody_sym.model.steps import Translate
+from multibody_sym.model.system import System
+from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.rolling.rolled import rolled
+from multibody_sym.program.loops import rolled
 
 INERTIA = {"Ixx": 0.010, "Iyy": 0.012, "Izz": 0.009, "Ixy": 0.001}
 

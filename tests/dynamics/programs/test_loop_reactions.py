@@ -10,20 +10,20 @@ from mechanisms import Case
 from random_loops import closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.reference import partial_velocities
+from multibody_sym.analysis.independent_checks import partial_velocities
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ModelError
-from multibody_sym.expressions.components import COMPONENTS
-from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import Motion, accelerations, motion_of, pose
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import State
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.mechanism.mechanism import TIME
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.mechanism import TIME
+from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State
+from multibody_sym.model.fields import Names
+from multibody_sym.text.printer import COMPONENTS
 
 Floats = np.ndarray
 

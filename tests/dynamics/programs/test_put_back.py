@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.codegen.c import c_source
+from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.programs import Programs
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.reference import partial_velocities
+from multibody_sym.analysis.independent_checks import partial_velocities
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
 from multibody_sym.dynamics.programs.quantities import quantities
-from multibody_sym.expressions.quantities import QUANTITIES
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.motion import Motion, accelerations
+from multibody_sym.mechanics.row_records import DistanceRow, RopeRow
 from multibody_sym.scalars.node import Node, quantity
+from multibody_sym.text.parser import QUANTITIES
 
 SEEDS = range(12)
 

@@ -9,23 +9,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.codegen.c import c_source
-from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs import system as written
-from multibody_sym.dynamics.programs.like_bodies import like_bodies
-from multibody_sym.dynamics.programs.scanned import worth_scanning
+from multibody_sym.dynamics.programs.repeated_bodies import like_bodies, worth_scanning
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.constraints import Distance
-from multibody_sym.model.declaration.forces import Force, SpringDamper
-from multibody_sym.model.declaration.joints import Fixed, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import Distance
+from multibody_sym.model.forces import Force, SpringDamper
+from multibody_sym.model.joints import Fixed, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.measures import operation_count
+from multibody_sym.program.program import operation_count
 
 JOINTS = {
     "revolute": lambda parent, child: Revolute(parent, child, axis=[0, 0.6, 0.8]),

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program import forward
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.program import derivatives
 from multibody_sym.program.interpreter import interpret
 
 HELD = """
@@ -35,7 +35,7 @@ joints: {ball: {type: spherical, parent: ground, child: top}}
 @pytest.mark.parametrize("formalism", ["composite_body", "block_ldl"])
 @pytest.mark.parametrize("largest", [10_000, 0], ids=["inline", "called"])
 def test_the_jacobian_is_the_limit_of_differences(text, formalism, largest, monkeypatch):
-    monkeypatch.setattr(forward, "_LARGEST_INLINE", largest)
+    monkeypatch.setattr(derivatives, "_LARGEST_INLINE", largest)
     system = mechanism(mbs.loads(text))
     made = programs(system, FORMALISMS[formalism], "implicit")
     begin = start(system)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.joints import Joint
 
 SHAFT = {"mass": 1, "inertia": {"Ixx": 0.3, "Iyy": 0.2, "Izz": 0.25}}
 

@@ -17,21 +17,20 @@ from mechanisms import Case, random_case, random_state
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, ratio
-from multibody_sym.analysis.reference import dalembert
+from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, dalembert, ratio
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.dynamics.start.absolute_state import absolute_state
+from multibody_sym.dynamics.start.assembly import absolute_state
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.kinematics.motion import Motion, accelerations, body_acceleration, motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import State, slot_state, state_of
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
-from multibody_sym.model.resolution.changes import with_settings
+from multibody_sym.mechanics.changes import with_settings
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.motion import Motion, accelerations, body_acceleration, motion_of
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State, slot_state, state_of
+from multibody_sym.model.fields import Names
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.scalars.node import symbol
 

@@ -13,7 +13,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.errors import ModelError
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -18,17 +18,16 @@ from random_loops import blocks, closed
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.points import position
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.joint import Initial
-from multibody_sym.model.declaration.joints import Fixed, Prismatic, Revolute
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import PositionRow
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.row_records import PositionRow
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.fields import Names
+from multibody_sym.model.joints import Fixed, Initial, Prismatic, Revolute
+from multibody_sym.model.system import System
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SIZES = 10.0 ** np.arange(-12, 1)

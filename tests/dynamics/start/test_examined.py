@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from multibody_sym.cli.main import main
-from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.errors import ModelError
-from multibody_sym.formats.reader import loads
-from multibody_sym.kinematics import motion
+from multibody_sym.mechanics import motion
+from multibody_sym.mechanics.model_files import loads
 
 MODEL = """multibody_sym: 1
 name: m

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.codegen.c import c_source
 from multibody_sym.dynamics.constraints.closing import normalize
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.programs.literals import with_constants
+from multibody_sym.dynamics.start.number_bounds import quick_look
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.dynamics.start.quick import quick_look
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.program.c_target import c_source
+from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program
-from multibody_sym.runtime.loading import load
 
 
 def tree(count: int) -> mbs.System:

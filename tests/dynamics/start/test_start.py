@@ -18,24 +18,17 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
-from multibody_sym.formats.reader import loads
-from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.bodies import Body, Element
-from multibody_sym.model.declaration.constraints import (
-    Distance,
-    Expression,
-    PrescribedMotion,
-    Rope,
-    VelocityConstraint,
-)
-from multibody_sym.model.declaration.joint import Initial
-from multibody_sym.model.declaration.joints import Free, Prismatic, Revolute, Spherical
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.model_files import loads
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import Body, Element
+from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope, VelocityConstraint
+from multibody_sym.model.joints import Free, Initial, Prismatic, Revolute, Spherical
+from multibody_sym.model.system import System
+from multibody_sym.scalars.elementary import leaves
 
 ROD = {"Izz": 1}
 

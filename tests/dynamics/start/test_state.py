@@ -9,10 +9,10 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.state import StartState, examined_state
 from multibody_sym.errors import ModelError, NoSolutionError
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.mechanics.state import state_of
 
 G = 9.81
 INCLINE = f"""\

@@ -10,7 +10,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.start import assembly
 from multibody_sym.dynamics.start.start import Start, start
-from multibody_sym.model.resolution.changes import with_initial
+from multibody_sym.mechanics.changes import with_initial
 
 DISC = {"mass": 2, "inertia": {"Ixx": 0.1, "Iyy": 0.1, "Izz": 0.1}}
 

@@ -1,0 +1,374 @@
+"""Antiderivatives of exact quotients by a symbol, as far as they are elementary and of a kind that is known here.
+
+    rational functions of t or of exp(r t + p)
+    P(t) exp(r t) sin(w t), P(t) (e + f t)^c, log(e + f t), and c g'(t) exp(g(t))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from math import prod
+from typing import Final
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, factored
+from multibody_sym.algebra.roots import Roots
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import derivative
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, add, multiply
+
+_UNKNOWN: Final = "an integral is no elementary function that is known"
+_LINEAR, _QUADRATIC = 2, 3
+
+Powers = list[Quotient]
+"""The coefficients of the powers 0, 1, .. of a letter."""
+
+
+@dataclass(frozen=True, eq=False)
+class Antiderivative:
+    """The sum of `plain` and of factors times logarithms of ratios that are 1 where the symbol is 0.
+
+    `divisors`: what is not zero, as it may be for other values of letters.
+    """
+
+    plain: Node
+    logarithms: tuple[tuple[Quotient, Quotient], ...] = ()
+    divisors: tuple[Quotient, ...] = ()
+
+    @property
+    def node(self) -> Node:
+        """All of it."""
+        logarithms = (multiply(written(x), BUILD["log"](written(ratio))) for x, ratio in self.logarithms)
+        return reduce(add, logarithms, self.plain)
+
+    def __add__(self, other: Antiderivative) -> Antiderivative:
+        logarithms, divisors = (*self.logarithms, *other.logarithms), (*self.divisors, *other.divisors)
+        return Antiderivative(add(self.plain, other.plain), logarithms, divisors)
+
+
+_NOTHING: Final = Antiderivative(ZERO)
+
+
+def antiderivative(a: Quotient, by: Node) -> Antiderivative:
+    """Return a function of a symbol whose derivative is a quotient. Raises NoClosedFormError where none is known."""
+    return _Integration(a.field, by).of(a)
+
+
+@dataclass(frozen=True, eq=False)
+class _Integration:
+    field: Field
+    by: Node
+
+    def of(self, a: Quotient) -> Antiderivative:
+        if a.is_zero:
+            return _NOTHING
+        functions = self.functions(a)
+        if not functions:
+            return self.rational(a, self.place, self.field.constant(0))
+        if len(functions) == 1:
+            k = functions[0]
+            node = self.field.letters[k].node
+            alone = node is not None and node.op == "exp" and not self.uses(a, self.place)
+            if alone and node is not None and self.slope(node.args[0]) is not None:
+                return self.of_exponential(a, k, node.args[0])
+        return reduce(lambda total, term: total + self.of_term(*term), self.terms(a, functions), _NOTHING)
+
+    # --- letters --------------------------------------------------------------------------------------------------
+
+    @property
+    def place(self) -> int:
+        """The place of the symbol among the letters."""
+        place = self.field.position(self.by)
+        assert place is not None
+        return place
+
+    def uses(self, a: Quotient, k: int) -> bool:
+        """Return whether a letter stands in a quotient."""
+        return any(m[k] for p in (a.above, a.below) for m in self.field.in_ring(p))
+
+    def functions(self, a: Quotient) -> list[int]:
+        """Return the places of the letters in a quotient that are functions of the symbol."""
+        roots = Roots(self.field, self.by)
+        places = range(len(self.field.letters))
+        return [k for k in places if k != self.place and self.uses(a, k) and roots.depends(k)]
+
+    def free(self, a: Quotient) -> bool:
+        """Return whether a quotient does not depend on the symbol."""
+        return self.by not in a.symbols
+
+    def quotient(self, node: Node) -> Quotient:
+        """Return an expression in letters that there are."""
+        letters = [(x.node, x) for x in self.field.letters if x.node is not None]
+        return exact(self.field, [node], {node: self.field.letter(node, x) for node, x in letters})[0]
+
+    def slope(self, node: Node) -> Quotient | None:
+        """Return the derivative of what is linear in the symbol, None for what is not."""
+        found = self.quotient(derivative(node, self.by))
+        return found if self.free(found) else None
+
+    def gen(self, k: int) -> Quotient:
+        """Return a letter."""
+        return self.field.whole(self.field.ring.gens[k])
+
+    def powers(self, a: Quotient, k: int) -> Powers:
+        """Return the coefficients of a polynomial in a letter. Raises NoClosedFormError for other quotients."""
+        below = self.field.whole(a.below)
+        if any(m[k] for m in self.field.in_ring(a.below)):
+            raise NoClosedFormError(_UNKNOWN)
+        return [x / below for x in coefficients(self.field.whole(a.above), k)]
+
+    # --- rational functions ---------------------------------------------------------------------------------------
+
+    def rational(self, a: Quotient, k: int, start: Quotient, logarithm: Node | None = None) -> Antiderivative:
+        """Return the integral of a rational function by a letter, which begins at `start`; `logarithm`: its own."""
+        z = self.gen(k)
+        below = coefficients(self.field.whole(a.below), k)
+        whole, rest = divided(coefficients(self.field.whole(a.above), k), below)
+        total = sum((x * z.power(n + 1) / (n + 1) for n, x in enumerate(whole)), self.field.constant(0))
+        found = Antiderivative(written(total))
+        if not rest:
+            return found
+        parts = [p for p, _ in self.factors(a, k)]
+        if all(len(p) == _LINEAR for p in parts):
+            fractions = (self.simple(rest, below, p, k, start, logarithm) for p in parts)
+            return reduce(lambda x, y: x + y, fractions, found)
+        if len(below) == _QUADRATIC:
+            return found + self.by_quadratic(rest, below, z, start)
+        raise NoClosedFormError(_UNKNOWN)
+
+    def factors(self, a: Quotient, k: int) -> Iterator[tuple[Powers, int]]:
+        """Yield the factors of a divisor that name a letter, as polynomials of it."""
+        for p, times in factored(self.field.in_ring(a.below))[1]:
+            powers = coefficients(self.field.whole(self.field.in_ring(p)), k)
+            if len(powers) > 1:
+                yield powers, times
+
+    def simple(
+        self, rest: Powers, below: Powers, factor: Powers, k: int, start: Quotient, logarithm: Node | None
+    ) -> Antiderivative:
+        """Return the integral of what a fraction has of a linear factor of its divisor, by Heaviside's way."""
+        e, f = factor
+        root = -(e / f)
+        above, divisor = shifted(rest, root), shifted(below, root)
+        times = next(n for n, x in enumerate(divisor) if not x.is_zero)
+        series = quotient_series(above, divisor[times:], times)
+        linear = e + f * self.gen(k)
+        total = self.field.constant(0)
+        for n, x in enumerate(series[:-1]):  # x y^(n - times), y = linear/f
+            total = total + x * (linear / f).power(n - times + 1) / (n - times + 1)
+        found, residue = Antiderivative(written(total), (), (divisor[times],)), series[-1]
+        if residue.is_zero:
+            return found
+        if logarithm is not None and e.is_zero:
+            return found + Antiderivative(multiply(written(residue), logarithm))
+        return found + Antiderivative(ZERO, ((residue, linear / (e + f * start)),))
+
+    def by_quadratic(self, rest: Powers, below: Powers, z: Quotient, start: Quotient) -> Antiderivative:
+        """Return the integral of (n + m z)/(a z^2 + b z + c)."""
+        c, b, a = below
+        n, m = [*rest, z * 0][:2]
+        half = m / (2 * a)
+        other = n - half * b
+        inside = 4 * (a * c) - b * b
+        value, first = (c + x * (b + x * a) for x in (z, start))
+        logarithms = () if half.is_zero else ((half, value / first),)
+        if inside.sample < 0:
+            raise NoClosedFormError(_UNKNOWN)
+        root = sqrt(inside)
+        angle = BUILD["atan"](written((2 * a * z + b) / root))
+        plain = ZERO if other.is_zero else multiply(written(2 * other / root), angle)
+        return Antiderivative(plain, logarithms)
+
+    # --- substitutions --------------------------------------------------------------------------------------------
+
+    def of_exponential(self, a: Quotient, k: int, exponent: Node) -> Antiderivative:
+        """Return the integral of a rational function of z = exp(r t + p), dt = dz/(r z)."""
+        slope = self.slope(exponent)
+        assert slope is not None
+        start = self.quotient(BUILD["exp"](_at_zero(exponent, self.by)))
+        return self.rational(a / (slope * self.gen(k)), k, start, multiply(written(slope), self.by))
+
+    def linear(self, a: Quotient) -> tuple[Quotient, Quotient]:
+        """Return e and f of e + f t. Raises NoClosedFormError for what is not linear."""
+        found = self.powers(a, self.place)
+        if len(found) != _LINEAR or not all(map(self.free, found)):
+            raise NoClosedFormError(_UNKNOWN)
+        return found[0], found[1]
+
+    # --- products of functions ------------------------------------------------------------------------------------
+
+    def terms(self, a: Quotient, functions: Sequence[int]) -> Iterator[tuple[Quotient, dict[int, int]]]:
+        """Yield what powers of functions stand before, with these powers by their places, for each term of a sum."""
+        field = self.field
+        below, above = (by_powers(field, field.in_ring(p), functions) for p in (a.below, a.above))
+        if len(below) != 1:
+            raise NoClosedFormError(_UNKNOWN)
+        ((least, divisor),) = below.items()
+        for powers, factor in above.items():
+            found = {k: n - m for k, n, m in zip(functions, powers, least, strict=True) if n != m}
+            yield factor / divisor, found
+
+    def of_term(self, a: Quotient, powers: dict[int, int]) -> Antiderivative:
+        """Return the integral of a rational function of the symbol times powers of functions."""
+        if not powers:
+            return self.rational(a, self.place, self.field.constant(0))
+        whole = self.by_inner(a, powers)
+        if whole is not None:
+            return whole
+        nodes = {k: self.field.letters[k].node for k in powers}
+        kinds = sorted(node.op if node is not None else "" for node in nodes.values())
+        if kinds == ["pow"]:
+            return self.of_power(a, *powers.items())
+        if kinds == ["log"] and next(iter(powers.values())) == 1:
+            return self.of_logarithm(a, next(iter(powers)))
+        waves = [k for k, node in nodes.items() if node is not None and node.op in ("sin", "cos")]
+        others = [k for k in powers if k not in waves]
+        known = all(node is not None and node.op in ("exp", "sin", "cos") for node in nodes.values())
+        if not known or len(waves) > 1 or any(powers[k] != 1 for k in waves):
+            raise NoClosedFormError(_UNKNOWN)
+        return self.of_waves(a, {k: powers[k] for k in others}, waves)
+
+    def by_inner(self, a: Quotient, powers: dict[int, int]) -> Antiderivative | None:
+        """Return the integral of c g' exp(n g), or of c g' cos(g): None where it is not that."""
+        for k, n in powers.items():
+            node = self.field.letters[k].node
+            if node is None or node.op != "exp":
+                continue
+            others = prod((self.gen(j).power(m) for j, m in powers.items() if j != k), start=a)
+            inner = self.quotient(derivative(node.args[0], self.by)) * n
+            if not inner.is_zero and self.free(others / inner):
+                return Antiderivative(written(others / inner * self.gen(k).power(n)))
+        return None
+
+    def of_power(self, a: Quotient, power: tuple[int, int]) -> Antiderivative:
+        """Return the integral of P(t) (e + f t)^(c n), P divided by powers of e + f t if at all."""
+        k, n = power
+        node = self.field.letters[k].node
+        assert node is not None
+        base, exponent = (self.quotient(x) for x in node.args)
+        e, f = self.linear(base)
+        if not self.free(exponent):
+            raise NoClosedFormError(_UNKNOWN)
+        above, below = (shifted(coefficients(self.field.whole(p), self.place), -(e / f)) for p in (a.above, a.below))
+        times = next(n for n, x in enumerate(below) if not x.is_zero)
+        if any(not x.is_zero for x in below[times + 1 :]):
+            raise NoClosedFormError(_UNKNOWN)
+        total, divisors = self.field.constant(0), []
+        for m, x in enumerate(above):  # x y^(m - times), y = base/f
+            grown = exponent * n + (m - times + 1)
+            if not x.is_zero:
+                divisors.append(grown)
+                total = total + x / below[times] * (base / f).power(m - times) * base / (f * grown)
+        return Antiderivative(written(total * self.gen(k).power(n)), (), tuple(divisors))
+
+    def of_logarithm(self, a: Quotient, k: int) -> Antiderivative:
+        """Return the integral of P(t) log(g), by parts."""
+        node = self.field.letters[k].node
+        assert node is not None
+        whole = self.quotient(self.rational(a, self.place, self.field.constant(0)).node)
+        inner = self.quotient(derivative(node, self.by))
+        return Antiderivative(written(whole * self.gen(k))) + self.of(-(whole * inner))
+
+    def of_waves(self, a: Quotient, exponentials: dict[int, int], waves: Sequence[int]) -> Antiderivative:
+        """Return the integral of P(t) exp(r t), times a sine or cosine of w t if there is one, by parts."""
+        r, w = self.field.constant(0), self.field.constant(0)
+        for k, n in exponentials.items():
+            r = r + self.pace(k) * n
+        if waves:
+            w = self.pace(waves[0])
+        size = r * r + w * w
+        outside = prod((self.gen(k).power(n) for k, n in exponentials.items()), start=self.field.constant(1))
+        left, polynomial, total = (outside, outside * 0), self.powers(a, self.place), self.field.constant(0)
+        sine, cosine = self.wave(waves)
+        sign = 1
+        while polynomial:
+            left = (r * left[0] + w * left[1]) / size, (r * left[1] - w * left[0]) / size
+            value = sum((x * self.gen(self.place).power(n) for n, x in enumerate(polynomial)), self.field.constant(0))
+            total = total + sign * value * (left[0] * sine + left[1] * cosine)
+            polynomial = [x * n for n, x in enumerate(polynomial)][1:]
+            sign = -sign
+        return Antiderivative(written(total), (), () if waves else (r,))
+
+    def wave(self, waves: Sequence[int]) -> tuple[Quotient, Quotient]:
+        """Return a wave and its derivative by its angle: (sin, cos) or (cos, -sin); (1, 0) without one."""
+        if not waves:
+            return self.field.constant(1), self.field.constant(0)
+        node = self.field.letters[waves[0]].node
+        assert node is not None
+        sine, cosine = (self.quotient(BUILD[op](node.args[0])) for op in ("sin", "cos"))
+        return (sine, cosine) if node.op == "sin" else (cosine, -sine)
+
+    def pace(self, k: int) -> Quotient:
+        """Return the derivative of a function's argument, which is constant. Raises NoClosedFormError for others."""
+        node = self.field.letters[k].node
+        found = None if node is None else self.slope(node.args[0])
+        if found is None:
+            raise NoClosedFormError(_UNKNOWN)
+        return found
+
+
+# --- polynomials as lists of coefficients --------------------------------------------------------------------------
+
+
+def coefficients(a: Quotient, k: int) -> Powers:
+    """Return the coefficients of the powers 0, 1, .. of the letter at a place in a polynomial."""
+    field = a.field
+    parts: dict[int, dict[tuple[int, ...], int]] = {}
+    for m, c in field.in_ring(a.above).items():
+        parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
+    return [field.whole(field.ring.from_dict(parts.get(n, {}))) for n in range(max(parts, default=0) + 1)]
+
+
+def by_powers(field: Field, p: Poly, places: Sequence[int]) -> dict[tuple[int, ...], Quotient]:
+    """Return what stands before the products of powers of letters in a polynomial, by these powers."""
+    parts: dict[tuple[int, ...], dict[tuple[int, ...], int]] = {}
+    for m, c in p.items():
+        rest = tuple(0 if k in places else n for k, n in enumerate(m))
+        parts.setdefault(tuple(m[k] for k in places), {})[rest] = c
+    return {powers: field.whole(field.ring.from_dict(part)) for powers, part in parts.items()}
+
+
+def divided(above: Powers, below: Powers) -> tuple[Powers, Powers]:
+    """Return the whole part and the rest of a division of polynomials; no rest is an empty list."""
+    rest, whole = list(above), list(above[:0])
+    while len(rest) >= len(below):
+        factor = rest[-1] / below[-1]
+        whole.insert(0, factor)
+        gap = len(rest) - len(below)
+        rest = [x - factor * below[n - gap] if n >= gap else x for n, x in enumerate(rest)][:-1]
+    while rest and rest[-1].is_zero:
+        rest.pop()
+    return whole, rest
+
+
+def shifted(powers: Powers, by: Quotient) -> Powers:
+    """Return the coefficients in y = x - by (Horner's scheme)."""
+    found = list(powers)
+    for start in range(len(found) - 1):
+        for k in range(len(found) - 2, start - 1, -1):
+            found[k] = found[k] + by * found[k + 1]
+    return found
+
+
+def quotient_series(above: Powers, below: Powers, terms: int) -> Powers:
+    """Return the first coefficients of the quotient of two power series."""
+    zero = below[0] * 0
+    found: Powers = []
+    for n in range(terms):
+        known = sum((found[j] * below[n - j] for j in range(n) if n - j < len(below)), zero)
+        found.append(((above[n] if n < len(above) else zero) - known) / below[0])
+    return found
+
+
+def written(a: Quotient) -> Node:
+    """Return a quotient as an expression."""
+    return book_form(doubled(a))
+
+
+def _at_zero(node: Node, unknown: Node) -> Node:
+    found: Node = evaluate([node], lambda leaf: ZERO if leaf is unknown else leaf)[0]
+    return found

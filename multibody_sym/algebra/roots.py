@@ -1,0 +1,483 @@
+"""Roots in closed form: the values of a symbol at which an exact quotient vanishes, near its value at the sample.
+
+The factor of its numerator that vanishes there is solved where it is of the first or second degree in the symbol, in
+one function of it (tanh, exp, ..), in its sine or cosine alone, in their quotient, or of the first degree in both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import field, replace
+from fractions import Fraction
+from functools import reduce
+from math import comb, pi
+from typing import Any, Final
+
+from multibody_sym.algebra.book_form import book_form, exact_root, with_doubles
+from multibody_sym.algebra.inequalities import surely_positive
+from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
+from multibody_sym.algebra.quotients import (
+    PRECISE,
+    Field,
+    Letter,
+    NoClosedFormError,
+    Poly,
+    Quotient,
+    factored,
+    known_angle,
+)
+from multibody_sym.algebra.trigonometry import trigonometric_forms
+from multibody_sym.errors import ExpressionError
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.calculus import derivative
+from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import ONE, PI, TWO, Node, add, divide, multiply, negate, number
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+_VANISHING: Final = PRECISE.mpf(10) ** -12
+"""Part of the sum of its terms' sizes up to which a factor vanishes at the sample, which is known to a double."""
+_MOST_ROOTS: Final = 2
+_MOST_TERMS: Final = 4
+_HIGHEST: Final = 4
+_LITTLE: Final = 1000
+_TURNED: Final = 1e-9
+
+
+def _log(x: Node) -> Node:
+    """Return the logarithm, -log(2) for log(1/2)."""
+    small = x.op == "number" and 0 < x.data < 1
+    return negate(BUILD["log"](divide(ONE, x))) if small else BUILD["log"](x)
+
+
+_INVERSES: Final[dict[str, Callable[[Node], Node]]] = {
+    "exp": _log,
+    "log": BUILD["exp"],
+    "tanh": lambda x: divide(BUILD["log"](divide(add(ONE, x), add(ONE, negate(x)))), TWO),
+    "atan": BUILD["tan"],
+    "asin": BUILD["sin"],
+    "acos": BUILD["cos"],
+    "sinh": lambda x: BUILD["log"](add(x, BUILD["sqrt"](add(multiply(x, x), ONE)))),
+}
+
+
+def roots(equation: Quotient, unknown: Node) -> Iterator[Node]:
+    """Yield values of a symbol at which a quotient vanishes, as expressions of the others; not all need fit the sample.
+
+    Raises NoClosedFormError where an expression is too long, or a choice is undecided at the sample.
+    """
+    field = equation.field
+    yield from Roots(field, unknown).of(field.in_ring(equation.above), _MOST_ROOTS)
+
+
+def linear_parts(equation: Quotient, unknown: Node) -> Iterator[tuple[Quotient, Quotient]]:
+    """Yield (A, B) of each factor A x + B of the numerator that vanishes at the sample, x being a symbol."""
+    field = equation.field
+    solver, k = Roots(field, unknown), field.position(unknown)
+    for factor, _ in factored(field.in_ring(equation.above))[1] if k is not None else ():
+        p = field.in_ring(factor)
+        if k is not None and max(m[k] for m in p) == 1 and solver.vanishes(p):
+            constant, slope = solver.coefficients(p, k)
+            yield slope, constant
+
+
+def rate(a: Quotient, unknown: Node) -> Quotient:
+    """Return the derivative by a symbol that stands alone, and in sines and cosines of what is linear in it."""
+    field = a.field
+    above, below = (_rate(field, field.in_ring(p), unknown) for p in (a.above, a.below))
+    return (above * field.whole(a.below) - below * field.whole(a.above)) / field.whole(a.below).power(2)
+
+
+def _rate(field: Field, p: Poly, unknown: Node) -> Quotient:
+    total = field.constant(0)
+    solver = Roots(field, unknown)
+    for k, letter in enumerate(field.letters):
+        if k >= p.ring.ngens or not any(m[k] for m in p) or not solver.depends(k):
+            continue
+        total = total + field.whole(p.diff(p.ring.gens[k])) * _rate_of_letter(field, letter, unknown)
+    return total
+
+
+def _rate_of_letter(field: Field, letter: Letter, unknown: Node) -> Quotient:
+    node = letter.node
+    if node is unknown:
+        return field.constant(1)
+    if node is not None and node.op in ("sin", "cos"):
+        angle, inner = node.args[0], derivative(node.args[0], unknown)
+        if inner.op in ("number", "neg") and inner.shadow is not None:
+            other = field.letter(("cos" if node.op == "sin" else "sin", angle), letter)
+            turned = other if node.op == "sin" else -other
+            return turned * field.constant(Fraction(inner.shadow))
+    raise NoClosedFormError("a function has no derivative here")
+
+
+class Roots:
+    """Solves polynomials of a field for a symbol."""
+
+    def __init__(self, field: Field, unknown: Node) -> None:
+        self.field = field
+        self.unknown = unknown
+
+    def of(self, p: Poly, left: int) -> Iterator[Node]:
+        forms = trigonometric_forms(self.field, p)
+        factors = [self.field.in_ring(factor) for form in forms for factor, _ in factored(form)[1]]
+        for factor in sorted(dict.fromkeys(factors), key=lambda f: max(map(sum, f))):
+            if self.vanishes(self.field.in_ring(factor)):
+                yield from self.of_factor(factor, left)
+
+    def vanishes(self, p: Poly) -> bool:
+        sizes = PRECISE.mpf(0)
+        for m, c in p.items():
+            term = PRECISE.mpf(abs(int(c)))
+            for k, exponent in enumerate(m):
+                if exponent:
+                    term *= _size(self.field.letters[k]) ** exponent
+            sizes += term
+        return bool(abs(self.field.value(p)) <= _VANISHING * sizes)
+
+    def of_factor(self, p: Poly, left: int) -> Iterator[Node]:
+        """Yield the roots of an irreducible factor."""
+        p = self.field.in_ring(p)
+        places = [k for k in range(len(self.field.letters)) if any(m[k] for m in p) and self.depends(k)]
+        root = next((k for k in places if self.field.letters[k].node is None), None)
+        if root is not None and left:
+            yield from self.of(self.without_root(p, root), left - 1)
+        elif len(places) == 1:
+            letter = self.field.letters[places[0]]
+            assert letter.node is not None
+            for value in self.polynomial_roots(self.coefficients(p, places[0])):
+                yield from self.inverted(letter.node, value)
+        elif len(places) == 2:
+            pair = self.sine_and_cosine(places)
+            if pair is not None:
+                yield from self.of_circle(p, *pair)
+
+    def depends(self, k: int) -> bool:
+        """Return whether a letter depends on the symbol."""
+        letter = self.field.letters[k]
+        if letter.node is not None:
+            return self.unknown in leaves([letter.node], "symbol")
+        return any(self.depends(j) for m in letter.square for j, exponent in enumerate(m) if exponent)
+
+    def without_root(self, p: Poly, k: int) -> Poly:
+        """Return A^2 - B^2 r^2 for p = A + B r, r being a root."""
+        field = self.field
+        plain = field.ring.from_dict({m: c for m, c in p.items() if not m[k]})
+        other = field.ring.from_dict({(*m[:k], 0, *m[k + 1 :]): c for m, c in p.items() if m[k]})
+        field.spend(len(plain) ** 2 + len(other) ** 2)
+        return field.reduced(plain**2 - other**2 * field.in_ring(field.letters[k].square))
+
+    def coefficients(self, p: Poly, k: int) -> list[Quotient]:
+        """Return the coefficients of the powers 0, 1, .. of a letter."""
+        parts: dict[int, dict[tuple[int, ...], int]] = {}
+        for m, c in p.items():
+            parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
+        return [self.whole(parts.get(e, {})) for e in range(max(parts) + 1)]
+
+    def whole(self, terms: dict[tuple[int, ...], int]) -> Quotient:
+        return self.field.whole(self.field.ring.from_dict(terms))
+
+    def polynomial_roots(self, coefficients: list[Quotient]) -> Iterator[Quotient]:
+        """Yield the roots of a polynomial of the first or second degree, of the letter or of its square."""
+        while coefficients and coefficients[-1].is_zero:
+            coefficients = coefficients[:-1]
+        if len(coefficients) in (3, 5) and all(x.is_zero for x in coefficients[1::2]):
+            for square in self.polynomial_roots(coefficients[::2]):
+                with suppress(NoClosedFormError):
+                    root = sqrt(square)
+                    yield from (root, -root)
+            return
+        if len(coefficients) == 2:
+            yield -(coefficients[0] / coefficients[1])
+        elif len(coefficients) == 3:
+            c, b, a = coefficients
+            try:
+                root = sqrt(b * b - 4 * (a * c))
+            except NoClosedFormError:
+                return
+            for signed in (root, -root):
+                yield (signed - b) / (2 * a)
+
+    # --- functions of the symbol ----------------------------------------------------------------------------------
+
+    def inverted(self, node: Node, value: Quotient) -> Iterator[Node]:
+        """Yield the symbol's values at which a function of it has a value."""
+        if node is self.unknown:
+            yield written(value)
+        elif node.op in ("sin", "cos"):
+            angle = BUILD[f"a{node.op}"](written(value))
+            other = add(PI, negate(angle)) if node.op == "sin" else negate(angle)
+            for one in (angle, other):
+                yield from self.of_argument(node.args[0], one, 2)
+        elif node.op == "cosh":
+            one = written(value)
+            grown = BUILD["log"](add(one, BUILD["sqrt"](written(value * value - 1))))
+            for both in (grown, negate(grown)):
+                yield from self.of_argument(node.args[0], both)
+        elif node.op in _INVERSES:
+            yield from self.of_argument(node.args[0], _INVERSES[node.op](written(value)))
+
+    def of_argument(self, argument: Node, value: Node, turns: int = 0) -> Iterator[Node]:
+        """Yield the symbol for a value of what is linear in it, an angle up to whole multiples of `turns` x pi.
+
+        A function of a function is undone from without.
+        """
+        letters = [letter for letter in self.field.letters if letter.node is not None and letter.node.op == "symbol"]
+        known = {letter.node: self.field.letter(letter.node, letter) for letter in letters if letter.node is not None}
+        found = exact(self.field, [argument], known)[0]
+        k = self.field.position(self.unknown)
+        if argument.op in (*_INVERSES, "cosh") and not turns:
+            yield from self.inverted(argument, exact(self.field, [value], known)[0])
+            return
+        if turns:
+            value = self.turned(found, value, turns)
+        parts = self.coefficients(self.field.in_ring(found.above), k) if k is not None else []
+        if k is None or any(m[k] for m in self.field.in_ring(found.below)) or len(parts) != 2:
+            (wanted,) = exact(self.field, [value], known)
+            yield from self.of(self.field.in_ring((found - wanted).above), 1)
+            return
+        constant, factor = parts[0] / self.field.whole(found.below), parts[1] / self.field.whole(found.below)
+        shifted = with_one_pi(value if constant.is_zero else add(value, negate(written(constant))))
+        yield shifted if factor.sample == 1 and not factor.symbols else divide(shifted, written(factor))
+
+    def turned(self, argument: Quotient, value: Node, turns: int) -> Node:
+        """Return an angle with the multiple of `turns` x pi added that brings it to the argument's sample."""
+        sample = {x.node: float(x.sample) for x in self.field.letters if x.node is not None and x.node.op == "symbol"}
+        apart = (float(argument.sample) - evaluate_float([value], sample)[0]) / (turns * pi)
+        count = round(apart)
+        if count == 0 or abs(apart - count) > _TURNED:
+            return value
+        return add(value, multiply(number(turns * count), PI))
+
+    # --- sines and cosines ----------------------------------------------------------------------------------------
+
+    def sine_and_cosine(self, places: list[int]) -> tuple[int, int] | None:
+        """Return the places of the sine and cosine of one angle, None where letters are others."""
+        for s, c in (places, places[::-1]):
+            if self.field.letters[s].cosine == c:
+                return s, c
+        return None
+
+    def of_circle(self, p: Poly, s: int, c: int) -> Iterator[Node]:
+        """Yield the roots of a polynomial in the sine and cosine of an angle."""
+        terms: dict[tuple[int, int], Quotient] = {}
+        for m, coefficient in p.items():
+            rest = tuple(0 if k in (s, c) else e for k, e in enumerate(m))
+            key = (m[s], m[c])
+            terms[key] = terms.get(key, self.field.constant(0)) + self.whole({rest: coefficient})
+        highest = max(i + j for i, j in terms)
+        node = self.field.letters[s].node
+        if highest > _HIGHEST or node is None:
+            return
+        if len({(i + j) % 2 for i, j in terms}) == 1:
+            for tangent in self.polynomial_roots(self.in_tangent(terms, highest)):
+                yield from self.of_argument(node.args[0], BUILD["atan"](written(tangent)), 1)
+        elif highest == 1:
+            yield from self.of_line(node.args[0], *(terms[key] for key in ((1, 0), (0, 1), (0, 0))))
+
+    def in_tangent(self, terms: dict[tuple[int, int], Quotient], highest: int) -> list[Quotient]:
+        """Return the coefficients of the polynomial in tan = sin / cos, terms made of one degree by sin^2 + cos^2."""
+        found = [self.field.constant(0)] * (highest + 1)
+        for (i, j), coefficient in terms.items():
+            pairs = (highest - i - j) // 2
+            for k in range(pairs + 1):
+                found[i + 2 * k] = found[i + 2 * k] + comb(pairs, k) * coefficient
+        return found
+
+    def of_line(self, angle: Node, a: Quotient, b: Quotient, d: Quotient) -> Iterator[Node]:
+        """Yield the angles with a sin + b cos + d = 0."""
+        length = sqrt(a * a + b * b)
+        length = length if a.sample > 0 else -length
+        sine = BUILD["asin"](written(-d / length))
+        ahead = negate(known_angle(b / length, a / length) or BUILD["atan"](written(b / a)))
+        for one in (sine, add(PI, negate(sine))):
+            yield from self.of_argument(angle, add(one, ahead), 2)
+
+
+def _size(letter: Letter) -> Any:
+    """Return how large a letter may be: 1 for sines and cosines, of which the sample of a zero is rounding."""
+    return PRECISE.mpf(1) if letter.node is not None and letter.node.op in ("sin", "cos") else abs(letter.sample)
+
+
+def with_one_pi(total: Node) -> Node:
+    """Return a sum with its multiples of pi as one: asin(x) - pi for asin(x) + pi - 2 pi."""
+    turns, others = Fraction(0), []
+    for term in flatten("add", total):
+        found = exact(Field(_LITTLE), [term], {})[0] if not leaves([term], "symbol", "slot") else None
+        if found is not None and found.below.is_ground and [*found.above] == [found.field.ring.gens[0].LM]:
+            turns += Fraction(int(found.above.LC), int(found.below.LC))
+        else:
+            others.append(term)
+    if turns:
+        others.append(multiply(number(turns), PI))
+    ordered = sorted(others, key=lambda x: x.op == "neg" or (turns < 0 and x is others[-1]))
+    return reduce(add, ordered) if len(ordered) < len(flatten("add", total)) else total
+
+
+def written(a: Quotient) -> Node:
+    """Return a quotient as a book prints it, a number in single terms where that is shorter: 1 - 2*sqrt(2)/3."""
+    form = book_form(doubled(a))
+    if a.symbols or not a.below.is_ground or not 1 < len(a.above) <= _MOST_TERMS:
+        return form
+    ring = a.above.ring
+    parts = [book_form(a.field.whole(ring.from_dict({m: c})) / a.field.whole(a.below)) for m, c in a.above.items()]
+    apart = reduce(add, sorted(parts, key=lambda part: (part.op == "neg", part.op != "number", text(part))))
+    return min(form, apart, key=lambda node: len(text(node)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# One form of a root in all formulas of a problem: where one has sqrt(k/m), another has m*sqrt(k/m) for sqrt(k*m).
+#
+# Two roots are forms of one where their radicands differ by the square of a product of what is positive. Roots and
+# other functions are letters here without a square, so that nothing but the form of a root changes.
+
+
+_ARITHMETIC: Final = frozenset({"number", "real", "add", "mul", "neg", "div"})
+_WITHOUT_LETTER: Final = frozenset({"symbol", "slot", "quantity", "declared", "less", "less_equal"})
+_WORK: Final = 20_000
+_SHARED_ROOTS_MOST_ROOTS: Final = 16
+_MOST_TRIED: Final = 4
+_LONGEST_RATIO: Final = 24
+_AGREEMENT: Final = 1e-9
+
+
+def values_with_shared_roots(values: Sequence[Value], letters: Mapping[Node, Letter]) -> list[Value]:
+    """Return values with one form of each root in all their expressions; `letters` as for `with_shared_roots`."""
+    forms = list(dict.fromkeys(each.expression for each in values if each.expression is not None))
+    changed = dict(zip(forms, with_shared_roots(forms, letters), strict=True))
+    return [x if x.expression is None else replace(x, expression=changed[x.expression]) for x in values]
+
+
+def with_shared_roots(forms: Sequence[Node], letters: Mapping[Node, Letter]) -> list[Node]:
+    """Return expressions, all different, with one form of each root wherever that makes none of their texts longer.
+
+    `letters`: symbols with their samples, and which are positive. The form that leaves the fewest others is taken, of
+    these the first that is met. An expression that names other symbols stays.
+    """
+    roots = list(dict.fromkeys(n for n in postorder(forms) if n.op == "sqrt"))
+    if not 2 <= len(roots) <= _SHARED_ROOTS_MOST_ROOTS:
+        return list(forms)
+    made = _Roots({n: x for n, x in letters.items() if n.op == "symbol"})
+    found = list(forms)
+    for group in made.groups(roots):
+        found = made.with_one(group, found)
+    return found
+
+
+@dataclass
+class _Roots:
+    """Roots over one field; `known`: the letters of symbols and functions, `ratios`: what roots are of each other."""
+
+    letters: Mapping[Node, Letter]
+    known: dict[Node, Quotient] = field(default_factory=dict)
+    ratios: dict[tuple[Node, Node], Quotient | None] = field(default_factory=dict)
+    field: Field = field(default_factory=lambda: Field(_WORK))
+
+    def __post_init__(self) -> None:
+        self.known = {node: self.field.letter(node, letter) for node, letter in self.letters.items()}
+        self.sample = {node: float(letter.sample) for node, letter in self.letters.items()}
+
+    def groups(self, roots: Sequence[Node]) -> list[list[Node]]:
+        """Return the forms of each root that has more than one."""
+        found: list[list[Node]] = []
+        for root in roots:
+            own = next((group for group in found if self.ratio(root, group[0]) is not None), None)
+            if own is not None:
+                own.append(root)
+            else:
+                found.append([root])
+        return [group for group in found if len(group) > 1]
+
+    def ratio(self, root: Node, other: Node) -> Quotient | None:
+        """Return root / other where that is a product of what is positive."""
+        if (root, other) not in self.ratios:
+            a, b = self.exact(root.args[0]), self.exact(other.args[0])
+            self.ratios[root, other] = None if a is None or b is None else self._root_of_quotient(a, b)
+        return self.ratios[root, other]
+
+    def _root_of_quotient(self, a: Quotient, b: Quotient) -> Quotient | None:
+        self.field.work = _WORK
+        try:
+            return _positive_root(a / b)
+        except NoClosedFormError:
+            return None
+
+    def exact(self, node: Node, changed: Mapping[Node, Quotient] | None = None) -> Quotient | None:
+        """Return an expression over the field, in which functions are letters but for those `changed`."""
+        self.field.work = _WORK
+        try:
+            if not all(self._has_letter(n) for n in postorder([node])):
+                return None
+            return exact(self.field, [node], {**self.known, **(changed or {})})[0]
+        except (NoClosedFormError, ExpressionError, *UNDEFINED):
+            return None
+
+    def _has_letter(self, n: Node) -> bool:
+        """Return whether a node is of arithmetic or known; a function becomes so."""
+        whole = n.op == "pow" and n.args[1].op == "number" and Fraction(n.args[1].data).denominator == 1
+        if n in self.known or n is PI or n.op in _ARITHMETIC or whole:
+            return True
+        if n.op in _WITHOUT_LETTER:
+            return False
+        sample = PRECISE.mpf(float(evaluate_float([n], self.sample)[0]))
+        self.known[n] = self.field.letter(n, Letter(n, sample, n.op in ("sqrt", "exp") and sample > 0))
+        return True
+
+    # --- one form -------------------------------------------------------------------------------------------------
+
+    def with_one(self, group: Sequence[Node], forms: Sequence[Node]) -> list[Node]:
+        """Return expressions with that form of a root which leaves the fewest others, if fewer than there are."""
+        ways = [list(forms), *([self._in_form(n, group, kept) for n in forms] for kept in group[:_MOST_TRIED])]
+        return min(ways, key=lambda way: len(_of(group, way)))
+
+    def _in_form(self, node: Node, group: Sequence[Node], kept: Node) -> Node:
+        """Return an expression with one form of a root for the others, itself where that is longer."""
+        others = [root for root in _of(group, [node]) if root is not kept]
+        ratios = {root: self.ratio(root, kept) for root in others}
+        if not others or self.exact(node) is None or self.exact(kept) is None:
+            return node
+        changed = {root: s * self.known[kept] for root, s in ratios.items() if s is not None}
+        quotient = self.exact(node, changed)
+        try:
+            found = node if quotient is None else with_doubles(book_form(quotient))
+        except (NoClosedFormError, ExpressionError):
+            return node
+        squared = any(n.op == "pow" and n.args[0].op == "sqrt" for n in postorder([found]))
+        return node if squared or len(text(found)) > len(text(node)) or not self._equal(found, node) else found
+
+    def _equal(self, a: Node, b: Node) -> bool:
+        """Return whether the text of an expression reads back as the value of another one."""
+        try:
+            x, y = (float(evaluate_float([n], self.sample)[0]) for n in (parse(text(a)), b))
+        except (ExpressionError, *UNDEFINED):
+            return False
+        return abs(x - y) <= _AGREEMENT * abs(y)
+
+
+def _of(group: Sequence[Node], forms: Sequence[Node]) -> list[Node]:
+    """Return the roots of a group that expressions have."""
+    met = {n for n in postorder(forms) if n.op == "sqrt"}
+    return [root for root in group if root in met]
+
+
+def _positive_root(a: Quotient) -> Quotient | None:
+    """Return the positive product of which a is the square, None where it is not one of what is positive."""
+    if a.size > _LONGEST_RATIO:
+        return None
+    root = a.field.constant(1)
+    for p, side in ((a.above, 1), (a.below, -1)):
+        content, factors = factored(a.field.in_ring(p))
+        number = exact_root(Fraction(content)) if content > 0 else None
+        if not number:
+            return None
+        root = root * a.field.constant(number).power(side)
+        for factor, exponent in factors:
+            whole = a.field.whole(factor)
+            if exponent % 2 or not surely_positive(whole):
+                return None
+            root = root * whole.power(side * exponent // 2)
+    return root

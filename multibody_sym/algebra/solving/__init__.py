@@ -1,1 +1,0 @@
-"""Solving: equations of exact quotients for one symbol."""

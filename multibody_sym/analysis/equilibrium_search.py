@@ -1,0 +1,865 @@
+"""The search for positions in which a mechanism, all of whose rows hold, has no acceleration at rest.
+
+Newton's method on the accelerations, from the start and from positions all around it; images of what was found.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from itertools import combinations, count
+from math import comb
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.analysis.deviations import Flow, Tangents, displaced
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, normalize
+from multibody_sym.dynamics.contact.contact_problem import Scale, one_way_rows
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.state import placed, rows_at, started
+from multibody_sym.mechanics.energy import stored_energy
+from multibody_sym.mechanics.law_elements import ACTIVE, Mode, OneWay
+from multibody_sym.mechanics.load_records import JointPotential, JointSpring
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.variable_mass import verify_kept
+from multibody_sym.model.bodies import Pose
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
+from multibody_sym.scalars.linear_inequalities import linear_program
+from multibody_sym.scalars.rank import ALIKE, FLAT, SLOPES, leading_columns, least_squares, null_space
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Positions told apart by where bodies are, not by coordinates: a quaternion and its negative are one attitude.
+#
+# Coordinates may also run twice over what can be told apart at all: a slider on a massless arm is at the same place
+# for (r, theta) and (-r, theta + pi). Two such positions are one where masses, points at which forces and constraints
+# act, and springs are the same, and some length has the other sign.
+
+
+Mask = npt.NDArray[np.bool_]
+
+_NOTHING: Final = 1e-15
+"""The part of the model's size, or of 1 rad, that is rounding."""
+_SAME: Final = 1e-6
+_NEAR: Final = 1e-2
+_LEVEL: Final = 1e-5
+_HEIGHTS: Final = 8
+_SAMPLES: Final = 2
+_PERIODIC: Final = 1e-8
+_SEED: Final = 11
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Comparison of positions of a mechanism; `start` is a closed one."""
+
+    flow: Flow
+    rows: Rows
+    start: Floats
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism whose positions these are."""
+        return self.rows.mechanism
+
+    def motion(self, q: Floats) -> Motion:
+        """Return the motion at rest."""
+        return self.rows.motion(q, np.zeros(len(self.mechanism.speeds)))
+
+    @cached_property
+    def length(self) -> float:
+        """How large the model is: how far a body or a named point is from the origin at the start; 1 m for a point."""
+        motion = self.motion(self.start)
+        points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
+        return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0)) or 1.0
+
+    @cached_property
+    def scale(self) -> Floats:
+        """How far (nu) positions differ that are clearly others: by the size of the model, or by 1 rad."""
+        return np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
+
+    @cached_property
+    def angles(self) -> Mask:
+        """The coordinates (nq) that are angles."""
+        return np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
+
+    @cached_property
+    def lengths(self) -> Mask:
+        """The coordinates (nq) that are lengths."""
+        return np.array([c.unit == "m" for c in self.mechanism.coordinates], dtype=bool)
+
+    @cached_property
+    def periodic(self) -> Mask:
+        """The angles (nq) whose whole turns make no difference: no torsion spring winds up, no gear counts them."""
+        found = self.angles.copy()
+        rng = np.random.default_rng(_SEED)
+        for k in np.flatnonzero(self.angles):
+            for _ in range(_SAMPLES):
+                q = self.start + np.where(self.angles, rng.uniform(-1.0, 1.0, len(self.start)), 0.0)
+                turned = q.copy()
+                turned[k] += 2.0 * np.pi
+                found[k] &= self._alike(q, turned)
+        return found
+
+    def _alike(self, a: Floats, b: Floats) -> bool:
+        """Return whether a system at rest stands alike in two positions, accelerates alike, and misses its rows alike.
+
+        Along a curve, or on a screw, a whole turn leads elsewhere.
+        """
+        u, rows = np.zeros(len(self.mechanism.speeds)), self.rows.holonomic()
+        try:
+            accelerations = [self.flow.accelerations(q, u) for q in (a, b)]
+            here, there = (self.flow.poses(q)[0] / self._units for q in (a, b))
+            if not _close(here, there):
+                return False
+        except UNDEFINED:
+            return True
+        missed = [here[0] for here in map(rows.at, (a, b)) if here is not None]
+        pairs = [accelerations, missed] if len(missed) == 2 else [accelerations]
+        return all(np.abs(y - x).max(initial=0.0) <= _PERIODIC * (1.0 + np.abs(x).max(initial=0.0)) for x, y in pairs)
+
+    def principal(self, q: Floats) -> Floats:
+        """Return coordinates with angles in (-pi, pi] where whole turns make no difference, and quaternions w >= 0."""
+        turned = q - 2 * np.pi * np.ceil(q / (2 * np.pi) - 0.5 - _SAME)
+        found = np.where(self.periodic, turned, q)
+        for body in self.mechanism.bodies:
+            for places in map(list, body.quaternions):
+                found[places] *= -1.0 if found[places[0]] < 0.0 else 1.0
+        return found
+
+    def told(self, q: Floats) -> list[float]:
+        """Return coordinates as they are told: principal ones, zero where they are no more than rounding."""
+        found = self.principal(q)
+        least = _NOTHING * np.where(self.lengths, self.length, 1.0)
+        return [float(x) for x in np.where(np.abs(found) <= least, 0.0, found)]
+
+    def same(self, a: Floats, b: Floats, free: Mask) -> bool:
+        """Return whether two positions are the same up to what is free in the second."""
+        near = np.where(free, b, a)
+        if free.any():
+            normalize(self.mechanism, near)
+        return _close(self._poses(near), self._poses(b)) or self._overlaps(near, b)
+
+    def apart(self, a: Floats, b: Floats) -> Floats:
+        """Return what poses in b differ by from those in a."""
+        return self._poses(b) - self._poses(a)
+
+    def slopes(self, q: Floats) -> Floats:
+        """Return how that which `apart` compares follows deviations (nu) from a position."""
+        found = self.flow.pose_slopes(q) / self._units[:, None]
+        turns = np.eye(len(q))[self.angles & ~self.periodic] @ self.flow.displacements(q)
+        return np.vstack([found, turns])
+
+    def energy(self, q: Floats) -> float:
+        """Return the potential energy."""
+        return self._placed(q)[1]
+
+    def level(self, a: float, b: float) -> bool:
+        """Return whether two potential energies are the same, as they are in positions that are one."""
+        return abs(a - b) <= _LEVEL * self._height
+
+    @cached_property
+    def _height(self) -> float:
+        """How much potential energies differ around the start."""
+        rng, energies = np.random.default_rng(_SEED), []
+        scale = np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
+        for _ in range(_HEIGHTS):
+            q = displaced(self.mechanism, self.start, scale * rng.uniform(-1.0, 1.0, len(scale)))
+            try:
+                energies.append(self.energy(q))
+            except UNDEFINED:
+                continue
+        rounding = _PERIODIC * max(map(abs, energies), default=0.0)
+        return float(np.ptp(energies)) + rounding if len(energies) > 1 else np.inf
+
+    def between(self, a: Floats, b: Floats) -> Floats | None:
+        """Return the position half way between two that are close together, None where they are not."""
+        if not _close(self._poses(a), self._poses(b), _NEAR):
+            return None
+        nearest = b - 2 * np.pi * np.round((b - a) / (2 * np.pi)) * self.periodic
+        for body in self.mechanism.bodies:
+            for k in map(list, body.quaternions):
+                nearest[k] *= np.sign(nearest[k] @ a[k])
+        found: Floats = (a + nearest) / 2
+        normalize(self.mechanism, found)
+        return found
+
+    def _poses(self, q: Floats) -> Floats:
+        """Return all bodies' attitudes and places, and angles that count whole turns."""
+        return np.concatenate([self._placed(q)[0] / self._units, self._turns(q)])
+
+    def _placed(self, q: Floats) -> tuple[Floats, float]:
+        """Return poses and the potential energy, which are asked anew for each other position."""
+        key = q.tobytes()
+        if key not in self._known:
+            self._known[key] = self.flow.poses(q)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[bytes, tuple[Floats, float]]:
+        """Poses and potential energies that were asked for, by coordinates."""
+        return {}
+
+    @cached_property
+    def _units(self) -> Floats:
+        """What counts as one among poses."""
+        return np.tile([1.0] * 9 + [self.length] * 3, len(self.mechanism.bodies))
+
+    def _turns(self, q: Floats) -> Floats:
+        return q[self.angles & ~self.periodic]
+
+    def _overlaps(self, a: Floats, b: Floats) -> bool:
+        """Return whether coordinates give the same place twice: with lengths of other signs, nothing else differs."""
+        turned = self.lengths & (np.abs(a + b) <= _SAME * self.length) & (np.abs(b) > _SAME * self.length)
+        return bool(turned.any()) and _close(self._matter(a), self._matter(b))
+
+    def _matter(self, q: Floats) -> Floats:
+        """Return where masses are, and points at which forces and rows act, and what springs hold."""
+        motion = self.motion(q)
+        parts = [self._turns(q)]
+        for index, mass in enumerate(motion.masses):
+            R = np.array(motion.rotation(index), dtype=float)
+            if mass.mass != 0:
+                com = Marker("", index, Pose(self.mechanism.bodies[index].mass.com))
+                parts.append(np.array(position(motion, com), dtype=float) / self.length)
+            inertia = np.array(mass.inertia, dtype=float)
+            parts.append(np.ravel(R @ inertia @ R.T) / (np.abs(inertia).max() or 1.0))
+        parts += [np.ravel(np.array(motion.rotation(body), dtype=float)) for body in self._pushing]
+        parts += [np.array(position(motion, at), dtype=float) / self.length for at in acted(self.mechanism)]
+        in_joints = [x for x in self.mechanism.loads if isinstance(x, (JointSpring, JointPotential))]
+        energies = [stored_energy(x, motion) for x in in_joints]
+        size = max(map(abs, energies), default=0.0) or 1.0
+        return np.concatenate([*parts, np.array(energies, dtype=float) / size])
+
+    @cached_property
+    def _pushing(self) -> list[int]:
+        """The bodies in whose axes forces and torques are given."""
+        return [load.axes_of for load in self.mechanism.loads if load.axes_of is not None]
+
+    def nearer(self, a: Floats, b: Floats) -> bool:
+        """Return whether more lengths have their sign of the start in a than in b."""
+        signs = np.sign(self.start) * self.lengths
+        return bool((signs * np.sign(a)).sum() > (signs * np.sign(b)).sum())
+
+
+def acted(mechanism: Mechanism) -> Iterator[Marker]:
+    """Yield the points of bodies at which loads and rows act."""
+    for load in mechanism.loads:
+        yield from load.points
+    for row in mechanism.rows:
+        yield from row.points
+
+
+def _close(a: Floats, b: Floats, part: float = _SAME) -> bool:
+    return bool(np.abs(a - b).max(initial=0.0) <= part * (1.0 + np.abs(b).max(initial=0.0)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_GUESSES: Final = 24
+"""How many guesses around the start are tried, and how many on end must find nothing before the search ends."""
+MOST: Final = 400
+_STEPS: Final = 25
+_HALVINGS: Final = 6
+_LARGEST_STEP: Final = 0.5
+_CONVERGED: Final = 1e-11
+_DESCENTS: Final = 64
+"""How many steps down are made at most: after 1, 2, 4, .. of them Newton's method is tried again."""
+_TRIALS: Final = 40
+_FAR_ENOUGH: Final = 1.25
+"""How near the end of a step down comes to where the forces turn back."""
+_TURNED: Final = 4
+"""How many positions of a family are tried with half-turns of each of its angles."""
+_POLISHING: Final = 60
+_POLISHED: Final = 1e-9
+_MEETING: Final = 8
+"""More roots than meet in a position that anyone asks for."""
+_BESIDE: Final = 0.1
+_EDGE: Final = 1e-5
+"""How far beside a position forces are to have values, in m and rad: farther than it may be from their edge."""
+SECONDS: Final = 10.0
+"""CPU time after which no other guess is begun, less than half of it where none led to a position of rest."""
+_LESS: Final = 6.0
+_SEARCH_SEED: Final = 3
+_ROUNDED: Final = 1e-13
+"""The part of the slopes that forces of rows may bring about that rounding leaves where there are none."""
+
+
+def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> Search:
+    """Return the search for positions of equilibrium from a start."""
+    verify_kept(resolved)
+    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
+    flow = Flow(resolved, begin.parameters, formalism)
+    return Search(resolved, flow, rows, Places(flow, rows, np.array(begin.q, dtype=float)))
+
+
+@dataclass
+class Found:
+    """Positions found so far, what is free in each, their potential energies, and how the search went."""
+
+    positions: list[Floats] = field(default_factory=list)
+    energies: list[float] = field(default_factory=list)
+    free: list[Mask] = field(default_factory=list)
+    guesses: int = 0
+    cut_short: bool = False
+
+    def takes(self, search: Search, q: Floats) -> bool:
+        """Take a position, and return whether it is new; of two that are one, the one more like the start stays."""
+        energy = search.places.energy(q)
+        each = zip(self.positions, self.free, self.energies, strict=True)
+        for k, (other, free, level) in enumerate(each):
+            if search.places.level(energy, level) and search.one(q, other, free):
+                if search.places.nearer(q, other):
+                    self.positions[k], self.free[k] = q, search.free(q)
+                return False
+        self.positions.append(q)
+        self.free.append(search.free(q))
+        self.energies.append(energy)
+        return True
+
+
+def found_from(
+    search: Search, start: Floats, seconds: float = SECONDS, most: int = _GUESSES, *, falls: bool = True
+) -> Found:
+    """Return the positions found, that from the start first: from what is found its mirror images and half-turns.
+
+    `falls`: whether the system falls from the start where Newton's method fails, which may take all the time.
+    """
+    found, fruitless, until = Found(), 0, time.process_time() + seconds
+    images: deque[Floats] = deque()
+    around = guesses(search.places, start)
+    while images or (found.guesses < MOST and fruitless <= most):
+        if time.process_time() > until - (0.0 if found.positions else _LESS * seconds / SECONDS) and found.guesses:
+            found.cut_short = True
+            break
+        fruitless += not images
+        guess = images.popleft() if images else next(around)
+        q = search.reached(guess, until if falls and not found.guesses else -np.inf)
+        found.guesses += 1
+        if q is not None and found.takes(search, q):
+            fruitless = 0
+            images.extend(search.images(q))
+    return found
+
+
+def guesses(places: Places, q: Floats) -> Iterator[Floats]:
+    """Yield the start and positions around it, ever farther away, whose rows may be open."""
+    rng, mechanism, scale = np.random.default_rng(_SEARCH_SEED), places.mechanism, places.scale
+    yield q
+    for k in count(1):
+        part = min(k, _GUESSES) / _GUESSES
+        yield displaced(mechanism, q, rng.uniform(-1.0, 1.0, len(scale)) * np.pi * part * scale)
+
+
+@dataclass(frozen=True)
+class Search:
+    """Newton's method for positions without acceleration."""
+
+    mechanism: Mechanism
+    flow: Flow
+    rows: Rows
+    places: Places
+
+    def reached(self, guess: Floats, until: float = -np.inf) -> Floats | None:
+        """Return the position of equilibrium that a guess, closed or not, leads to; None where it leads to none.
+
+        Where Newton's method fails, it begins anew, `until` a CPU time, from where forces push the system from rest.
+        Callers ask for that at starts alone: a fall without end takes long.
+        """
+        near = closed_near(self.rows, guess)
+        found = None if near is None else self.root(near)
+        return found if near is None or found is not None else self._fallen(near, until)
+
+    def _fallen(self, q: Floats, until: float) -> Floats | None:
+        """Return the position of equilibrium at or near which the system comes to rest from a closed position."""
+        for number in range(1, _DESCENTS + 1):
+            lower = self._lower(q) if time.process_time() < until else None
+            if lower is None:
+                return None
+            q = lower
+            found = self.root(q) if number & (number - 1) == 0 else None
+            if found is not None:
+                return found
+        return None
+
+    def _lower(self, q: Floats) -> Floats | None:
+        """Return a closed position as far along the acceleration at rest as forces do work; None where they always do.
+
+        That needs no potential, and neither kinks nor slack springs end it.
+        """
+        try:
+            way = self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))
+        except UNDEFINED:
+            return None
+        if not np.isfinite(way).all() or not way.any():
+            return None
+        within, beyond, found = 0.0, np.inf, q
+        step = _LARGEST_STEP / float((np.abs(way) / self.places.scale).max())
+        for _ in range(_TRIALS):
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step * way))
+            if ahead is not None and self._power(ahead, way) > 0.0:
+                within, found = step, ahead
+            else:
+                beyond = step
+            if beyond <= _FAR_ENOUGH * within:
+                return found
+            step = 2.0 * step if np.isinf(beyond) else (within + beyond) / 2.0
+        return None
+
+    def _power(self, q: Floats, way: Floats) -> float:
+        """Return the power of all forces at rest on speeds (nu); 0 where they have no value."""
+        try:
+            exerted = np.array(mass_matrix(self.places.motion(q)), dtype=float) @ self.flow.accelerations(q, 0.0 * way)
+        except UNDEFINED:
+            return 0.0
+        return float(way @ exerted)
+
+    def root(self, q: Floats) -> Floats | None:
+        """Return the position of equilibrium that Newton's method reaches from a closed position, None if it fails."""
+        try:
+            return self._root(q)
+        except (*UNDEFINED, np.linalg.LinAlgError):
+            return None
+
+    def _root(self, q: Floats) -> Floats | None:
+        first = size = self._size(q)
+        for _ in range(_STEPS):
+            if size <= _CONVERGED * (1.0 + first):
+                return self._polished(q)
+            step = self._newton_step(q)
+            step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
+            ahead = self._line_search(q, step, size)
+            if ahead is None:
+                return q if size <= _CONVERGED * 1e3 * (1.0 + first) else None
+            q, size = ahead
+        return None
+
+    def _newton_step(self, q: Floats) -> Floats:
+        """Return the deviations (nu) by which Newton's method moves on."""
+        tangents, slope = self._slope(q)
+        target = -self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))[self._speeds(tangents)]
+        if not (np.isfinite(slope).all() and np.isfinite(target).all()):
+            raise FloatingPointError("the slope of the accelerations is not finite")
+        found: Floats = self._columns(tangents) @ least_squares(slope, target)
+        return found
+
+    def _polished(self, q: Floats) -> Floats:
+        """Return a position brought nearer to a root where several meet: there Newton's method gains little a step."""
+        before = np.inf
+        for _ in range(_POLISHING):
+            step = self._newton_step(q)
+            size = float(np.abs(step).max(initial=0.0))
+            if size <= _POLISHED or size >= before:
+                break
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step))
+            if ahead is None or self._size(ahead) > self._size(q):
+                break
+            q, before = ahead, size
+        return q
+
+    def _line_search(self, q: Floats, step: Floats, size: float) -> tuple[Floats, float] | None:
+        for halving in range(_HALVINGS):
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step / 2**halving))
+            there = np.inf if ahead is None else self._size(ahead)
+            if ahead is not None and there < size:
+                return ahead, there
+        return None
+
+    def _size(self, q: Floats) -> float:
+        return float(np.abs(self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))).max())
+
+    def _columns(self, tangents: Tangents) -> Floats:
+        """Return how all deviations (nu) follow from the independent ones."""
+        size = len(self.mechanism.speeds)
+        return tangents.X[:size, : sum(k < size for k in tangents.places)]
+
+    def _speeds(self, tangents: Tangents) -> list[int]:
+        """Return the independent speeds."""
+        size = len(self.mechanism.speeds)
+        return [k - size for k in tangents.places if k >= size]
+
+    def _slope(self, q: Floats) -> tuple[Tangents, Floats]:
+        """Return the tangents at rest and dG/dxi, of independent accelerations by independent deviations."""
+        u = np.zeros(len(self.mechanism.speeds))
+        tangents = self.flow.tangents(q, u)
+        by_state, _ = self.flow.derivatives(self.flow.known(q, u))
+        columns = self._columns(tangents)
+        rows = [len(u) + k for k in self._speeds(tangents)]
+        return tangents, by_state[rows, : len(u)] @ columns
+
+    def _clear_slope(self, q: Floats) -> tuple[Tangents, Floats]:
+        """Return the same without what is rounding of the forces of rows alone, where nothing resists."""
+        tangents, slope = self._slope(q)
+        size = float(np.abs(slope).max(initial=0.0))
+        return tangents, np.zeros_like(slope) if size <= _ROUNDED * self._held(q) else slope
+
+    def _held(self, q: Floats) -> float:
+        """Return the slope (1/s^2) of what accelerations rows take away, over the model's size or 1 rad."""
+        if not self.mechanism.rows:
+            return 0.0
+        inertia = np.diag(np.array(mass_matrix(self.places.motion(q)), dtype=float))
+        exerted = np.abs(self.flow.jacobian(q).T @ self.flow.multipliers(q))
+        held = float((exerted[inertia > 0.0] / inertia[inertia > 0.0]).max(initial=0.0))
+        return held * max(1.0, 1.0 / self.places.length)
+
+    def _rates(self, tangents: Tangents) -> Floats:
+        """Return S in dxi/dt = S eta, with eta the independent speeds, which need not be those of xi."""
+        size, count = len(self.mechanism.speeds), self._columns(tangents).shape[1]
+        return tangents.X[size:, count:][tangents.places[:count]]
+
+    def stable(self, q: Floats) -> bool | None:
+        """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
+        tangents, slope = self._clear_slope(q)
+        values = np.linalg.eigvals(slope @ self._rates(tangents))
+        least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+        if (values.real > least).any() or (np.abs(values.imag) > least).any():
+            return False
+        regular = slope.shape[0] == slope.shape[1]  # with rows of speeds alone some displacements change no force
+        return True if regular and (values.real < -least).all() else None
+
+    def one_sided(self, q: Floats) -> bool:
+        """Return whether some acceleration has no real value a little beside a position, along a free direction."""
+        for column in self._columns(self.flow.tangents(q, np.zeros(len(self.mechanism.speeds)))).T:
+            for side in (_EDGE, -_EDGE):
+                near = closed_near(self.rows, displaced(self.mechanism, q, side * column / np.abs(column).max()))
+                try:
+                    if near is not None and not np.isfinite(self._size(near)):
+                        return True
+                except UNDEFINED:
+                    return True
+        return False
+
+    def free(self, q: Floats) -> Mask:
+        """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""
+        tangents, slope = self._clear_slope(q)
+        found = np.zeros(len(q), dtype=bool)
+        for direction in (self._columns(tangents) @ null_space(slope, FLAT)).T:
+            step = direction / np.abs(direction).max()
+            beside = displaced(self.mechanism, q, _BESIDE * step)
+            if self._rests(beside, FLAT * (1.0 + float(np.abs(slope).max()))):
+                found |= np.abs(beside - q) > _SAME
+        return found
+
+    def told(self, q: Floats) -> list[float]:
+        """Return a position as it is told, with zeros beside which it rests no better to what Newton's method asks."""
+        found = np.array(self.places.told(q))
+        clear = np.where(np.abs(found) < _POLISHED, 0.0, found)
+        near = closed_near(self.rows, clear)
+        closed = near is not None and np.abs(near - clear).max(initial=0.0) <= EPSILON
+        rests = closed and self._rests(clear, max(_CONVERGED, self._size(q)))
+        return [float(x) for x in (clear if rests else found)]
+
+    def errors(self, q: Floats) -> list[float]:
+        """Return how far each coordinate (nq) may be off: what a step of Newton's method moves, and rounding.
+
+        Where several roots meet, a step goes but a part of the way: `_MEETING` steps are taken for it.
+        """
+        try:
+            moved = np.abs(displaced(self.mechanism, q, self._newton_step(q)) - q)
+        except (*UNDEFINED, np.linalg.LinAlgError):
+            return [_SAME] * len(q)
+        found: list[float] = (_MEETING * (moved + EPSILON * np.maximum(1.0, np.abs(q)))).tolist()
+        return found
+
+    def _rests(self, q: Floats, allowed: float) -> bool:
+        """Return whether no acceleration beside a position is larger than allowed."""
+        near = closed_near(self.rows, q)
+        try:
+            return near is not None and self._size(near) <= allowed
+        except UNDEFINED:
+            return False
+
+    def meet(self, a: Floats, b: Floats) -> bool:
+        """Return whether two positions are one to rounding: close together, and all between them rest as well."""
+        between = self.places.between(a, b)
+        return between is not None and self._rests(between, _CONVERGED * 1e2)
+
+    def one(self, a: Floats, b: Floats, free: Mask) -> bool:
+        """Return whether two positions are one, or of one family."""
+        return self.places.same(a, b, free) or self.meet(a, b) or self.joined(a, b, free)
+
+    def joined(self, a: Floats, b: Floats, free: Mask) -> bool:
+        """Return whether positions beside each other that all rest lead from one to the other."""
+        if not free.any():
+            return False
+        turned = [b]
+        for k in np.flatnonzero(free & self.places.angles):
+            turned += [np.where(np.arange(len(b)) == k, q + np.pi, q) for q in turned[:_TURNED]]
+        return any(self._leads(q, a) for q in turned)
+
+    def _leads(self, q: Floats, target: Floats) -> bool:
+        """Return whether moving on, nearer to a target, through positions that rest ends there."""
+        for _ in range(_STEPS):
+            missing = self.places.apart(q, target)
+            if np.abs(missing).max() <= _SAME:
+                return True
+            tangents, slope = self._clear_slope(q)
+            free = self._columns(tangents) @ null_space(slope, FLAT)
+            if not free.shape[1]:
+                return False
+            step = free @ least_squares(self.places.slopes(q) @ free, missing, ALIKE)
+            size = float(np.abs(step).max())
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step * min(1.0, _LARGEST_STEP / (size or 1.0))))
+            if size <= _SAME or ahead is None:
+                return False
+            q = ahead
+        return False
+
+    def images(self, q: Floats) -> list[Floats]:
+        """Return a position with its angles or lengths turned about, and with half a turn in each place."""
+        units = [c.unit for c in self.mechanism.coordinates]
+        found = [np.where([x == unit for x in units], -q, q) for unit in ("rad", "m") if unit in units]
+        for body in self.mechanism.bodies:
+            for place in (u for u in body.u if self.mechanism.speeds[u].unit == "rad/s"):
+                half = np.zeros(len(self.mechanism.speeds))
+                half[place] = np.pi
+                found.append(displaced(self.mechanism, q, half))
+        return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Rest of what holds one way only: searched with each set of contacts, ropes and stops closed, held to their laws.
+#
+# A position counts where all that is closed in the set presses or pulls, and all else is open, or touches without
+# force. Friction is left out: where it holds, positions beside such a one rest as well.
+
+
+_MANY: Final = 6
+"""With more that may close only what is closed at the start, one element at a time, or nothing is tried closed."""
+_FRUITLESS: Final = 3
+"""How many guesses on end must find nothing with one set closed before its search ends, but for that of the start."""
+_PRESSES: Final = 1e-9
+"""The part of the largest force of a row that what is closed exerts at least: less is rounding."""
+
+Closed = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A position of rest (nq,): what presses or pulls in it, what else touches, and which coordinates are `free`.
+
+    `search` is that of the mechanism in which all that is `closed` is so.
+    """
+
+    q: Floats
+    closed: Closed
+    touching: Closed
+    free: Mask
+    search: Search
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether it is stable; None where it is indifferent, or what touches without force might decide."""
+        found = self.search.stable(self.q)
+        return found if found or not self.touching else None
+
+
+@dataclass(frozen=True)
+class Rests:
+    """All positions that were found, after so many `guesses`, and whether the search was `cut_short`.
+
+    `first` is the search with the same closed as at the start; `sets`: how many sets were tried closed, and how many
+    there are of no more elements than there are speeds, since more of them depend on each other.
+    """
+
+    found: tuple[Rest, ...]
+    first: Search
+    guesses: int
+    cut_short: bool
+    sets: tuple[int, int]
+
+
+def rests(resolved: Mechanism, begin: Start, formalism: str | None, *, project: bool) -> Rests:
+    """Return the positions of rest of a mechanism from its start. Raises NoSolutionError where there is no start.
+
+    Where curves touch, whose points of contact are coordinates, nothing is tried closed.
+    """
+    if not any(x.unilateral for x in resolved.one_way) or any(body.is_foot for body in resolved.bodies):
+        search = search_from(resolved, begin, formalism)
+        found = found_from(search, np.array(begin.q, dtype=float))
+        kept = tuple(Rest(q, (), (), free, search) for q, free in zip(found.positions, found.free, strict=True))
+        return Rests(kept, search, found.guesses, found.cut_short, (1, _all_sets(resolved)))
+    own = begin if resolved.relative is None else start(resolved.relative, project=project)
+    return _Closings(resolved, begin, own, formalism).rests()
+
+
+@dataclass(frozen=True)
+class _Closings:
+    """The search of a mechanism that `begin`s somewhere, with sets of elements closed; `own`: that start in joints."""
+
+    resolved: Mechanism
+    begin: Start
+    own: Start
+    formalism: str | None
+
+    def rests(self) -> Rests:
+        """Return the positions of rest, those with the same closed as at the start first.
+
+        Each of the other sets is searched before, for its share of half the time: with what is closed at the start a
+        search may go on and on from position to position in which something would have to pull.
+        """
+        until = time.process_time() + SECONDS
+        closed, *others = self._sets()
+        closed = self._independent(closed, np.array(self.begin.q, dtype=float))
+        founds: list[tuple[Closed, Found]] = []
+        for number, names in enumerate(others):
+            share = (until - 0.5 * SECONDS - time.process_time()) / (len(others) - number)
+            if share <= 0.0:
+                break
+            search = self.search(names)
+            found = found_from(search, np.array(search.places.start), share, _FRUITLESS, falls=False)
+            founds.append((names, found))
+        first = self.search(closed)
+        left = until - time.process_time()
+        founds.insert(0, (closed, found_from(first, np.array(first.places.start), left)))
+        kept = list[Rest]()
+        for names, found in founds:
+            for q in found.positions:
+                rest = self._rest(q, names)
+                if rest is not None and not any(_one(rest, x) for x in kept):
+                    kept.append(rest)
+        tried, guesses = len(founds), sum(found.guesses for _, found in founds)
+        cut_short = tried <= len(others) or any(found.cut_short for _, found in founds)
+        return Rests(tuple(kept), first, guesses, cut_short, (tried, max(tried, _all_sets(self.resolved))))
+
+    @cached_property
+    def elements(self) -> dict[str, OneWay]:
+        """What may close, by name."""
+        return {x.name: x for x in self.resolved.one_way if x.unilateral}
+
+    def _sets(self) -> list[Closed]:
+        """Return the sets of what may be closed: that at the start, then small ones first."""
+        rows = rows_at(self.resolved, self.begin)
+        closed = tuple(name for name, x in self.elements.items() if rows.standing(x) not in ("open", "inside"))
+        most = min(len(self.elements), len(self.resolved.speeds)) if len(self.elements) <= _MANY else 1
+        every = (each for size in range(most + 1) for each in combinations(self.elements, size))
+        return [closed, *(each for each in every if each != closed)]
+
+    @cached_property
+    def _scale(self) -> Scale:
+        """The sizes at the start: in a position all may be at the origin."""
+        return rows_at(self.resolved, self.begin).scale
+
+    @cached_property
+    def declared(self) -> Mechanism:
+        """The mechanism without friction."""
+        return _smooth(self.resolved)
+
+    @cached_property
+    def _searches(self) -> dict[Closed, Search]:
+        return {}
+
+    def search(self, closed: Closed) -> Search:
+        """Return the search in the mechanism in which some elements are closed, from the start or one beside it."""
+        if closed not in self._searches:
+            mechanism = placed(self.declared, Mode(dict.fromkeys(closed, ACTIVE)))
+            begun = started(mechanism, self.declared.relative or self.declared, self.own)
+            search = search_from(mechanism, begun, self.formalism)
+            near = closed_near(search.rows, np.array(begun.q, dtype=float))
+            self._searches[closed] = (
+                search if near is None else replace(search, places=replace(search.places, start=near))
+            )
+        return self._searches[closed]
+
+    def _rest(self, q: Floats, closed: Closed) -> Rest | None:
+        """Return a position as one of rest, None where something is inside of another, or does not press or pull."""
+        there = replace(self.begin, q=tuple(q.tolist()), u=(0.0,) * len(self.begin.u))
+        rows = rows_at(self.resolved, there, self._scale)
+        standing = {name: rows.standing(x) for name, x in self.elements.items()}
+        if "inside" in standing.values() or any(standing[name] == "open" for name in closed):
+            return None
+        touching = tuple(name for name, how in standing.items() if how == "touching")
+        pressing = next((names for names in (touching, closed) if self._presses(q, names)), None)
+        if pressing is None:
+            return None
+        closed = pressing
+        search = self.search(self._independent(closed, q))
+        return Rest(q, closed, tuple(name for name in touching if name not in closed), search.free(q), search)
+
+    def _independent(self, closed: Closed, q: Floats) -> Closed:
+        """Return as many of a set as hold the same at a position: where rows depend on each other slopes are noise."""
+        search = self.search(closed)
+        names = [row.name for row in search.mechanism.rows]
+        own = [names.index(self.elements[name].normals[0].name) for name in closed]
+        others = [k for k in range(len(names)) if k not in own]
+        leading = leading_columns(search.flow.jacobian(q)[[*others, *own]].T, SLOPES) if own else []
+        return tuple(name for k, name in enumerate(closed) if len(others) + k in leading)
+
+    def _presses(self, q: Floats, closed: Closed) -> bool:
+        """Return whether forces hold a position with which all of a set press or pull; they need not be unique."""
+        search = self.search(closed)
+        names = [row.name for row in search.mechanism.rows]
+        places = [names.index(self.elements[name].normals[0].name) for name in closed]
+        try:
+            forces, jacobian = search.flow.multipliers(q), search.flow.jacobian(q)
+        except UNDEFINED:
+            return False
+        size = float(np.abs(forces).max(initial=0.0))
+        return bool((forces[places] > _PRESSES * size).all()) or _least(jacobian, forces, places) > _PRESSES * size
+
+
+def _all_sets(mechanism: Mechanism) -> int:
+    """Return how many sets there are of what may close, of no more elements than there are speeds."""
+    count = sum(x.unilateral for x in mechanism.one_way)
+    return sum(comb(count, size) for size in range(min(count, len(mechanism.speeds)) + 1))
+
+
+def _least(jacobian: Floats, forces: Floats, places: Sequence[int]) -> float:
+    """Return how large the least of some rows' forces can be, where other forces (nr) of all do the same; at most 1."""
+    size = float(np.abs(forces).max(initial=0.0)) or 1.0
+    equal = np.hstack([jacobian.T, np.zeros((jacobian.shape[1], 1))])
+    below = np.zeros((len(places), len(forces) + 1))
+    below[range(len(places)), places], below[:, -1] = -1.0, 1.0
+    found = linear_program(
+        np.append(np.zeros(len(forces)), -1.0),
+        [*[(None, None)] * len(forces), (None, 1.0)],
+        below=(below, np.zeros(len(places))),
+        equal=(equal, jacobian.T @ forces / size),
+    )
+    return float(found.x[-1]) * size if found.status == 0 else -np.inf
+
+
+def stands(search: Search, q: Floats) -> bool:
+    """Return whether in a position of rest all is open or closed as in the mode of the mechanism, and none pulls."""
+    mechanism = search.mechanism
+    if mechanism.mode is None:
+        return True
+    scale = one_way_rows(mechanism, search.places.motion(search.places.start)).scale
+    rows = one_way_rows(mechanism, search.places.motion(q), scale)
+    names = [row.name for row in mechanism.rows]
+    try:
+        forces = search.flow.multipliers(q)
+    except UNDEFINED:
+        return False
+    least = -_PRESSES * float(np.abs(forces).max(initial=0.0))
+    for element in (x for x in mechanism.one_way if x.unilateral):
+        closed = mechanism.mode.acts(element)
+        how, row = rows.standing(element), element.normals[0].name
+        if how == "inside" or (closed and (how == "open" or (row in names and not forces[names.index(row)] >= least))):
+            return False
+    return True
+
+
+def _smooth(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism without friction; what rolls goes on rolling."""
+    relative = None if mechanism.relative is None else _smooth(mechanism.relative)
+    elements = tuple(x if _rolls(x) else replace(x, frictions=()) for x in mechanism.one_way if x.unilateral)
+    return replace(mechanism, one_way=elements, relative=relative)
+
+
+def _rolls(element: OneWay) -> bool:
+    return element.kind == "contact" and element.path[0] == "constraints"
+
+
+def _one(rest: Rest, other: Rest) -> bool:
+    """Return whether two positions are one, or of one family."""
+    return other.search.places.same(rest.q, other.q, other.free)

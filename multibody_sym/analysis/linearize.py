@@ -1,0 +1,385 @@
+"""Linearisation about a motion: x' = A x + B w in independent deviations and speeds, by exact derivatives.
+
+Deviations and what constraints leave of them are those of `deviations`. Steady motions (a bicycle that rolls on) are
+linearised like equilibria: A is constant (`steadiness`). Where it is not, and the motion repeats itself, multipliers
+tell what eigenvalues cannot (`periodic`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from sys import float_info
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.analysis.deviations import NO_EIGENVALUES, Flow, constancy_of
+from multibody_sym.analysis.state_asked_about import begin_at, number_asked, told_of
+from multibody_sym.derivation.routes import verify_formalism
+from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
+from multibody_sym.dynamics.start.start import Start, verify_regular_start
+from multibody_sym.dynamics.start.state import examined_state
+from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where, brief
+from multibody_sym.errors import at as under
+from multibody_sym.mechanics.changes import Changes, with_settings
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.fields import Scalar
+from multibody_sym.model.system import System
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.elimination import eigenvalues, without_rounding
+
+if TYPE_CHECKING:
+    from scipy.integrate import DOP853
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Periodic motions: the multipliers by which small deviations grow over one period (Floquet).
+#
+# Where A is not constant its eigenvalues say nothing. The equations of deviations, z' = F(t) z, are integrated beside
+# the motion itself; with X spanning the constraints' tangents at the start and P picking the independent components,
+# the multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is larger than one.
+
+
+_RTOL: Final = 1e-10
+_REPEATS: Final = 1e-6
+_MOST_STEPS: Final = 100_000
+"""Steps over a period: about five minutes of a small mechanism."""
+_PACE: Final = 1000
+"""Steps after each of which it is foreseen how many a period takes."""
+_MARGIN: Final = 10
+"""How many times the most steps may be foreseen: a start may take shorter ones than the rest of the period."""
+
+
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """The `multipliers` of small changes of `states` over one `period` (s), the largest first."""
+
+    states: tuple[str, ...]
+    period: float
+    multipliers: npt.NDArray[np.complex128]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `linearize --period --json` prints."""
+        found = [[float(x.real), float(x.imag)] for x in self.multipliers]
+        return {"states": list(self.states), "period": self.period, "multipliers": found}
+
+
+def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multipliers:
+    """Return the multipliers over one period (s) of the motion from a state at t = 0.
+
+    Raises NoSolutionError where the motion cannot be followed, or does not repeat itself in all that A depends on.
+    """
+    from scipy.integrate import DOP853  # scipy takes longer to import than most linearizations take
+
+    found, tangents = flow.linearized(q, u), flow.tangents(q, u)
+    sizes = len(q), len(u), len(tangents.places)
+
+    def rates(t: float, y: Floats) -> Floats:
+        at, speeds, Z = _parts(y, sizes)
+        known = flow.known(at, speeds, t)
+        by_state, _ = flow.derivatives(known)
+        return np.concatenate([*flow.rates(known), np.ravel(by_state @ Z)])
+
+    begin = np.concatenate([q, u, np.ravel(tangents.X)])
+    try:
+        at, speeds, Z = _parts(_followed(DOP853(rates, 0.0, begin, period, rtol=_RTOL, atol=_RTOL)), sizes)
+        known = flow.known(at, speeds, period)
+        by_state, _ = flow.derivatives(known)
+        there = by_state[tangents.places] @ flow.span(known, tangents.places)
+    except UNDEFINED as error:
+        raise NoSolutionError(f"the motion cannot be followed over a period ({error})", number="N111") from None
+    missed = float(np.abs(there - found.A).max(initial=0.0))
+    if missed > _REPEATS * max(1.0, float(np.abs(found.A).max(initial=0.0))):
+        raise NoSolutionError(
+            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first",
+            number="N111",
+        )
+    values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
+    return Multipliers(found.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
+
+
+def _followed(taking: DOP853) -> Floats:
+    """Return the state at the end of a period. Raises NoSolutionError where steps become too small, or too many."""
+    count, before = 0, 0.0
+    while taking.status == "running":
+        taking.step()
+        count += 1
+        if count % _PACE == 0 and taking.status == "running":
+            foreseen = count + _PACE * (taking.t_bound - taking.t) / max(taking.t - before, float_info.min)
+            if count >= _MOST_STEPS or foreseen > _MARGIN * _MOST_STEPS:
+                raise _too_long(taking, count)
+            before = taking.t
+    if taking.status == "failed":
+        raise NoSolutionError(
+            f"the motion cannot be followed over a period past t = {taking.t:.6g} s: steps became too small, as where "
+            "a force or a constraint has no finite slope",
+            number="N105",
+        )
+    return np.asarray(taking.y, dtype=float)
+
+
+def _too_long(taking: DOP853, count: int) -> NoSolutionError:
+    return NoSolutionError(
+        f"a period of {taking.t_bound:g} s takes too many steps: {count} led to t = {taking.t:.6g} s, as the motion, "
+        "or a small deviation from it, changes that fast; give the shortest time after which the motion repeats itself",
+        number="N111",
+    )
+
+
+def _parts(y: Floats, sizes: tuple[int, int, int]) -> tuple[Floats, Floats, Floats]:
+    """Return q, u and Z (2 nu x m) from one vector."""
+    nq, nu, count = sizes
+    return y[:nq], y[nq : nq + nu], y[nq + nu :].reshape(2 * nu, count)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+At = Literal["equilibrium"] | Mapping[str, Any] | None
+"""Where a system is linearised, beside its start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linearization:
+    """x' = A x + B w for small changes x of `states` (m) and w of `inputs` (k): `A` (m x m), `B` (m x k).
+
+    States are coordinates and speeds by name; of a joint with a quaternion J the deviations `J.rx`, `J.ry`, `J.rz`
+    (rad), the rotation vector in the child's axes. `accelerations` (by speed) at the state itself: zero in an
+    equilibrium or a steady motion; `steady`: whether A is constant; where it is not, the system is let go from rest,
+    and A is that of the start. `left_out`: states that are not among `states`, as nothing depends on them and their
+    own rates are not constant. `shifts`: by how much given start values changed to satisfy the constraints. `rounding`
+    (m x m): what rounding may make of A. `driving_inputs` move constraints or joints by their rates too and have no
+    column in B. `at`: the coordinates and speeds of the state. `units`: the SI unit of each state, input, coordinate
+    and speed by name, empty where it is not known.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    A: Floats
+    B: Floats
+    accelerations: dict[str, float]
+    shifts: Mapping[str, float] = field(default_factory=dict)
+    steady: bool = True
+    left_out: tuple[str, ...] = ()
+    held_inputs: tuple[str, ...] = ()
+    rounding: Floats | None = None
+    at: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    driving_inputs: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        told = f"in {', '.join(brief(self.states))}" if self.states else "without states"
+        return f"<Linearization {told}{', by ' + ', '.join(brief(self.inputs)) if self.inputs else ''}>"
+
+    @property
+    def eigenvalues(self) -> npt.NDArray[np.complex128]:
+        """The eigenvalues of A, the least damped first, without what is rounding.
+
+        Raises NoSolutionError where A is not constant: its eigenvalues say nothing about the motion then.
+        """
+        return self._spectrum[0]
+
+    @property
+    def eigenvalue_errors(self) -> Floats:
+        """By how much rounding may have changed each of the eigenvalues."""
+        return self._spectrum[1]
+
+    @cached_property
+    def _spectrum(self) -> tuple[npt.NDArray[np.complex128], Floats]:
+        if not self.steady:
+            raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the state in which it begins", number="N111")
+        values, errors = eigenvalues(self.A, np.zeros_like(self.A) if self.rounding is None else self.rounding)
+        order = np.lexsort((values.imag, -values.real))
+        return values[order], errors[order]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `linearize --json` prints; eigenvalues are empty where A is not constant."""
+        found = [[float(x.real), float(x.imag)] for x in self.eigenvalues] if self.steady else []
+        return {
+            "states": list(self.states),
+            "inputs": list(self.inputs),
+            "A": self.A.tolist(),
+            "B": self.B.tolist(),
+            "eigenvalues": found,
+            "steady": self.steady,
+            "left_out": list(self.left_out),
+            "held_inputs": list(self.held_inputs),
+            "accelerations": self.accelerations,
+            "shifts": dict(self.shifts),
+            "at": dict(self.at),
+            "units": dict(self.units),
+            "driving_inputs": list(self.driving_inputs),
+        }
+
+
+def linearize(
+    system: System,
+    *,
+    at: At = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Linearization:
+    """Return the linearisation of a system about its start, in coordinates of its joints, whatever `coordinates` are.
+
+    `at` another state: "equilibrium", the position of rest that is found first from the start, or values of coordinates
+    and speeds by name, around which constraints are closed and all else stays as at the start.
+    Inputs that change with time are held at their values at t = 0. `parameters` .. `project`: what the call changes of
+    the system (`Changes`); `formalism` by name, None for the cheapest.
+    Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
+    there, or it moves such that A is not constant, by name.
+    """
+    return _linearized(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
+
+
+@on_numbers
+def _linearized(system: System, formalism: str | None, place: At) -> Linearization:
+    flow, begin = flow_at(system, formalism, place)
+    q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
+    state = _by_name(flow.mechanism, begin)
+    with told_of(place):
+        found = settled(flow, q, u)
+    return replace(found, shifts=begin.shifts, held_inputs=_changing(flow.mechanism), at=state)
+
+
+def _by_name(mechanism: Mechanism, begin: Start) -> dict[str, float]:
+    """Return the coordinates and speeds of a state."""
+    names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
+    return dict(zip(names, (*begin.q, *begin.u), strict=True))
+
+
+def period_multipliers(
+    system: System,
+    period: Any,
+    *,
+    at: At = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Multipliers:
+    """Return the multipliers over one period (s) of small deviations from the motion that begins at the start.
+
+    For motions that repeat themselves, in which A is not constant. Inputs that change with time are held. The period is
+    given as the `t_end` of a run is: a number, an expression of parameters, or text such as `2*pi*sqrt(l/g)`. All other
+    arguments as for `linearize`.
+    Raises InputError, and NoSolutionError where there is no start, the motion does not repeat itself, or a period takes
+    too many steps.
+    """
+    with under("period"):
+        asked = Scalar("s").accept(period)
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    return _multiplied(with_settings(changed, {"t_end": asked}), formalism, at)
+
+
+@on_numbers
+def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers:
+    """Return the multipliers over `t_end`: so the period is looked at as that is."""
+    try:
+        flow, begin = flow_at(system, formalism, place)
+    except InputError as error:
+        if error.where.path == ("simulation", "t_end"):
+            error.where = Where(path=("period",))
+        raise
+    with under("period"):
+        period = number_asked(system.simulation.t_end, flow.mechanism, begin)
+        if not period > 0.0:
+            raise ModelError(f"a period is a positive time, got {period:g}", number="M109")
+    with told_of(place):
+        return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
+
+
+def flow_at(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
+    """Return the flow in coordinates of joints and its start, or the state at another place, which is regular."""
+    verify_formalism(formalism)
+    resolved, first = examined_state(system).in_joints
+    _verify_directions(resolved)
+    with told_of(place):
+        begin = begin_at(system, resolved, first, place, formalism)
+        verify_regular_start(resolved, begin, "the start" if place is None else "the state")
+        flow = Flow(resolved, begin.parameters, formalism)
+        if not _has_slopes(flow, begin):
+            blame_numbers(system)
+            raise _without_slopes(flow, begin)
+    return flow, begin
+
+
+def _verify_directions(resolved: Mechanism) -> None:
+    """Raise NoSolutionError where slip in space begins: its friction has a direction there, and no slopes."""
+    starting = resolved.mode.directions if resolved.mode is not None else {}
+    element = next((x for x in resolved.one_way for part in x.frictions if part.name in starting), None)
+    if element is not None:
+        raise NoSolutionError(
+            f"{element.name} begins to slip in space, and the direction of its friction has no derivative where "
+            "nothing slides yet; give it a speed (initial: {u: ..})",
+            where=Where(path=element.path),
+            number="N111",
+        )
+
+
+def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
+    """Return the error that A has no finite value in a state, with the row or force for which it has none."""
+    loads, row = flow.mechanism.loads, flow.row_without_slopes(flow.known(begin.q, begin.u))
+    if row is not None:
+        name = flow.mechanism.rows[row].name
+        why = f"what {name} asks of accelerations has no derivative there; choose one beside it"
+        where = Where(path=flow.mechanism.row_path(row))
+        return NoSolutionError(f"A has no finite value in this state: {why}", where=where, number="N105")
+    for load in loads:
+        without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
+        if _has_slopes(replace(flow, mechanism=without), begin):
+            message = f"A has no finite value in this state: {load.name} has no derivative there; choose one beside it"
+            return NoSolutionError(message, where=Where(path=load.path), number="N111")
+    return NoSolutionError(
+        "A has no finite value in this state: a force or an input has no derivative there", number="N105"
+    )
+
+
+def _has_slopes(flow: Flow, begin: Start) -> bool:
+    known = flow.known(begin.q, begin.u)
+    try:
+        return all(np.isfinite(x).all() for x in (*flow.derivatives(known), *flow.restrictions(known)))
+    except UNDEFINED:
+        return False
+
+
+def settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
+    """Return the linearisation without states that move and matter to nothing, verified to be constant."""
+    found = flow.linearized(q, u)
+    constancy = constancy_of(flow, q, u)
+    if not constancy.constant and constancy.reason:
+        raise NoSolutionError(constancy.reason, number="N111")
+    keep = [k for k in range(len(found.states)) if k not in constancy.left_out]
+    names, driving = list(flow.mechanism.inputs), flow.mechanism.driving_inputs
+    return Linearization(
+        states=tuple(found.states[k] for k in keep),
+        inputs=tuple(name for name in names if name not in driving),
+        A=without_rounding(found.A, constancy.rounding)[np.ix_(keep, keep)],
+        B=found.B[np.ix_(keep, [k for k, name in enumerate(names) if name not in driving])],
+        driving_inputs=driving,
+        accelerations=found.accelerations,
+        steady=constancy.constant,
+        left_out=tuple(found.states[k] for k in sorted(constancy.left_out)),
+        rounding=constancy.rounding[np.ix_(keep, keep)],
+        units=_units(flow.mechanism, found.states),
+    )
+
+
+def _units(resolved: Mechanism, states: Sequence[str]) -> dict[str, str]:
+    """Return the units of states, of which those of quaternions are rotation vectors, and of inputs."""
+    told = MechanismUnits(resolved)
+    return {**dict.fromkeys(states, "rad"), **told.inputs, **told.state}
+
+
+def _changing(resolved: Mechanism) -> tuple[str, ...]:
+    return tuple(name for name, node in resolved.inputs.items() if TIME in leaves([node], "slot"))

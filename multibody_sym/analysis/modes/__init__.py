@@ -1,0 +1,1 @@
+"""Small motions: modes and amplitudes, in numbers and in formulas."""

@@ -1,0 +1,60 @@
+"""`modes`: small motions about an equilibrium or a steady motion: M, C, K, frequencies and normal modes as formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from multibody_sym.analysis.linearize import At
+from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
+from multibody_sym.analysis.modes.record import Modes
+from multibody_sym.analysis.modes.small_motion import SmallMotion
+from multibody_sym.dynamics.start.number_checks import numbers_of
+from multibody_sym.errors import at as under
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.model.argument_checks import text
+from multibody_sym.model.system import System
+from multibody_sym.text.values import Value
+
+
+def modes(
+    system: System,
+    *,
+    at: At = None,
+    period: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Modes:
+    """Return the small motions of a system about its start, in formulas as far as there are any.
+
+        M x'' + C x' + K x = 0        det(K - omega^2 M) = 0
+
+    The start if it is an equilibrium or a steady motion, else the one found beside it (`Modes.found`), a stable one
+    if there is any; `at` another state, as for `linearize`. In a steady motion the momenta of cyclic coordinates are
+    held (Routh). Frequencies are ordered by size at the declared parameters. With dampers and more freedoms than one,
+    frequencies are those without them. `period`: a coordinate whose period in the motion from the start is told too
+    (`Modes.period`), whatever its amplitude: a number, whose accuracy is told. `parameters` .. `project`: what the call
+    changes of the system (`Changes`); `formalism` for the numbers.
+    Raises InputError, and NoSolutionError where there is no such state or nothing is free to move.
+    """
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(asked):
+        found = SmallMotion.of(asked, formalism, at).told()
+        if period is None:
+            return found
+        with under("period"):
+            return _with_period(found, asked, text("period", period))
+
+
+def _with_period(found: Modes, asked: System, coordinate: str) -> Modes:
+    try:
+        period = period_of(asked, coordinate)
+        told = (*found.notes, f"the period of {coordinate} is known {period.how}")
+        return replace(found, period=period.value, notes=told)
+    except NoPeriodError as reason:
+        return replace(found, period=Value(None, None, "s"), notes=(*found.notes, f"no period is told: {reason}"))

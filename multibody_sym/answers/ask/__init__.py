@@ -1,0 +1,1 @@
+"""What is asked under `ask`: values now and later, extremes, for which value something happens."""

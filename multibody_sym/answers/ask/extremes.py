@@ -1,0 +1,430 @@
+"""The largest and least value of an expression over a motion, and when it is reached."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from multibody_sym.answers.ask.from_runs import ASKED, Simulated
+from multibody_sym.mechanics.mechanism import TIME
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.fields import Names
+from multibody_sym.model.settings import Ask
+from multibody_sym.motion.prepare.records import Part
+from multibody_sym.motion.prepare.run_labels import Alone, Told
+from multibody_sym.motion.results.integrals import Adding, FineLeg, told
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves, postorder, table
+from multibody_sym.scalars.node import Node, negate, slot
+from multibody_sym.scalars.sign_changes import is_condition, known_zeros, switching_functions
+from multibody_sym.scalars.tabulated import Tabulated
+
+# ----------------------------------------------------------------------------------------------------------------------
+# When speeds, forces, inputs or an asked expression bend or jump along a run: it may have its extreme there.
+
+
+_BESIDE: Final = 1
+"""So many samples on each side of two between which a function changes its sign tell when."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where a `function` of the state changes its sign: about at `t`, `between` two samples."""
+
+    function: Node
+    t: float
+    between: tuple[float, float]
+
+
+def bends(run: Trajectory) -> dict[float, Crossing | None]:
+    """Return the times in a run at which speeds, forces, inputs or what is asked bend or jump, rising.
+
+    Those of impacts and changes of state are known, those that follow from time and parameters alone are exact, others
+    have a crossing: they are as good as a cubic through four samples.
+    """
+    mechanism = run.ready.mechanism
+    asked = [mechanism.outputs[ASKED]] if ASKED in mechanism.outputs else []
+    functions = dict.fromkeys([*mechanism.kinks, *switching_functions(asked), *_knots(mechanism.inputs.values())])
+    known = {slot("parameters", k): float(x) for k, x in enumerate(run.parameters)}
+    begin, end = float(run.t[0]), float(run.t[-1])
+    found: dict[float, Crossing | None] = {}
+    moving = []
+    for g in functions:
+        timed = all(leaf is TIME or leaf in known for leaf in leaves([g], "slot"))
+        zeros = known_zeros(g, TIME, known) if timed and not leaves([g], "quantity") else None
+        if zeros is not None:
+            found.update((t, None) for t in zeros if begin < t < end)
+        elif not leaves([g], "quantity"):
+            moving.append(g)
+    for g, values in zip(moving, _along(run, moving), strict=True):
+        found = {**{t: Crossing(g, t, between) for t, between in _changes_of_sign(run.t, values)}, **found}
+    found.update((float(change["t"]), None) for change in run.changes)
+    return dict(sorted(found.items()))
+
+
+def _knots(inputs: Iterable[Node]) -> Iterator[Node]:
+    """Yield the functions that change their signs at knots of splines, at which accelerations that they drive bend."""
+    for n in postorder(inputs):
+        if n.op == "table" and n.data[0].kind == "cubic":
+            yield table(Tabulated(n.data[0].name, n.data[0].rows, "knots"), 0, n.args[0])
+
+
+def _along(run: Trajectory, functions: Sequence[Node]) -> Iterator[Floats]:
+    """Yield functions of the state at the samples of a run."""
+    if not functions:
+        return
+    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    states = zip(run.t.tolist(), run.q.tolist(), run.u.tolist(), strict=True)
+    rows = [state_of(mechanism, float, t, q, u, parameters).values(functions) for t, q, u in states]
+    yield from np.array(rows, dtype=float).T
+
+
+def _changes_of_sign(t: Floats, y: Floats) -> Iterator[tuple[float, tuple[float, float]]]:
+    """Yield about when a function changes its sign, and the samples beside that."""
+    for k in np.flatnonzero(y[:-1] * y[1:] < 0.0):
+        near = slice(max(k - _BESIDE, 0), k + 2 + _BESIDE)
+        roots = Polynomial.fit(t[near], y[near], len(t[near]) - 1).roots()
+        inside = [float(x.real) for x in roots if x.imag == 0.0 and t[k] <= x.real <= t[k + 1]]
+        about = inside[:1] or [float(t[k] - y[k] * (t[k + 1] - t[k]) / (y[k + 1] - y[k]))]
+        yield about[0], (float(t[k]), float(t[k + 1]))
+    for k in np.flatnonzero(y[1:-1] == 0.0) + 1:
+        yield float(t[k]), (float(t[k - 1]), float(t[k + 1]))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Values of what is asked along a run, each on its own side of what bends or jumps there.
+
+
+_ROUNDED: Final = 1e-15
+
+
+class Sides:
+    """What is asked along a run, from its own stretches: another run would have its changes at times a little off."""
+
+    def __init__(self, run: Trajectory) -> None:
+        self._run, self._asked = run, run.ready.mechanism
+        self._stretches = [x for x in run.stretches if x.duration > 0.0]
+        self._starts = np.array([x.problem.start for x in self._stretches])
+        self._times: dict[Crossing, float] = {}
+
+    def value(self, t: float) -> float:
+        """Return the value at a time."""
+        return self._value(self._at(t), t)
+
+    def beside(self, change: float, side: int) -> float:
+        """Return the value before (side < 0) or behind a change of state.
+
+        Its time is when it was, which may be a little off that at which a stretch ended and the next began.
+        """
+        k = int(np.argmin(np.abs(self._starts - change)))
+        if side > 0 or k == 0:
+            return self._value(k, max(change, float(self._starts[k])))
+        return self._value(k - 1, self._stretches[k - 1].until)
+
+    def _value(self, k: int, t: float) -> float:
+        """Return the value at a time in a stretch."""
+        stretch = self._stretches[k]
+        time, q, u = self._state(stretch, t)
+        own = Told(Alone(stretch.mechanism)), stretch.compiled, stretch.problem.parameters
+        part = Part(*own, np.array([time]), q[None], u[None], stretch.problem.modes)
+        if ASKED in part.told.outputs:
+            return float(part.evaluated("outputs")[0][0, part.told.outputs.index(ASKED)])
+        if ASKED not in self._asked.run_outputs:
+            return float("nan")
+        adding, middle = Adding(self._asked.run_outputs), stretch.problem.start + stretch.duration / 2
+        jumps = [] if self._run.modes is None else self._run.modes.added(adding.leaves)
+        before = [(-np.inf, more) for at, more in jumps if at < middle]
+        return float(told(adding, self._run.stretches, [part], before)[ASKED][0])
+
+    def when(self, crossing: Crossing) -> float:
+        """Return when a function crosses zero, to rounding."""
+        if crossing not in self._times:
+            self._times[crossing] = self._crossed(crossing)
+        return self._times[crossing]
+
+    def _crossed(self, crossing: Crossing) -> float:
+        from scipy.optimize import brentq  # scipy takes longer to import than most answers take
+
+        def value(t: float) -> float:
+            stretch = self._stretches[self._at(t)]
+            time, q, u = self._state(stretch, t)
+            known = time, q.tolist(), u.tolist(), self._run.parameters.tolist()
+            return float(state_of(stretch.mechanism, float, *known).values([crossing.function])[0])
+
+        low, high = crossing.between
+        if not value(low) * value(high) < 0.0:
+            return crossing.t
+        return float(brentq(value, low, high, xtol=_ROUNDED * high, rtol=4.0 * np.finfo(float).eps))
+
+    def _at(self, t: float) -> int:
+        """Return the number of the stretch at a time."""
+        return max(int(np.searchsorted(self._starts, t, side="right")) - 1, 0)
+
+    @staticmethod
+    def _state(stretch: FineLeg, t: float) -> tuple[float, Floats, Floats]:
+        """Return a time in a stretch, and the coordinates and speeds then."""
+        time, problem = min(t, stretch.until), stretch.problem
+        return max(time, problem.start), *stretch.at(time)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_EXTREMES_BESIDE: Final = 4
+"""So many samples on each side of the extreme one make the polynomial that is searched."""
+_REAL: Final = 1e-9
+_SAME: Final = 100
+"""By so many tolerances of what a value spans what is reached first may fall short of the extreme, as runs err."""
+_LIKELY: Final = 1e-6
+"""The same for what the polynomials through samples tell."""
+_APART: Final = 1e-14
+"""The part of a run beside a jump at which the values before and behind it are looked for."""
+_MOST_PEAKS: Final = 200
+_MOST_UNSURE: Final = 20
+"""So many places at which few samples tell little are looked at, those that seem largest."""
+_EXACTLY: Final = 3
+"""So many of the likely times are compared by runs that end there."""
+_UNTIL: Final = "until"
+_LEFT_OUT: Final = "it has no value at some of the time, which is left out"
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme value and the time at which it is reached, first if more than once; `told`: what it rests on."""
+
+    value: float
+    t: float
+    told: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A time `t` that may have the extreme, before (`side` -1) or behind (1) a bend or jump there; 0 where none is.
+
+    It is about `value`, and may be larger by `unsure` where few samples tell.
+    """
+
+    t: float
+    value: float
+    side: int = 0
+    unsure: float = 0.0
+
+    @property
+    def most(self) -> float:
+        """The largest value that there may be."""
+        return self.value + self.unsure
+
+
+def extreme(motion: Simulated, question: Ask) -> Extreme | None:
+    """Return the extreme of a question, from its `after` to its `until` or the end of the run; None if that is before.
+
+    The samples tell where to look, a polynomial through those near by when, and the run to that time how much.
+    """
+    largest = question.max is not None
+    run, is_cut_off = _searched(motion, question)
+    begin = 0.0 if question.after is None else motion.number(question.after)
+    y = run[ASKED]
+    inside = (run.t >= begin) & np.isfinite(y)
+    if not inside.any():
+        return None
+    rounding, changes = motion.rtol * float(np.ptp(y[inside])), bends(run)
+    likely = _likely(run, y, inside, begin, list(changes))
+    found = _first(likely, _Reached(run, changes, rounding), rounding)
+    told = _cut_off(run, found.t, "largest" if largest else "least") if is_cut_off else ()
+    told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
+    return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
+
+
+def size(motion: Simulated, question: Ask) -> float:
+    """Return the largest absolute value in the run that is searched for an extreme."""
+    y = _searched(motion, question)[0][ASKED]
+    return float(np.abs(y[np.isfinite(y)]).max(initial=0.0))
+
+
+def _searched(motion: Simulated, question: Ask) -> tuple[Trajectory, bool]:
+    """Return the run that is searched for what is to be largest, and whether nothing but its time ends that."""
+    return _run(motion, question.max if question.max is not None else negate(_given(question.min)), question)
+
+
+class _Reached:
+    """The time and value of each place, as a run has them."""
+
+    def __init__(self, run: Trajectory, changes: Mapping[float, Crossing | None], rounding: float) -> None:
+        self._sides, self._changes, self._rounding = Sides(run), changes, rounding
+        self._ends = {float(run.t[k]): float(run[ASKED][k]) for k in (0, -1)}
+        self._apart = _APART * run.t_final
+        self.states = {float(change["t"]) for change in run.changes}
+        self._known: dict[_Place, tuple[float, float]] = {}
+
+    def __call__(self, place: _Place) -> tuple[float, float]:
+        """Return the time and the value; what has none is least."""
+        if place not in self._known:
+            t, value = self._of(place)
+            self._known[place] = t, -np.inf if np.isnan(value) else value
+        return self._known[place]
+
+    def _of(self, place: _Place) -> tuple[float, float]:
+        t, side = place.t, place.side
+        if side == 0:
+            return t, self._ends[t] if t in self._ends else self._sides.value(t)
+        if t in self.states:
+            return t, self._sides.beside(t, side)
+        crossing = self._changes[t]
+        t = t if crossing is None else self._sides.when(crossing)
+        at, beside = self._sides.value(t), self._sides.value(t + side * self._apart)
+        return t, max(at, beside) if abs(at - beside) <= _SAME * self._rounding else beside
+
+
+def _first(likely: list[_Place], reached: _Reached, rounding: float) -> Extreme:
+    """Return the largest value, and the first of the `likely` times that have it.
+
+    Where a mode ends a run is a little beyond what ends it: of values that differ by no more than `rounding` those
+    within a mode count before those with which one begins, and these before those with which one ends.
+    """
+    best = sorted(likely, key=lambda each: -each.value)[:_EXACTLY]
+    best += [*sorted(likely, key=lambda each: -each.most)[:_EXACTLY], likely[-1]]
+    largest = max(reached(place)[1] for place in best)
+    alike = [place for place in best if reached(place)[1] >= largest - rounding]
+    clear = max(alike, key=lambda place: (_clearness(place, reached.states), reached(place)[1]))
+    value = reached(clear)[1]
+    for place in likely:
+        t, here = reached(place)
+        if here >= largest - _SAME * rounding:
+            return Extreme(here if here > largest else value, t)
+    raise AssertionError("one of the best is among them")
+
+
+def _clearness(place: _Place, states: Collection[float]) -> int:
+    return 2 if place.t not in states else max(place.side, 0)
+
+
+def _cut_off(run: Trajectory, time: float, which: str) -> tuple[str, ...]:
+    """Return what is to be said of an extreme at the end of a run that nothing ended but its time."""
+    if time < float(run.t[-1]):
+        return ()
+    more = "larger" if which == "largest" else "smaller"
+    end = f"the {which} value is that at the end of the run, t_end = {run.t_final:.6g} s"
+    return (f"{end}: a longer one (simulation: t_end) may show a {more} one",)
+
+
+def _given(node: Node | None) -> Node:
+    assert node is not None
+    return node
+
+
+def _run(motion: Simulated, asked: Node, question: Ask) -> tuple[Trajectory, bool]:
+    """Return the run that is searched, and whether nothing but its time ends it."""
+    until = question.until
+    if isinstance(until, Node) and not is_condition(until):
+        return motion.along(asked, motion.number(until)), False
+    if until is None or isinstance(until, Node):
+        run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: until}))
+        return run, run.stop is None
+    time = motion.moment(until) or None  # a state that is there from the start ends nothing
+    return motion.along(asked, time), time is None
+
+
+def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float, changes: list[float]) -> list[_Place]:
+    """Return the places at which the largest value may be first, in their order.
+
+    The begin, the end, where the polynomials through samples turn back, and both sides of changes and bends.
+    """
+    looked = np.where(inside, y, -np.inf)
+    top, first = int(np.argmax(looked)), int(np.argmax(run.t >= begin))
+    legs, little = _Legs(run, y, looked, changes), _LIKELY * float(np.ptp(y[inside]))
+    about = 0.0 if run.t[first] == begin else float(legs.rises[first])
+    found = [_Place(begin, float(np.interp(begin, run.t, y)), unsure=about), legs.sample(len(y) - 1)]
+    if not np.isfinite([place.value for place in found]).all():
+        found.append(legs.sample(top))
+    unseen = dict[tuple[float, float], None]()
+    for k in legs.peaks(top, little):
+        found += legs.places(k)
+        unseen.update(dict.fromkeys(legs.without_samples(k) if y[k] >= y[top] - little else ()))
+    found = [place for place in found if place.t >= begin and np.isfinite(place.value)]
+    least = max(place.value for place in found) - little
+    for n, (a, b) in enumerate(unseen):
+        found += [_Place(a, least, 1, np.inf), _Place(b, least, -1, np.inf)]
+        found += [_Place((a + b) / 2, least, unsure=np.inf)] if n < _EXACTLY else []
+    likely = [x for x in found if x.value >= least]
+    unsure = [x for x in found if x.value < least <= x.most]
+    likely += sorted(unsure, key=lambda x: -x.value)[:_MOST_UNSURE]
+    by_time = {(x.t, x.side): x for x in sorted(likely, key=lambda x: x.most)}
+    return sorted(by_time.values(), key=lambda x: (x.t, x.side))
+
+
+class _Legs:
+    """The samples of a run between `changes`; where samples are `looked` at is the largest value looked for."""
+
+    def __init__(self, run: Trajectory, y: Floats, looked: Floats, changes: list[float]) -> None:
+        self.t, self.y, self.looked, self.changes = run.t, y, looked, changes
+        self.number = np.searchsorted(changes, run.t, side="right")
+        """Of each sample how many changes it has behind it: a change has the value before it, a sample there not."""
+        self.begins = np.r_[True, self.number[1:] != self.number[:-1]]
+        self.ends = np.r_[self.begins[1:], True]
+
+    def peaks(self, top: int, little: float) -> list[int]:
+        """Return samples near which the largest value may be: not less than those beside them, or beside a change."""
+        y, rises = self.looked, self.rises
+        before, after = np.r_[-np.inf, y[:-1]], np.r_[y[1:], -np.inf]
+        place = ((y > before) & (y >= after)) | self.begins | self.ends
+        found = np.flatnonzero(place & (y + rises >= y[top] - little))[:_MOST_PEAKS]
+        return sorted({*(int(k) for k in found), top})
+
+    @cached_property
+    def rises(self) -> Floats:
+        """How much more than at each sample there may be between it and the next: twice what it differs from those."""
+        with np.errstate(invalid="ignore"):
+            steps = np.abs(np.diff(self.looked))
+        steps = np.where(np.isfinite(steps), steps, 0.0)
+        own = np.where(self.begins[1:], 0.0, steps)
+        all_steps, own_steps = (np.maximum(np.r_[0.0, x], np.r_[x, 0.0]) for x in (steps, own))
+        rises: Floats = 2.0 * np.where(self.begins & self.ends, all_steps, own_steps)
+        return rises
+
+    def places(self, k: int) -> list[_Place]:
+        """Return where the polynomial through samples around one turns back, and its values at changes beside that."""
+        t, leg = self.t, self.number[k]
+        first = max(k - _EXTREMES_BESIDE, int(np.searchsorted(self.number, leg)))
+        last = min(k + _EXTREMES_BESIDE, int(np.searchsorted(self.number, leg, side="right")) - 1)
+        near, values = t[first : last + 1], self.y[first : last + 1]
+        if not np.isfinite(values).all():
+            return [self.sample(k)]
+        fitted = Polynomial.fit(near, values, len(near) - 1, domain=[near[0] - self.step, near[-1] + self.step])
+        low, high = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
+        found = list[_Place]()
+        if self.begins[k] and k:
+            low = self.changes[leg - 1]
+            found.append(_Place(low, float(fitted(low)), 1, self._unsure(near, k, low)))
+        if self.ends[k] and k < len(t) - 1:
+            high = self.changes[leg]
+            found.append(_Place(high, float(fitted(high)), -1, self._unsure(near, k, high)))
+        roots = fitted.deriv().roots() if len(near) > 2 else np.array([])
+        real = roots[np.abs(roots.imag) <= _REAL * (near[-1] - near[0])].real
+        found += [_Place(float(x), float(fitted(x))) for x in real if low <= x <= high]
+        return found if found and not (self.begins[k] or self.ends[k]) else [*found, self.sample(k)]
+
+    def sample(self, k: int) -> _Place:
+        """Return the place of a sample."""
+        return _Place(float(self.t[k]), float(self.y[k]))
+
+    def _unsure(self, near: Floats, k: int, change: float) -> float:
+        """Return how much more there may be at a change than the polynomial has that near samples make."""
+        return 0.0 if len(near) > 2 or change == self.t[k] else float(self.rises[k])
+
+    def without_samples(self, k: int) -> list[tuple[float, float]]:
+        """Return the changes near a sample between which there is none, in pairs."""
+        low, high = bisect_left(self.changes, self.t[k] - self.step), bisect_right(self.changes, self.t[k] + self.step)
+        pairs = pairwise(self.changes[low:high])
+        return [(a, b) for a, b in pairs if a < b and np.searchsorted(self.t, a) == np.searchsorted(self.t, b)]
+
+    @property
+    def step(self) -> float:
+        """The time between samples."""
+        return float(self.t[1] - self.t[0])

@@ -1,0 +1,533 @@
+"""Closed forms of what happens later: moments, values at them and extremes, where numbers have found them already.
+
+Along a course all coordinates and speeds are formulas of one variable: of the time, where equations of motion have
+known solutions; else, with one freedom and energy conserved, of the coordinate itself,
+
+    u^2 = 2 (E - V(q)) / M(q),
+
+M being the generalised mass. The value of the variable at the moment is a root near the number that is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import field, replace
+from functools import cached_property, reduce
+from typing import Final, NoReturn
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.inequalities import surely_positive
+from multibody_sym.algebra.quotient_functions import doubled, exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored, why_none
+from multibody_sym.algebra.roots import roots
+from multibody_sym.answers.ask.courses import InTime, least_conditions
+from multibody_sym.answers.ask.from_runs import Simulated
+from multibody_sym.answers.ask.linear_systems import Courses, shortest_course
+from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, anywhere, put_in
+from multibody_sym.answers.instant.instant import AGREEMENT, Solved
+from multibody_sym.derivation.symbolic_start import WORK, Acting
+from multibody_sym.errors import ExpressionError
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.model.fields import AXES
+from multibody_sym.model.settings import Ask
+from multibody_sym.model.states import VERBS, Moment, StateCondition
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.calculus import derivative
+from multibody_sym.scalars.elementary import BUILD, leaves
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import (
+    ONE,
+    TWO,
+    ZERO,
+    Node,
+    add,
+    as_node,
+    divide,
+    multiply,
+    negate,
+    quantity,
+    subtract,
+    symbol,
+)
+from multibody_sym.scalars.sign_changes import is_condition, switching_function
+from multibody_sym.text.parser import of_run
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Coordinates and speeds as formulas of one variable, and where on such a course something happens.
+
+
+_POLISHED: Final = 4
+_ZERO: Final = 1e-14
+_NEAR: Final = 1e-6
+"""How near, relative to its size or 1, a number must be to a root that it is taken for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
+
+    `known` gives the formula of each, None where it has none. `turning` vanishes where the speed does, if that is so at
+    the moment. `beside`: a value of the variable near by, at which formulas are simplified where they are no fractions
+    of zeros; None leaves them as they are. `used` are the formulas put in so far. Values rest on `signs` of moving
+    quantities, which say of parameters what `moving` holds.
+    """
+
+    there: Anywhere
+    variable: Node
+    known: Callable[[Node], InTime | None]
+    at: float
+    turning: Node | None = None
+    beside: float | None = None
+    used: dict[Node, InTime] = field(default_factory=dict)
+    signs: list[Quotient] = field(default_factory=list)
+    moving: list[str] = field(default_factory=list)
+
+    def along(self, asked: Node) -> Node:
+        """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
+        known = len(self.there.forms.field.positive)
+        found = self.there.of(asked)
+        self.signs.extend(x for x in self.there.forms.field.positive[known:] if not self.there.constant(x))
+        return self.put_in(found)
+
+    def put_in(self, asked: Quotient) -> Node:
+        """Return what there is at any state as a formula of the variable. Raises NoClosedFormError."""
+        found = book_form(doubled(asked))
+        for node in (x for x in leaves([found], "symbol") if x in self.there.variables - {self.variable}):
+            formula = self.known(node)
+            if formula is None:
+                raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
+            self.used[node] = formula
+        known = put_in(found, {node: each.formula for node, each in self.used.items()})
+        return known if self.beside is None else simplified(self.there, known, {self.variable: self.beside})
+
+    def granted(self) -> Iterator[str]:
+        """Yield what the formulas of time that were used take for granted of parameters, each once."""
+        used = [replace(each, until=None) for each in self.used.values()]
+        yield from dict.fromkeys((*(condition for each in used for condition in each.conditions()), *self.moving))
+
+    def place(self, zero: Node) -> Node:
+        """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError."""
+        solved = self.there.solved
+        at = self._polished(zero)
+        letters = {**solved.symbolic.letters, self.variable: Letter(self.variable, PRECISE.mpf(at))}
+        field = Field(WORK)
+        known = {node: field.letter(node, letter) for node, letter in letters.items()}
+        (equation,) = exact(field, [zero], known)
+        for root in roots(equation, self.variable):
+            if abs(evaluate_float([root], solved.sample)[0] - at) <= AGREEMENT * max(1.0, abs(at)):
+                return root
+        raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
+
+    def _polished(self, zero: Node) -> float:
+        """Return the root near `at`, to rounding."""
+        slope, x = derivative(zero, self.variable), self.at
+        sample = self.there.solved.sample
+        for _ in range(_POLISHED):
+            value, rate = evaluate_float([zero, slope], {**sample, self.variable: x})
+            x -= value / rate if rate else 0.0
+        if abs(x) <= _ZERO:
+            x = 0.0
+        if abs(x - self.at) > _NEAR * max(1.0, abs(self.at)):
+            raise NoClosedFormError("the formula vanishes elsewhere than the motion shows")
+        return x
+
+    def value(self, formula: Node, place: Node) -> Quotient:
+        """Return a formula of the variable at a place. Raises NoClosedFormError."""
+        field = Field(WORK)
+        known = {node: field.letter(node, letter) for node, letter in self.there.solved.symbolic.letters.items()}
+        signs = [put_in(self.put_in(sign), {self.variable: place}) for sign in self.signs]
+        found, *positive = exact(field, [put_in(formula, {self.variable: place}), *signs], known)
+        unsure = [x for x in positive if not surely_positive(field.whole(x.above * x.below))]
+        self.moving.extend(map(str, least_conditions(unsure)))
+        return found
+
+
+def simplified(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Node:
+    """Return an expression of parameters and of what has values near by in its book form. Raises NoClosedFormError."""
+    return book_form(doubled(in_letters(there, node, values)))
+
+
+def in_letters(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Quotient:
+    """Return the same as a quotient."""
+    letters = {**there.solved.symbolic.letters, **{x: Letter(x, PRECISE.mpf(y)) for x, y in values.items()}}
+    field = Field(WORK)
+    return exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Speeds of one freedom as formulas of a coordinate, by the energy that is conserved.
+#
+#     u^2 = 2 (E - V(q)) / M(q)
+#
+# M is the generalised mass. Other coordinates follow from the constraints, those at the place that a motion comes to.
+
+
+_SAME: Final = 1e-6
+"""How near a root is to the coordinate that it is taken for."""
+
+State = tuple[Sequence[float], Sequence[float]]
+
+
+def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
+    """Return the speed of the one freedom by its coordinate, with the sign of u; None where energy does not tell it."""
+    mechanism = there.solved.mechanism
+    if len(mechanism.coordinates) != 1 or len(mechanism.speeds) != 1 or mechanism.drives:
+        return None
+    coordinate, speed = symbol(mechanism.coordinates[0].name), symbol(mechanism.speeds[0].name)
+    motion, start = there.instant.motion, there.solved.nodes.motion
+    energy = as_node(kinetic_energy(start)), as_node(potential_energy(start))
+    moving, stored = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
+    mass = multiply(TWO, put_in(moving, {speed: ONE}))
+    if mass is ZERO or put_in(moving, {speed: ZERO}) is not ZERO or leaves([mass, stored], "symbol").count(TIME):
+        return None
+    granted = _energy_kept(there, mass, stored)
+    if granted is None:
+        return None
+    square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
+    along = _root(square, u)
+    known = {speed: InTime(along, granted)}
+    return Course(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
+
+
+def _root(square: Node, u: float) -> Node:
+    """Return the speed by its square, with the sign of u."""
+    root = BUILD["sqrt"](square)
+    return ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
+
+
+def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
+    """Return what M q'' + M' u^2/2 + V' = 0 takes for granted of parameters, None where it is not so."""
+    mechanism, granted = there.solved.mechanism, Granted()
+    coordinate, speed = symbol(mechanism.coordinates[0].name), symbol(mechanism.speeds[0].name)
+    try:
+        slopes = (derivative(mass, coordinate), derivative(stored, coordinate))
+        M, growth, slope = there.forms.of([mass, *slopes])
+        lost = M * there.forms.udot[0] + growth * there.letter(speed).power(2) / 2 + slope
+    except NoClosedFormError:
+        return granted
+    if lost.is_zero:
+        return granted
+    factors = (lost.field.whole(lost.field.in_ring(p)) for p, _ in factored(lost.above)[1])
+    zero = next((x for x in factors if there.constant(x) and granted.vanishes(x)), None)
+    return None if zero is None else granted
+
+
+def courses_on_curve(there: Anywhere, at: State, beside: State) -> Iterator[Course]:
+    """Yield the courses by each coordinate where constraints leave one freedom to several.
+
+    `at`: coordinates and speeds (n each) at the moment, `beside` those a little before, where all are regular.
+    """
+    mechanism = there.solved.mechanism
+    for k, coordinate in enumerate(mechanism.coordinates):
+        with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
+            course = _Curve(there, symbol(coordinate.name), beside).course(at[0][k], at[1][k])
+            if course is not None:
+                yield course
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """The curve of positions that constraints allow, by one coordinate, the `variable`, near a state `beside`."""
+
+    there: Anywhere
+    variable: Node
+    beside: State
+
+    @cached_property
+    def names(self) -> tuple[list[Node], list[Node]]:
+        """The coordinates and their rates."""
+        mechanism = self.there.solved.mechanism
+        return [symbol(x.name) for x in mechanism.coordinates], [symbol(x.name) for x in mechanism.speeds]
+
+    @cached_property
+    def values(self) -> dict[Node, float]:
+        """The values beside the moment."""
+        nodes, numbers = (*self.names[0], *self.names[1]), (*self.beside[0], *self.beside[1])
+        return dict(zip(nodes, numbers, strict=True))
+
+    @cached_property
+    def places(self) -> dict[Node, Node]:
+        """The other coordinates as formulas of the variable, as far as one row alone gives each: of those with phi."""
+        found: dict[Node, Node] = {}
+        waiting = [as_node(row.phi) for row in row_motions(self.there.instant.motion) if row.phi is not None]
+        while waiting:
+            count = len(waiting)
+            for zero in list(waiting):
+                zero_here = put_in(zero, found)
+                unknown = [x for x in leaves([zero_here], "symbol") if x in self.names[0] and x is not self.variable]
+                if len(unknown) == 1:
+                    found[unknown[0]] = self._place(zero_here, unknown[0])
+                    waiting.remove(zero)
+            if len(waiting) == count:
+                break
+        return found
+
+    def _place(self, zero: Node, unknown: Node) -> Node:
+        """Return the root of an equation of the variable and one unknown that is near its value."""
+        near = {x: self.values[x] for x in (self.variable, unknown)}
+        sample = {**self.there.solved.sample, **near}
+        for root in roots(in_letters(self.there, zero, near), unknown):
+            if abs(evaluate_float([root], sample)[0] - near[unknown]) <= _SAME * max(1.0, abs(near[unknown])):
+                return root
+        raise NoClosedFormError("a coordinate that constraints hold has no formula of another")
+
+    def course(self, q: float, u: float) -> Course | None:
+        """Return the course of all by the variable, which has the value q and the rate u at the moment."""
+        there, (coordinates, speeds) = self.there, self.names
+        speed = speeds[coordinates.index(self.variable)]
+        if set(self.places) != set(coordinates) - {self.variable} or there.solved.mechanism.drives:
+            return None
+        rates = {
+            speeds[coordinates.index(x)]: multiply(derivative(place, self.variable), speed)
+            for x, place in self.places.items()
+        }
+        held = {**self.places, **rates}
+        motion, start = there.instant.motion, there.solved.nodes.motion
+        moving, stored = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
+        if not self._keeps(add(moving, stored), held, speed):
+            return None
+        mass = multiply(TWO, put_in(put_in(moving, held), {speed: ONE}))
+        energy = add(as_node(kinetic_energy(start)), as_node(potential_energy(start)))
+        near = {self.variable: self.values[self.variable]}
+        square = simplified(there, divide(multiply(TWO, subtract(energy, put_in(stored, held))), mass), near)
+        along = _root(square, u)
+        formulas = {speed: along, **self.places, **{x: put_in(rate, {speed: along}) for x, rate in rates.items()}}
+        known = {x: InTime(formula, Granted()) for x, formula in formulas.items()}
+        turning = square if u == 0.0 else None
+        return Course(there, self.variable, known.get, q, turning, near[self.variable], used=dict(known))
+
+    def _keeps(self, energy: Node, held: Mapping[Node, Node], speed: Node) -> bool:
+        """Return whether the energy never changes on the curve, for whatever parameters and at any time."""
+        coordinates, speeds = self.names
+        rates = (*speeds, *map(as_node, self.there.instant.udot))
+        moves = zip((*coordinates, *speeds), rates, strict=True)
+        rate = reduce(add, (multiply(derivative(energy, x), moved) for x, moved in moves))
+        there = put_in(book_form(self.there.forms.of([rate])[0]), held)
+        near = {x: self.values[x] for x in (self.variable, speed)}
+        return TIME not in leaves([energy, there], "symbol") and in_letters(self.there, there, near).is_zero
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_BESIDE: Final = 0.9
+"""The part of the time to a moment at which a state is regular in which the motion may turn there."""
+_TURNS: Final = 1e-7
+"""The part of its largest value below which a speed is zero."""
+FOUND: Final = 1e-8
+"""How near, relative to it, a closed form must come to a number of runs."""
+_LONGEST: Final = 400
+"""Letters of a formula that tells more than its number does."""
+_SHORT: Final = 60
+"""Letters of a formula for which it is looked for no shorter one."""
+
+
+@dataclass(frozen=True, eq=False)
+class LaterForms:
+    """Closed forms of answers that runs of a solved system gave; `told` collects what they take for granted."""
+
+    solved: Solved
+    motion: Simulated
+    courses: Courses
+    told: list[str] = field(default_factory=list)
+
+    def of(self, question: Ask, number: Value, time: float) -> Node | None:
+        """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
+        if number.value is None or self.motion.changes_before(time * (1.0 - FOUND)) is not None:
+            return None
+        if any(of_run(node) for node in (question.value, question.max, question.min) if node is not None):
+            return None
+        if time == 0.0 and number.t is not None:
+            return self._at_start(question)
+        shortest: tuple[Node, list[str]] | None = None
+        for course in self._courses(time):
+            try:
+                found = self._confirmed(self._closed(course, question, time), number.value)
+                found = self._shorter(found, course, question)
+            except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
+                self.solved.reasons.setdefault(why_none(reason))
+                continue
+            if found is not None and (shortest is None or len(text(found)) < len(text(shortest[0]))):
+                shortest = found, list(course.granted())
+            if shortest is not None and len(text(shortest[0])) <= _SHORT:
+                break
+        if shortest is None:
+            return None
+        if len(text(shortest[0])) > _LONGEST:
+            self.solved.reasons.setdefault("the closed form is too long")
+            return None
+        self.told.extend(shortest[1])
+        return shortest[0]
+
+    def _at_start(self, question: Ask) -> Node | None:
+        """Return the extreme that is the value at the start."""
+        asked = _asked(question)
+        assert asked is not None
+        return self.solved.values(self.solved.asked(asked), {})[""].expression
+
+    def _courses(self, time: float) -> Iterator[Course]:
+        """Yield the courses that are known, at a time."""
+        mechanism, run = self.solved.mechanism, self.motion.until(time)
+        q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
+        there = anywhere(self.solved, q, u)
+        if there is None:
+            return
+        if self.courses.alone or len(q) > 1:
+            yield Course(there, TIME, self.courses.of, time)
+        fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
+        u = [0.0 if abs(x) <= _TURNS * most else x for x, most in zip(u, fastest, strict=True)]
+        if len(q) == len(u) == 1:
+            course = course_of_energy(there, q[0], u[0])
+            if course is not None:
+                yield course
+        elif len(q) == len(u) and mechanism.rows:
+            place = int(_BESIDE * (len(run.t) - 1))
+            before = [[float(run[x.name][place]) for x in group] for group in (mechanism.coordinates, mechanism.speeds)]
+            yield from courses_on_curve(there, (q, u), (before[0], before[1]))
+
+    def _closed(self, course: Course, question: Ask, time: float) -> Quotient:
+        if question.of is not None and question.after is not None and question.along is not None:
+            return self._displacement(course, _component("position", question.of, question.along), question.after)
+        asked = _asked(question)
+        if question.max is not None or question.min is not None:
+            assert asked is not None
+            along = course.along(asked)
+            return course.value(along, self._extreme_place(course, question, along, time))
+        place = self._place(course, question.when if question.when is not None else question.at, question.after)
+        if asked is None:
+            return course.value(TIME, place) if course.variable is TIME else _no_time()
+        return course.value(course.along(asked), place)
+
+    def _shorter(self, found: Node | None, course: Course, question: Ask) -> Node | None:
+        """Return the formula of time, as a book writes it, with the time put in where that is shorter."""
+        asked, after = question.value, question.after
+        if found is None or len(text(found)) <= _SHORT or course.variable is not TIME:
+            return found
+        if asked is None or after is None or after.shadow is not None:
+            return found
+        letters, number = self.solved.symbolic.letters, evaluate_float([found], self.solved.sample)[0]
+        written = put_in(shortest_course(course.along(asked), letters, TIME), {TIME: after})
+        near = abs(evaluate_float([written], self.solved.sample)[0] - number) <= AGREEMENT * abs(number)
+        return written if near and len(text(written)) < len(text(found)) else found
+
+    def _displacement(self, course: Course, component: Node, time: Node) -> Quotient:
+        along = course.along(component)
+        moved = subtract(along, put_in(along, {course.variable: ZERO}))
+        return course.value(moved, self._place(course, None, time))
+
+    def _place(self, course: Course, moment: Moment | None, time: Node | None) -> Node:
+        """Return the value of the variable at a moment, or a time."""
+        if time is not None:
+            return time if course.variable is TIME else _no_time()
+        if isinstance(moment, Mapping):
+            ((coordinate, value),) = moment.items()
+            zero = subtract(symbol(coordinate), value)
+            return value if course.variable is symbol(coordinate) else course.place(course.along(zero))
+        for vanishing in self._boundaries(course.there, moment):
+            try:
+                return course.place(course.put_in(vanishing))
+            except NoClosedFormError:
+                continue
+        raise NoClosedFormError("the moment has no formula")
+
+    @staticmethod
+    def _boundaries(there: Anywhere, moment: Moment | None) -> Iterator[Quotient]:
+        """Yield what vanishes when a condition becomes true, or a state begins. Raises NoClosedFormError."""
+        if isinstance(moment, StateCondition):
+            yield from there.forms.of(begins_where(Acting.at(there.instant), moment))
+        elif isinstance(moment, Node):
+            yield from map(there.of, boundaries(moment))
+
+    def _extreme_place(self, course: Course, question: Ask, along: Node, time: float) -> Node:
+        """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
+        ends = [x for x in (question.after, question.until) if x is not None]
+        for end in ends:
+            timed = isinstance(end, Node) and not is_condition(end)
+            if isinstance(end, Node) and timed and abs(self.solved.number(end) - time) <= AGREEMENT * time:
+                return self._place(course, None, end)
+        if course.turning is not None:
+            return course.place(course.turning)
+        try:
+            return course.place(derivative(along, course.variable))
+        except NoClosedFormError:
+            if question.until is None or (isinstance(question.until, Node) and not is_condition(question.until)):
+                raise  # an end that is a time is none at which the extreme is, as it was compared before
+            return self._place(course, question.until, None)
+
+    def _confirmed(self, closed: Quotient, number: float) -> Node | None:
+        """Return a closed form as an expression where it is the number that was found, else None."""
+        if abs(float(closed.sample) - number) > FOUND * abs(number):
+            return None
+        value = self.solved.value_of(closed)
+        return None if value is None else value.expression
+
+
+def _no_time() -> NoReturn:
+    raise NoClosedFormError("the time has no formula")
+
+
+def _asked(question: Ask) -> Node | None:
+    """Return the expression that is asked for at a moment, None for the moment itself."""
+    for node in (question.value, question.max, question.min):
+        if node is not None:
+            return node
+    if question.of is None:
+        return None
+    if question.at is None:
+        raise NoClosedFormError("a path has no formula")
+    if question.along is not None:
+        return _component("velocity", question.of, question.along)
+    parts = [quantity("velocity", (question.of, axis)) for axis in AXES]
+    return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in parts)))
+
+
+def _component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
+    """Return the component of a quantity of a point along a direction of any length."""
+    parts = [multiply(x, quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
+    return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))
+
+
+_WITHOUT_SLIP: Final = frozenset(word for verb in ("sticks", "rolls", "grips") for word in VERBS[verb])
+_WITH_SLIP: Final = frozenset(word for verb in ("slides", "slips") for word in VERBS[verb])
+_WITHOUT_FORCE: Final = frozenset(word for verb in ("opens", "slackens", "frees") for word in VERBS[verb])
+
+
+def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
+    """Yield what vanishes where a state begins.
+
+    The speed of slipping, what friction lacks to its limit, or the force
+    that presses, or the distance.
+    """
+    for element in acting.mechanism.one_way:
+        parts = [part for part in element.frictions if condition.element in (element.name, part.name)]
+        if _WITHOUT_SLIP.issuperset(condition.words):
+            yield from (as_node(acting.row(part.rows[0]).phidot) for part in parts if len(part.rows) == 1)
+        elif _WITH_SLIP.issuperset(condition.words):
+            yield from (x for part in parts if len(part.rows) == 1 for x in _beyond_limit(acting, element, part))
+        elif condition.element == element.name and element.unilateral:
+            opens = _WITHOUT_FORCE.issuperset(condition.words)
+            yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
+
+
+def _beyond_limit(acting: Acting, element: OneWay, part: FrictionPart) -> Iterator[Node]:
+    """Yield what friction lacks to its limit either way."""
+    force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
+    yield from (subtract(force, most), add(force, most))
+
+
+def boundaries(condition: Node) -> Iterator[Node]:
+    """Yield functions of the model one of which vanishes where a condition becomes true."""
+    waiting = [condition]
+    while waiting:
+        node = waiting.pop()
+        if node.op in ("min", "max") and is_condition(node):
+            waiting.extend(node.args)
+        else:
+            yield switching_function(node)

@@ -1,0 +1,492 @@
+"""Coordinates of coupled linear equations as formulas of time, by normal modes.
+
+    x'' = A x + B x' + f(t)        A, B constant
+
+Where A and B commute (no damping, or Rayleigh's), what x has of each mode, P x with P a product of A - alpha_j and
+B - beta_j, is a linear equation of its own, y'' = alpha y + beta y' + P f. Else z = (x, x') with z' = N z + F has such
+parts by the factors s^2 - b s - a of its characteristic polynomial, as far as this has factors of that degree:
+
+    y = (P z)_k,    y'' = a y + b y' + (N P F)_k + (P F')_k - b (P F)_k
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import field
+from functools import cached_property, reduce
+from typing import Final
+
+from multibody_sym.algebra import long_sums
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.long_sums import multiplied
+from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
+from multibody_sym.algebra.roots import rate
+from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
+from multibody_sym.analysis.modes.record import Modes
+from multibody_sym.analysis.modes.small_motion import SmallMotion
+from multibody_sym.analysis.modes.spectrum import coefficients, determinant, spectrum
+from multibody_sym.answers.ask.courses import InTime, Linear, Shown, formulas_of_time
+from multibody_sym.answers.ask.from_runs import Simulated
+from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, at_start
+from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.model.settings import Ask
+from multibody_sym.model.system import System, expressions, with_expressions
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import derivative
+from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, divide, multiply, real, symbol
+from multibody_sym.text.parser import QUANTITIES
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Linear equations x'' = A x + B x' + f(t) taken apart into such of one unknown each, whose solutions are known.
+
+
+_EXPONENT: Final = symbol("exponent of modes")
+_LINEAR, _QUADRATIC, _QUARTIC = 1, 2, 4
+
+Vector = list[Quotient]
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """s^2 - b s - a, or s - b where a is None."""
+
+    b: Quotient
+    a: Quotient | None
+
+    def remainder(self, other: Factor) -> tuple[Quotient, Quotient]:
+        """Return (c, d) with c + d s what is left of this one when the other vanishes."""
+        if self.a is None:
+            return -self.b, self.b.field.constant(1)
+        if other.a is None:
+            return other.b * other.b - self.b * other.b - self.a, self.b * 0
+        return other.a - self.a, other.b - self.b
+
+    def product(self, x: tuple[Quotient, Quotient], y: tuple[Quotient, Quotient]) -> tuple[Quotient, Quotient]:
+        """Return (c + d s)(e + f s) where this vanishes."""
+        if self.a is None:
+            return (x[0] + x[1] * self.b) * (y[0] + y[1] * self.b), self.b * 0
+        both = x[1] * y[1]
+        return x[0] * y[0] + both * self.a, x[0] * y[1] + x[1] * y[0] + both * self.b
+
+    def inverse(self, x: tuple[Quotient, Quotient]) -> tuple[Quotient, Quotient]:
+        """Return what makes 1 with c + d s where this vanishes."""
+        if self.a is None:
+            return (x[0] + x[1] * self.b).power(-1), self.b * 0
+        c, d = x
+        size = c * c + c * d * self.b - d * d * self.a
+        return (c + d * self.b) / size, -(d / size)
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """x'' = A x + B x' + f from x = `x0`, x' = `u0`, over one field; solutions note in `granted` what they rest on."""
+
+    there: Anywhere
+    granted: Granted
+    A: Matrix
+    B: Matrix
+    f: Vector
+    x0: Vector
+    u0: Vector
+
+    def course(self, place: int) -> Node:
+        """Return the unknown at a place as a formula of time. Raises NoClosedFormError."""
+        parts = self._by_modes(place) if self._commutes() else self._by_factors(place)
+        return reduce(add, parts, ZERO)
+
+    # --- A and B commute ------------------------------------------------------------------------------------------
+
+    def _commutes(self) -> bool:
+        size = range(len(self.A))
+        both = ((self._times(self.A, column, self.B), self._times(self.B, column, self.A)) for column in size)
+        if not all((a - b).is_zero for x, y in both for a, b in zip(x, y, strict=True)):
+            return False
+        return all(values is not None for values in (self._values(self.A), self._values(self.B)))
+
+    @staticmethod
+    def _times(first: Matrix, column: int, second: Matrix) -> Vector:
+        return applied(first, [row[column] for row in second])
+
+    def _values(self, matrix: Matrix) -> Vector | None:
+        """Return the different eigenvalues of a matrix, None where not all are real and have formulas."""
+        field, size = self.there.forms.field, range(len(matrix))
+        if all(x.is_zero for row in matrix for x in row):
+            return [field.constant(0)]
+        unit = [[field.constant(int(i == j)) for j in size] for i in size]
+        none = [[field.constant(0) for _ in size] for _ in size]
+        negative = [[-x for x in row] for row in matrix]
+        roots = spectrum(Matrices(field, tuple(size), unit, none, negative, {}, balanced=True)).roots
+        found = list({root.quotient: None for root in roots})
+        return [-x for x in found if x is not None] if None not in found else None
+
+    def _by_modes(self, place: int) -> Iterator[Node]:
+        stiff, lossy = self._values(self.A), self._values(self.B)
+        assert stiff is not None
+        assert lossy is not None
+        for alpha in stiff:
+            parts = [part_of(self.A, alpha, stiff, vector) for vector in (self.x0, self.u0, self.f)]
+            for beta in lossy:
+                x, u, f = (part_of(self.B, beta, lossy, vector)[place] for vector in parts)
+                if not (x.is_zero and u.is_zero and f.is_zero):
+                    yield self._one(alpha, beta, x, u, f)
+
+    def _one(self, a: Quotient, b: Quotient, x: Quotient, u: Quotient, f: Quotient) -> Node:
+        """Return the solution of y'' = a y + b y' + f from y = x, y' = u."""
+        course = Linear(self.there, self.granted, a, b, f).course(_node(x), _node(u))
+        if course is None:
+            raise NoClosedFormError("the force is no known function of time")
+        return course
+
+    # --- by factors of the characteristic polynomial --------------------------------------------------------------
+
+    def _by_factors(self, place: int) -> Iterator[Node]:
+        factors = list(self._factors())
+        zero = [x * 0 for x in self.f]
+        for factor in factors:
+            z, force = (self._part(factor, factors, vector) for vector in ([*self.x0, *self.u0], [*zero, *self.f]))
+            pushed, rate = force[place], self._moved(force)[place]
+            x, u = z[place], self._moved(z)[place] + self._at_start(pushed)
+            driven = rate + self._rate(pushed) - factor.b * pushed
+            if x.is_zero and u.is_zero and driven.is_zero:
+                continue
+            if factor.a is None:
+                yield Linear(self.there, self.granted, x * 0, factor.b, driven).fading(x, u)
+            else:
+                yield self._one(factor.a, factor.b, x, u, driven)
+
+    def _moved(self, z: Vector) -> Vector:
+        """Return N z."""
+        n = len(self.A)
+        x, u = z[:n], z[n:]
+        return [*u, *(a + b for a, b in zip(applied(self.A, x), applied(self.B, u), strict=True))]
+
+    def _part(self, factor: Factor, factors: Sequence[Factor], z: Vector) -> Vector:
+        """Return P z, what z has of a factor."""
+        left = factor.b.field.constant(1), factor.b * 0
+        for other in factors:
+            if other is not factor:
+                moved = self._moved(z)
+                if other.a is None:
+                    z = [x - other.b * y for x, y in zip(moved, z, strict=True)]
+                else:
+                    twice = self._moved(moved)
+                    z = [w - other.b * x - other.a * y for w, x, y in zip(twice, moved, z, strict=True)]
+                left = factor.product(left, other.remainder(factor))
+        c, d = factor.inverse(left)
+        return [c * y + d * x for x, y in zip(self._moved(z), z, strict=True)]
+
+    def _factors(self) -> Iterator[Factor]:
+        """Yield the different factors of det(s^2 - s B - A). Raises NoClosedFormError for those of a higher degree."""
+        field = self.there.forms.field
+        sizes = (abs(x.sample) for matrix in (self.A, self.B) for row in matrix for x in row)
+        s = field.letter(_EXPONENT, Letter(_EXPONENT, sum(sizes, PRECISE.mpf(1))))
+        entries = [
+            [s * s * int(i == j) - s * b - a for j, (a, b) in enumerate(zip(*rows, strict=True))]
+            for i, rows in enumerate(zip(self.A, self.B, strict=True))
+        ]
+        place = field.position(_EXPONENT)
+        assert place is not None
+        for p, times in factored(determinant(entries).above)[1]:
+            powers = coefficients(field, field.in_ring(p), place)
+            if len(powers) > 1:
+                yield from _of_degree(powers, times)
+
+    def _rate(self, a: Quotient) -> Quotient:
+        """Return the derivative of a function of time."""
+        return self._again(derivative(_node(a), TIME)) if not self.there.constant(a) else a * 0
+
+    def _at_start(self, a: Quotient) -> Quotient:
+        return self._again(at_start(_node(a))) if not self.there.constant(a) else a
+
+    def _again(self, node: Node) -> Quotient:
+        return self.there.forms.of([node])[0]
+
+
+def _of_degree(powers: Vector, times: int) -> Iterator[Factor]:
+    degree = len(powers) - 1
+    if degree == _LINEAR:
+        root = -(powers[0] / powers[1])
+        yield Factor(root, None) if times == 1 else Factor(2 * root, -(root * root))
+    elif degree == _QUADRATIC:
+        yield Factor(-(powers[1] / powers[2]), -(powers[0] / powers[2]))
+    elif degree == _QUARTIC and powers[1].is_zero and powers[3].is_zero:
+        half, product = powers[2] / (2 * powers[4]), powers[0] / powers[4]
+        apart = half * half - product
+        if apart.sample < 0:
+            raise NoClosedFormError("the squares of the exponents are complex numbers")
+        root = sqrt(apart)
+        yield Factor(half * 0, -half - root)
+        yield Factor(half * 0, -half + root)
+    else:
+        raise NoClosedFormError(f"its characteristic polynomial has a factor of degree {degree} without known roots")
+
+
+def part_of(matrix: Matrix, value: Quotient, values: Vector, vector: Vector) -> Vector:
+    """Return what a vector has of a matrix's eigenvalue."""
+    for other in values:
+        if other is not value:
+            moved = applied(matrix, vector)
+            vector = [(y - other * x) / (value - other) for x, y in zip(vector, moved, strict=True)]
+    return vector
+
+
+def applied(matrix: Matrix, vector: Vector) -> Vector:
+    """Return the product of a matrix and a vector."""
+    return [
+        reduce(lambda s, pair: s + pair[0] * pair[1], zip(row, vector, strict=True), vector[0] * 0) for row in matrix
+    ]
+
+
+def _node(a: Quotient) -> Node:
+    return book_form(doubled(a))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_MOST: Final = 4
+"""Coordinates whose equations hang together, and for which this is tried."""
+_LONGEST: Final = 1000
+"""Letters of a formula that tells more than its numbers do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Courses:
+    """Coordinates and speeds of a solved system as formulas of time, by their symbols, where `motion` confirms them.
+
+    They hold until a state changes first, or until a speed turns back on which accelerations depend by its sign.
+    """
+
+    solved: Solved
+    motion: Simulated
+    _found: dict[Node, InTime | None] = field(default_factory=dict)
+    _why: dict[Node, str] = field(default_factory=dict)
+
+    @cached_property
+    def shown(self) -> Shown:
+        """What the motion shows."""
+        return Shown.of(self.solved, self.motion)
+
+    @cached_property
+    def alone(self) -> Mapping[Node, InTime]:
+        """Those whose equations name no other coordinate."""
+        return {} if self.shown.there is None else self.shown.confirmed(formulas_of_time(self.shown.there))
+
+    def of(self, node: Node) -> InTime | None:
+        """Return a coordinate or speed as a formula of time; None where none is known, and `why` tells the reason."""
+        if node in self.alone:
+            return self.alone[node]
+        if node not in self._found:
+            self._found[node] = None
+            try:
+                self._found[node] = self._coupled(str(node.data))
+            except NoClosedFormError as reason:
+                self._why[node] = str(reason)
+        return self._found[node]
+
+    def why(self, node: Node) -> str:
+        """Return why a coordinate or speed has no formula, empty where it is not what the motion shows."""
+        return self._why.get(node, "")
+
+    def _coupled(self, name: str) -> InTime | None:
+        there = self.shown.there
+        if there is None:
+            raise NoClosedFormError("the equations have no closed form")
+        pairs = zip(self.solved.mechanism.coordinates, self.solved.mechanism.speeds, strict=False)
+        coordinate = next(q.name for q, u in pairs if name in (q.name, u.name))
+        signs, granted = there.forms.field.positive, Granted()
+        there.forms.field.positive = granted.positive
+        try:
+            formula = coupled_course(there, granted, coordinate)[0 if name == coordinate else 1]
+        finally:
+            there.forms.field.positive = signs
+        if len(text(formula)) > _LONGEST:
+            raise NoClosedFormError("the formula is too long")
+        return self.shown.confirmed({symbol(name): InTime(formula, granted)}).get(symbol(name))
+
+
+def coupled_course(there: Anywhere, granted: Granted, coordinate: str) -> tuple[Node, Node]:
+    """Return a coordinate and its speed as formulas of time. Raises NoClosedFormError, which says why it has none."""
+    mechanism = there.solved.mechanism
+    names = [c.name for c in mechanism.coordinates]
+    if len(names) != len(mechanism.speeds):
+        raise NoClosedFormError("coordinates have no speeds of their own")
+    q, u = (list(map(symbol, each)) for each in (names, [s.name for s in mechanism.speeds]))
+    group = _together(there, q, u, names.index(coordinate))
+    if len(group) > _MOST:
+        raise NoClosedFormError(f"{len(group)} equations hang together")
+    given = _linear(there, granted, [q[k] for k in group], [u[k] for k in group], group)
+    course = given.course(group.index(names.index(coordinate)))
+    return course, derivative(course, TIME)
+
+
+def _together(there: Anywhere, q: Sequence[Node], u: Sequence[Node], first: int) -> list[int]:
+    """Return the places of the coordinates whose equations name each other's, in their order."""
+    found = [first]
+    for k in found:
+        named = there.forms.udot[k].symbols
+        found += [j for j in range(len(q)) if named & {q[j], u[j]} and j not in found]
+    return sorted(found)
+
+
+def _linear(there: Anywhere, granted: Granted, q: Sequence[Node], u: Sequence[Node], group: Sequence[int]) -> Coupled:
+    """Return the equations of a group. Raises NoClosedFormError where they are not linear, or change with time."""
+    there.forms.field.work = max(there.forms.field.work, WORK)
+    stiffness, losses, forces = [], [], []
+    for k in group:
+        acceleration = there.forms.udot[k]
+        along, by_speed = ([rate(acceleration, x) for x in each] for each in (q, u))
+        left = acceleration
+        for x, slope in zip((*q, *u), (*along, *by_speed), strict=True):
+            left = left - slope * there.letter(x)
+        if not all(map(there.constant, (*along, *by_speed))) or left.symbols & (there.variables - {TIME}):
+            raise NoClosedFormError("the equations are no x'' = A x + B x' + f(t) with constant A and B")
+        stiffness.append(along)
+        losses.append(by_speed)
+        forces.append(left)
+    state = there.solved.nodes.motion.state
+    starts = [there.forms.of([as_node(values[k]) for k in group]) for values in (state.q, state.u)]
+    return Coupled(there, granted, stiffness, losses, forces, *starts)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Frequencies and periods of small oscillations in questions: `ask: {omega: frequency(1), T: period(1)}`.
+
+
+@dataclass(frozen=True)
+class AskedModes:
+    """What the small oscillations about the start of a system, or about the state beside it, are asked.
+
+    `letters`: the symbols that formulas may name.
+    """
+
+    system: System
+    letters: Collection[Node] = ()
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The small motions. Raises NoSolutionError where there are none."""
+        return SmallMotion.of(self.system).told()
+
+    def value(self, leaf: Node) -> Value:
+        """Return the frequency or period that a quantity asks for. Raises NoSolutionError without such a mode."""
+        found = self.modes.frequencies if leaf.data[0] == "frequency" else self.modes.periods
+        number = int(leaf.data[1][0])
+        if number > len(found):
+            count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(found), f"{len(found)} modes oscillate")
+            raise NoSolutionError(f"{leaf}: {count} in small motions about the {self.modes.about}", number="N111")
+        return found[number - 1]
+
+    def put_in(self, question: Ask) -> tuple[Ask, bool]:
+        """Return a question with values in the place of frequencies and periods, and whether all had closed forms.
+
+        Those that name coordinates of the state about which they are have none here: at the start these are others.
+        """
+        known: dict[Node, Node] = {}
+        closed = True
+        for leaf in modes_named(question):
+            value = self.value(leaf)
+            parts = leaves([value.expression], "symbol") if value.expression is not None else []
+            whole = value.expression if all(x in self.letters for x in parts) else None
+            closed = closed and whole is not None
+            known[leaf] = whole if whole is not None else real(float(value.value or 0.0))
+        changed: Ask = with_expressions(
+            question, lambda node: evaluate([node], lambda leaf: known.get(leaf, leaf))[0]
+        )
+        return changed, closed
+
+    def remarks(self) -> list[str]:
+        """Return what the answers rest on: the state, where it is not the start, and the conditions of stability."""
+        found = [f"{condition}, else small motions grow" for condition in self.modes.conditions]
+        if self.modes.found:
+            place = ", ".join(f"{name} = {value}" for name, value in self.modes.at.items())
+            found.insert(0, f"small oscillations are those about the {self.modes.about} at {place}, beside the start")
+        return [*found, *(note for note in self.modes.notes if "numbers only" not in note)]
+
+
+def modes_named(question: Ask) -> list[Node]:
+    """Return the frequencies and periods that a question names."""
+    named = leaves([written.node for written in expressions(question)], "quantity")
+    return [leaf for leaf in named if QUANTITIES[leaf.data[0]].of_mode] if named else []
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Courses of coordinates as a book writes them: forced parts over one divisor, what fades with one exponential.
+
+
+_WORK: Final = 20_000
+"""How much is done for one way to write a course, in products of terms."""
+
+_PLAIN: Final = frozenset(("number", "pi", "symbol", "neg", "add", "mul", "div", "pow", "sqrt"))
+
+
+def shortest_course(course: Node, letters: Mapping[Node, Letter], time: Node) -> Node:
+    """Return a formula of time in the shortest of the ways to put its terms together; `letters`: its other symbols.
+
+    The particular solution is one quotient, and so is what each exponential stands before.
+    """
+    shortest = _Shortest({**letters, time: Letter(time, PRECISE.mpf(1), True)})
+    terms = flatten("add", course)
+    fading = [term for term in terms if any(part.op == "exp" for part in postorder([term]))]
+    lasting = reduce(add, (term for term in terms if term not in fading), ZERO)
+    together = reduce(add, map(shortest, fading), shortest(lasting))
+    return min((together, shortest(course)), key=_length)
+
+
+def _product(parts: list[Node]) -> Node:
+    """Return a product in the order of books: m/k*log(x), but F*exp(-c*t)*(k - m)/S."""
+    below = [part.args[1] for part in parts if part.op == "div"]
+    if below and not any(part.op == "exp" for part in parts):
+        return reduce(multiply, parts)
+    above = multiplied((part.args[0] if part.op == "div" else part, 1) for part in parts)
+    return reduce(divide, below, above)
+
+
+def _length(node: Node) -> int:
+    return len(long_sums.text(node))
+
+
+@dataclass(frozen=True)
+class _Shortest:
+    """Writes a formula as one quotient or as what its parts are written as, whichever is shorter."""
+
+    letters: Mapping[Node, Letter]
+    known: dict[Node, Node] = field(default_factory=dict)
+
+    def __call__(self, node: Node) -> Node:
+        if node not in self.known:
+            self.known[node] = min(self._ways(node), key=_length)
+        return self.known[node]
+
+    def _ways(self, node: Node) -> Iterator[Node]:
+        """Yield the ways, among equals that one first which books prefer: c*t/(2*m), but m/k*log(x)."""
+        if not node.args:
+            yield node
+            return
+        quotient = self._quotient(node)
+        if quotient is not None and all(part.op in _PLAIN for part in postorder([quotient])):
+            yield quotient
+        if node.op in ("add", "mul"):
+            parts = [self(part) for part in flatten(node.op, node)]
+            yield reduce(add, parts) if node.op == "add" else _product(parts)
+        else:
+            yield BUILD[node.op](*node.own, *map(self, node.args))
+        yield node if quotient is None else quotient
+        if node.op == "div" and node.args[1].op == "div":  # a/(b/c) as a c/b, each term of a by itself
+            above, below = node.args[1].args
+            terms = (self(multiply(below, term)) for term in flatten("add", node.args[0]))
+            yield divide(reduce(add, terms), self(above))
+
+    def _quotient(self, node: Node) -> Node | None:
+        """Return a formula as one quotient, None where it is too long."""
+        own = Field(_WORK)
+        try:
+            known = {symbol: own.letter(symbol, letter) for symbol, letter in self.letters.items()}
+            return book_form(doubled(exact(own, [node], known)[0]), apart=1.0)
+        except NoClosedFormError:
+            return None

@@ -1,0 +1,152 @@
+"""Answers in the questions that name them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field, replace
+from typing import Final
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.inequalities import surely_positive, under_roots
+from multibody_sym.algebra.quotient_functions import doubled
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.derivation.symbolic_start import ClosedForms, SymbolicState, any_state, closed_forms, unknowns
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.questions import named_by
+from multibody_sym.model.settings import Ask
+from multibody_sym.model.system import with_expressions
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, as_node, real, symbol
+from multibody_sym.text.values import Value
+
+
+def with_answers(
+    question: Ask, answers: Mapping[str, Value], taken: Collection[Node], asked: Mapping[str, Node] | None = None
+) -> tuple[Ask, bool] | None:
+    """Return a question with answers in the place of their names, and whether each of them had a closed form.
+
+    A question about the start has what was `asked` in the place of the names of these answers. None where an answer has
+    no value.
+    """
+    named = named_by(question, dict.fromkeys(answers, question), taken)
+    if question.so is not None or not named:
+        return question, True
+    if any(answers[name].value is None for name in named):
+        return None
+    at_start = question.value is not None and question.when is None and question.after is None
+    again = {name: node for name, node in (asked or {}).items() if at_start and name in named}
+    known = {symbol(name): again.get(name) or _node(answers[name]) for name in named}
+    found: Ask = with_expressions(question, lambda node: put_in(node, known))
+    return found, all(name in again or answers[name].expression is not None for name in named)
+
+
+def _node(answer: Value) -> Node:
+    """Return an answer's closed form, or its number."""
+    if answer.expression is not None:
+        return answer.expression
+    assert answer.value is not None
+    return real(answer.value)
+
+
+def put_in(node: Node, known: Mapping[Node, Node]) -> Node:
+    """Return an expression with others in the place of symbols."""
+    found: Node = evaluate([node], lambda leaf: known.get(leaf, leaf))[0]
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The equations of motion in closed form at any state, and what a formula of time takes for granted of parameters.
+
+
+TIME: Final = symbol("t")
+
+
+@dataclass(frozen=True, eq=False)
+class Anywhere:
+    """The equations of motion in closed form at any state: time, coordinates and speeds keep their names."""
+
+    solved: Solved
+    forms: ClosedForms
+    instant: Instant
+
+    @property
+    def variables(self) -> frozenset[Node]:
+        """Time, coordinates and speeds."""
+        mechanism = self.solved.mechanism
+        coordinates = (symbol(x.name) for x in mechanism.coordinates)
+        return frozenset((TIME, *coordinates, *(symbol(x.name) for x in mechanism.speeds)))
+
+    def of(self, asked: Node) -> Quotient:
+        """Return an expression of the model at any state. Raises NoClosedFormError."""
+        return self.forms.of([as_node(self.solved.asked(asked)(self.instant)[""])])[0]
+
+    def letter(self, node: Node) -> Quotient:
+        """Return time, a coordinate or a speed as a quotient."""
+        return self.forms.known[node]
+
+    def constant(self, a: Quotient) -> bool:
+        """Return whether a quotient is of parameters alone."""
+        return not a.symbols & self.variables
+
+
+def anywhere(solved: Solved, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:
+    """Return a system's equations at any state like one that it comes to, whose signs of |u| and such they have.
+
+    None where they have no closed form, or poses are quaternions.
+    """
+    mechanism = solved.mechanism
+    if solved.forms is None or any(body.quaternions for body in mechanism.bodies):
+        return None
+    general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
+    try:
+        forms = closed_forms(mechanism, general)
+        forms.known.update(_held(mechanism, general, forms))
+    except NoClosedFormError:
+        return None
+    return Anywhere(solved, forms, Instant(motion_of(mechanism, general.state), *unknowns(mechanism)))
+
+
+def _held(mechanism: Mechanism, general: SymbolicState, forms: ClosedForms) -> dict[Node, Quotient]:
+    """Return what coordinates and speeds are that have no letters, since constraints hold them."""
+    names = [*(symbol(x.name) for x in mechanism.coordinates), *(symbol(x.name) for x in mechanism.speeds)]
+    values = [as_node(x) for x in (*general.state.q, *general.state.u)]
+    return dict(zip(names, forms.of(values), strict=True))
+
+
+@dataclass(eq=False)
+class Granted:
+    """What the formulas of one coordinate take for granted: what is `positive`, what vanishes and what does not.
+
+    `equal` holds what is zero at the sample, though not for all parameters; `unequal` what divides.
+    """
+
+    positive: list[Quotient] = field(default_factory=list)
+    equal: list[Quotient] = field(default_factory=list)
+    unequal: list[Quotient] = field(default_factory=list)
+
+    def vanishes(self, a: Quotient) -> bool:
+        """Return whether a quotient is zero at the sample, and take it for granted."""
+        if a.vanishes and not a.is_zero:
+            self.equal.append(a.field.whole(a.above))
+        return a.vanishes
+
+    def differs(self, a: Quotient) -> None:
+        """Take for granted that a quotient is not zero, which may be so for other parameters."""
+        above = a.field.whole(a.above)
+        if not (surely_positive(above) or surely_positive(-above)):
+            self.unequal.append(above)
+
+    def written(self, a: Quotient) -> Node:
+        """Return a quotient as an expression, and take for granted that its roots are real."""
+        self.positive.extend(x.value for x in under_roots([a]))
+        return book_form(doubled(a))
+
+
+def at_start(node: Node) -> Node:
+    """Return a formula of time at t = 0."""
+    found: Node = evaluate([node], lambda leaf: ZERO if leaf is TIME else leaf)[0]
+    return found

@@ -1,0 +1,225 @@
+"""Motions whose accelerations never change: paths, times and speeds in closed form.
+
+q = q0 + u0 t + a t^2/2        v = v0 + A t
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from math import nan
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotient_functions import absolute, sqrt
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.ask.named_answers import TIME
+from multibody_sym.answers.instant.instant import AGREEMENT, Solved
+from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.errors import ExpressionError
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.fields import AXES
+from multibody_sym.model.settings import Ask
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node, as_node, quantity, symbol
+
+_DISPLACED: Final = 3
+_FAR: Final = 1e-3
+_SAME: Final = 1e-7
+_MOMENTS: Final = 1001
+_TINY: Final = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class UniformMotion:
+    """A motion in which no acceleration depends on time, coordinates or speeds; `anywhere` is the proof."""
+
+    solved: Solved
+    forms: ClosedForms
+    anywhere: ClosedForms
+    nodes: Instant
+    variables: frozenset[Node]
+
+    # --- coordinates ----------------------------------------------------------------------------------------------
+
+    def time(self, coordinate: str, value: Node) -> Quotient | None:
+        """Return the first time > 0 at which a coordinate has a value, 0 if it keeps it, None if it never has."""
+        k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+        (u,) = self.forms.of([as_node(self.solved.nodes.motion.state.u[k])])
+        return _first_time(self.way(coordinate, value), u, self.forms.udot[k])
+
+    def way(self, coordinate: str, value: Node) -> Quotient:
+        """Return how far a value is from that of a coordinate at the start."""
+        k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+        (q,) = self.forms.of([as_node(self.solved.nodes.motion.state.q[k])])
+        return self.given(value) - q
+
+    def given(self, value: Node) -> Quotient:
+        """Return an expression of parameters in closed form."""
+        return self.forms.of([as_node(self.solved.asked(value)(self.solved.nodes)[""])])[0]
+
+    @property
+    def granted(self) -> list[Quotient]:
+        """What is positive in this motion's equations, and may not stay so: it depends on time or on the state."""
+        return [x for x in self.anywhere.field.positive if x.symbols & self.variables]
+
+    def ends_before(self, until: float) -> bool:
+        """Return whether what is granted fails before a time, from which on other accelerations may hold."""
+        times = np.linspace(0.0, until, _MOMENTS)[:-1]
+        for node in map(book_form, self.granted):
+            values = [self._value(node, t) for t in times.tolist()]
+            values += [self._value(node, t) for t in _lowest(times, np.array(values))]
+            if not all(value > 0.0 for value in values):
+                return True
+        return False
+
+    def _value(self, node: Node, t: float) -> float:
+        """Return the value of an expression of time, coordinates and speeds at a time, nan where it has none."""
+        mechanism, begin, udot = self.solved.mechanism, self.solved.begin, np.array(self.solved.numbers.udot)
+        q, u = np.array(begin.q), np.array(begin.u)
+        names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
+        values = np.concatenate([q + u * t + udot * t * t / 2, u + udot * t])
+        moved = dict(zip(map(symbol, names), values.tolist(), strict=True))
+        try:
+            return evaluate_float([node], {**self.solved.sample, **moved, TIME: t})[0]
+        except (ExpressionError, *UNDEFINED):
+            return nan
+
+    def confirms(self, question: Ask, time: float, answer: float) -> bool:
+        """Return whether the same answer follows from the accelerations in floats."""
+        numbers = self.solved.numbers
+        if question.of is None:
+            assert isinstance(question.when, Mapping)
+            ((coordinate, value),) = question.when.items()
+            k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+            way = self.solved.number(value) - self.solved.begin.q[k]
+            gone = [self.solved.begin.u[k] * time, numbers.udot[k] * time * time / 2]
+            return bool(abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone)))
+        v, a = (
+            np.array([self.solved.number(quantity(f, (question.of, axis))) for axis in AXES])
+            for f in ("velocity", "acceleration")
+        )
+        if question.at is not None:
+            return bool(abs(float(np.linalg.norm(v + a * time)) - answer) <= AGREEMENT * answer)
+        turn = min(max(-float(v @ a) / max(float(a @ a), _TINY), 0.0), time)
+        there, end = (v * t + a * t * t / 2 for t in (turn, time))
+        return abs(float(np.linalg.norm(there) + np.linalg.norm(end - there)) - answer) <= AGREEMENT * answer
+
+    # --- points ---------------------------------------------------------------------------------------------------
+
+    def path(self, point: str, duration: Quotient) -> Quotient | None:
+        """Return the length of the path of a point, None where it is curved or not uniformly accelerated."""
+        v, a = self._along(point)
+        if a is None:
+            return None
+        if all(x.is_zero for x in v):
+            return _length(a) * duration * duration / 2
+        if all(x.is_zero for x in a):
+            return _length(v) * duration
+        if any(not (v[i] * a[j] - v[j] * a[i]).is_zero for i, j in ((0, 1), (1, 2), (0, 2))):
+            return None
+        speed = _length(v)
+        rate = (v[0] * a[0] + v[1] * a[1] + v[2] * a[2]) / speed
+        forth = speed * duration + rate * duration * duration / 2
+        turns = rate.sample < 0 and -speed.sample / rate.sample < duration.sample
+        return -(speed * speed / rate) - forth if turns else forth
+
+    def speed(self, point: str, time: Quotient) -> Quotient | None:
+        """Return the speed of a point at a time, None where it is not uniformly accelerated."""
+        v, a = self._along(point)
+        return None if a is None else _length([x + y * time for x, y in zip(v, a, strict=True)])
+
+    def _along(self, point: str) -> tuple[list[Quotient], list[Quotient] | None]:
+        """Return a point's velocity at the start and its acceleration, None for that where it changes."""
+        v, a, changing = [], [], []
+        for axis in AXES:
+            velocity = self.solved.asked(quantity("velocity", (point, axis)))(self.solved.nodes)[""]
+            ask = self.solved.asked(quantity("acceleration", (point, axis)))
+            v += self.forms.of([as_node(velocity)])
+            a += self.forms.of([as_node(ask(self.solved.nodes)[""])])
+            changing += self.anywhere.of([as_node(ask(self.nodes)[""])])
+        return v, None if any(x.symbols & self.variables for x in changing) else a
+
+
+def uniform_motion(solved: Solved) -> UniformMotion | None:
+    """Return the motion if all accelerations are constant along it, None if they are not or this is not proved."""
+    resolved, forms = solved.mechanism, solved.forms
+    if forms is None or any(body.quaternions for body in resolved.bodies) or not _seems_uniform(solved):
+        return None
+    general = any_state(resolved, solved.begin, solved.nodes.motion.state)
+    names = ("t", *(c.name for c in resolved.coordinates), *(s.name for s in resolved.speeds))
+    variables = frozenset(map(symbol, names))
+    try:
+        anywhere = closed_forms(resolved, general)
+    except NoClosedFormError:
+        return None
+    if any(x.symbols & variables for x in anywhere.udot):
+        return None
+    nodes = Instant(motion_of(resolved, general.state), *unknowns(resolved))
+    return UniformMotion(solved, forms, anywhere, nodes, variables)
+
+
+def _seems_uniform(solved: Solved) -> bool:
+    """Return whether the accelerations at displaced states are those at the start."""
+    begin, rng = solved.begin, np.random.default_rng(0)
+    here, size = _accelerations(solved, 0.0, np.array(begin.q), np.array(begin.u))
+    for k in range(_DISPLACED):
+        q, u = (np.array(x) + _FAR * rng.normal(size=len(x)) for x in (begin.q, begin.u))
+        try:
+            there, _ = _accelerations(solved, 0.1 * (k + 1), q, u)
+        except UNDEFINED:
+            return False
+        if not bool((np.abs(there - here) <= _SAME * size).all()):
+            return False
+    return True
+
+
+def _accelerations(solved: Solved, t: float, q: Floats, u: Floats) -> tuple[Floats, float]:
+    """Return udot at a state in floats, and the size of what it is made of: the accelerations without rows."""
+    resolved = solved.mechanism
+    state = state_of(resolved, float, t, q.tolist(), u.tolist(), solved.begin.parameters)
+    dynamics = composite_body(resolved, state)
+    free = max((abs(x) for x in dynamics.bias_acceleration), default=0.0)
+    udot = forward_dynamics(dynamics).udot
+    return udot, max(free, float(np.abs(udot).max(initial=0.0)))
+
+
+def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
+    """Return the smallest t > 0 with u t + a t^2/2 = way; 0 where that holds all the time."""
+    if way.is_zero:
+        if a.is_zero:
+            return way if u.is_zero else None
+        return -2 * u / a if (u / a).sample < 0 else None
+    if a.is_zero:
+        return None if u.is_zero or (way / u).sample < 0 else way / u
+    square = u * u + 2 * (a * way)
+    if u.is_zero:
+        return sqrt(2 * way / a) if square.sample > 0 else None
+    if square.sample < 0 and not square.vanishes:
+        return None
+    root = sqrt(square) * (1 if a.sample > 0 else -1)
+    times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
+    return min(times, key=lambda t: t.sample, default=None)
+
+
+def _lowest(times: Floats, values: Floats) -> list[float]:
+    """Return about when what is sampled is least between two samples, as parabolas through three of them tell."""
+    step, (before, here, after) = times[1] - times[0], (values[:-2], values[1:-1], values[2:])
+    places = np.flatnonzero((here <= before) & (here <= after) & (before + after > 2 * here))
+    aside = (before - after)[places] / (before - 2 * here + after)[places] / 2
+    return [float(t) for t in times[1:-1][places] + step * aside]
+
+
+def _length(vector: Sequence[Quotient]) -> Quotient:
+    parts = [x for x in vector if not x.is_zero]
+    if len(parts) == 1:
+        return absolute(parts[0])
+    return sqrt(reduce(lambda total, x: total + x * x, parts, vector[0].field.constant(0)))

@@ -1,0 +1,737 @@
+"""What acts at an instant by element and component: of a solution, and of the end of a run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from multibody_sym.answers.records import Solution
+from multibody_sym.derivation.force_letters import (
+    FRICTION,
+    MOMENT,
+    NORMAL,
+    SPRING,
+    TENSION,
+    Lettered,
+    component_label,
+    force_unit,
+    guide_normal,
+    own_letter,
+    row_letter,
+    spelt,
+)
+from multibody_sym.dynamics.constraints.redundancy import idle_combinations
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.reactions import OneWayForces, ropes
+from multibody_sym.mechanics.contact_geometry import touch
+from multibody_sym.mechanics.contact_rows import ContactRow
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, OneWay, component_names
+from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load, PointPull, PointSpring
+from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
+from multibody_sym.mechanics.motion import Motion, accelerations, motion_of
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench
+from multibody_sym.mechanics.row_kinematics import row_motion
+from multibody_sym.mechanics.row_records import RopeRow, Row
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import GROUND, mass_of
+from multibody_sym.model.joints import Joint
+from multibody_sym.model.parameters import in_letters, letters_of
+from multibody_sym.model.system import System
+from multibody_sym.pictures.scene.arrows import letter_of
+from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Placed, PlacedStrand, vector
+from multibody_sym.pictures.scene.scene import Scene
+from multibody_sym.pictures.scene.stage import Stage
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.pivoted_qr import NEGLIGIBLE
+from multibody_sym.scalars.rank import least_squares
+from multibody_sym.scalars.vectors import S, Vec
+from multibody_sym.text.printer import COMPONENTS, text
+
+if TYPE_CHECKING:
+    from multibody_sym.motion.results.trajectory import Trajectory
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Records of bodies cut free: what pulls at them.
+
+
+Body = int
+Key = tuple[str, ...]
+"""What a force is: weight, load, joint with its component, tension, row."""
+Values = Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """A force or couple (`turns`) on a body at a place: `value` times `way` (world), which is the way of its letter.
+
+    `path` is where it is declared. `both`: a figure of the whole has it at both ends, as it has pulls of ropes. `open`:
+    it is not unique; its value is one of those that are possible, or unknown (nan).
+    """
+
+    key: Key
+    path: tuple[str, ...]
+    at: Anchor
+    way: Floats
+    value: float
+    turns: bool
+    both: bool = False
+    open: bool = False
+
+    @property
+    def vector(self) -> Floats:
+        """The force or couple (world)."""
+        return self.value * self.way
+
+    @property
+    def size(self) -> float:
+        """Its size in N or N*m."""
+        return float(np.linalg.norm(self.vector))
+
+    @property
+    def is_applied(self) -> bool:
+        """Whether it is a weight or a declared force, no reaction."""
+        return self.key[0] in ("weight", "load", "drive")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Forces of contacts and stops that are not unique at an instant, and sums of friction that are.
+
+
+Component = tuple[str, str]
+"""An element and a component of its force."""
+
+
+def open_forces(motion: Motion, ambiguous: Collection[str]) -> frozenset[Component]:
+    """Return the components whose rows are among those that are ambiguous, friction also by what presses."""
+    found: set[Component] = set()
+    acting = {row.name for row in motion.mechanism.rows}
+    for element in motion.mechanism.one_way:
+        if element.kind not in ("contact", "stop"):
+            continue
+        pressed = element.normals[0].name in ambiguous
+        found |= {(element.name, PRESSING[element.kind])} if pressed else set()
+        for part in (part for part in element.frictions if part.rubs):
+            names = component_names(element, part)
+            for name, row in zip(names, part.rows, strict=True):
+                if row.name in ambiguous or (pressed and row.name not in acting):
+                    found.add((element.name, name))
+    return frozenset(found)
+
+
+def sums(instant: Instant, several: Collection[Component], touching: Motion) -> Values:
+    """Return by contact the friction of all its corners together, where that is unique and single ones are not.
+
+    `touching` is the motion of the mechanism with the rows of all that touches and sticks.
+    """
+    mechanism = instant.motion.mechanism
+    groups = {e.group: [x for x in mechanism.one_way if x.group == e.group] for e in mechanism.one_way}
+    asked = {
+        name: corners
+        for name, corners in groups.items()
+        if len(corners) > 1 and any((corner.name, "friction") in several for corner in corners)
+    }
+    if not asked:
+        return {}
+    dynamics = composite_body(touching.mechanism, touching.state)
+    names, idle = dynamics.row_names, idle_combinations(dynamics)
+    acting = OneWayForces(instant.motion, instant.multipliers)
+    found = {}
+    for name, corners in asked.items():
+        rows = set(_rows(corner for corner in corners if (corner.name, "friction") in several))
+        left = (sum(share for row, share in zip(names, each, strict=True) if row in rows) for each in idle)
+        if rows <= set(names) and all(abs(float(x)) <= NEGLIGIBLE for x in left):
+            found[name] = {"friction": float(acting.asked(name, "friction"))}
+    return found
+
+
+def _rows(corners: Iterable[OneWay]) -> Iterator[str]:
+    """Yield the rows of what rubs first at each corner."""
+    for corner in corners:
+        yield from (row.name for part in corner.frictions[:1] for row in part.rows)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+def values_of(solution: Solution) -> Values:
+    """Return the reactions of a solution, nan where it has no value."""
+    return {
+        name: {part: np.nan if x.value is None else float(x.value) for part, x in parts.items()}
+        for name, parts in solution.reactions.items()
+    }
+
+
+def sliding_of(solution: Solution) -> frozenset[str]:
+    """Return the elements that slide at a solved start."""
+    return frozenset(name for name, word in solution.states.items() if word.startswith("slide"))
+
+
+def open_of(solution: Solution) -> frozenset[Component]:
+    """Return the elements and components of a solution that are not unique."""
+    reactions = solution.reactions.items()
+    return frozenset((name, part) for name, parts in reactions for part, x in parts.items() if not x.unique)
+
+
+def at_end(run: Trajectory) -> tuple[Values, frozenset[str], frozenset[Component]]:
+    """Return what acts at the end of a run, what slides there, and what of contacts and stops is not unique.
+
+    Where the friction of a contact's corners is not, and their sum is, this is among the values.
+    """
+    from multibody_sym.motion.results.samples import last_part
+
+    part = last_part(run)
+    q, u, inputs = (part.arguments[k][-1].tolist() for k in (1, 2, 4))
+    known = state_of(part.mechanism, float, float(part.t[-1]), q, u, part.parameters.tolist(), inputs)
+    _, udot, multipliers, *_ = part.derivative
+    instant = Instant(motion_of(part.mechanism, known), udot[-1].tolist(), multipliers[-1].tolist())
+    mode = part.mechanism.mode
+    sliding = frozenset(name for name, slip in (mode.slips.items() if mode else ()) if slip)
+    several = open_forces(instant.motion, run.redundancy.ambiguous)
+    values = _values(run, instant)
+    if several:
+        told = run.ready.told.mechanism
+        begin = state_of(told, float, float(run.problem.t0), run.q[0], run.u[0], part.parameters.tolist())
+        values |= sums(instant, several, motion_of(told, begin))
+    return values, sliding, several
+
+
+def _values(run: Trajectory, instant: Instant) -> dict[str, Mapping[str, float]]:
+    """Return the forces at an instant; those of joints are what the run tells of them."""
+    mechanism, several = instant.motion.mechanism, run.redundancy.ambiguous
+    acting = OneWayForces(instant.motion, instant.multipliers)
+    found: dict[str, dict[str, Any]] = {
+        row.name: {"force": x}
+        for row, x in zip(mechanism.rows, instant.multipliers, strict=True)
+        if row.name.rpartition(".")[0] not in mechanism.joint_names
+    }
+    found |= {name: {c: x[-1] for c, x in parts.items()} for name, parts in run.reactions.items()}
+    for row in ropes(mechanism):
+        found.setdefault(row.told[0], {}).pop("force", None)
+        tensions = zip(row.components, (instant.tensions[asked] for asked in row.asked), strict=True)
+        found[row.told[0]] |= dict(tensions)
+    for element in mechanism.one_way:
+        if not isinstance(element.normals[0], RopeRow):
+            found[element.name] = acting.of(element)
+    return {name: _unique(_floats(parts), several.get(name)) for name, parts in found.items()}
+
+
+def _unique(parts: dict[str, float], ambiguous: Sequence[str] | None) -> dict[str, float]:
+    """Return the forces of an element but its `ambiguous` components; none where it has no components."""
+    return {name: x for name, x in parts.items() if ambiguous is None or (ambiguous and name not in ambiguous)}
+
+
+def _floats(parts: Mapping[str, Any]) -> dict[str, float]:
+    return {name: float(x) for name, x in parts.items()}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What joints exert, component by component: reactions across their freedoms, drives and friction along these.
+
+
+_ALONG: Final = 1.0 - 1e-9
+
+
+@dataclass(frozen=True)
+class JointForces:
+    """The components of joints' forces of a mechanism, whose `stage` has the numbers of what is declared.
+
+    `rows` are the constraints that act on freedoms of joints alone, with the generalised force of each.
+    """
+
+    mechanism: Mechanism
+    stage: Stage
+    rows: Mapping[str, Sequence[S]]
+
+    def keys(self, name: str) -> Iterator[tuple[str, Key]]:
+        """Yield each component fx .. mz of a joint with what it is: its reaction, or what acts along a freedom."""
+        free = self._free(self.stage.system.joints[name])
+        acting = list(self._acting(name)) if free else []
+        for component in COMPONENTS:
+            along = component in free
+            yield component, acting[0] if along and len(acting) == 1 else ("joint", name, component)
+
+    def _free(self, joint: Joint) -> set[str]:
+        """Return the components along the freedoms of a joint, as far as these keep to the axes of its frame."""
+        found = set()
+        turns = [axis for step in joint.steps for axis in step.turns]
+        for step in joint.steps:
+            for letter, axes in (("f", step.slides), ("m", step.turns if len(turns) in (1, 3) else ())):
+                for axis in axes:
+                    ways = np.abs(self.stage.vector(axis))
+                    k = int(np.argmax(ways))
+                    if ways[k] >= _ALONG * float(np.linalg.norm(ways)):
+                        found.add(f"{letter}{'xyz'[k]}")
+        return found
+
+    def _acting(self, name: str) -> Iterator[Key]:
+        """Yield what acts along the freedoms of a joint: loads, friction, stops, constraints on its coordinates."""
+        for load in self.mechanism.loads:
+            if isinstance(load, (JointForce, JointSpring)) and load.joint == name:
+                yield "drive", load.name
+        for element in self.mechanism.one_way:
+            if element.joint == name:
+                rows = [row for part in element.frictions for row in part.rows] or list(element.normals)
+                yield from (("row", row.name) for row in rows)
+        if self.rows:
+            speeds = [k for body in self.mechanism.bodies if body.joint_name == name for k in body.u]
+            yield from (("row", row) for row, forces in self.rows.items() if any(float(forces[k]) for k in speeds))
+
+
+def shown_components(scene: Scene) -> Callable[[bool, Floats], bool]:
+    """Return whether a component is seen: in a plane mechanism forces in the plane and couples across it alone.
+
+    What redundant constraints leave open is among the others.
+    """
+    towards = np.asarray(scene.view.towards)
+
+    def seen(turns: bool, axis: Floats) -> bool:
+        across = abs(float(towards @ axis))
+        return not scene.plane or abs(across - (0.0 if turns else 1.0)) > 1.0 - _ALONG
+
+    return seen
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What pulls at bodies that are cut free: weights, loads, joints, ropes, rods, contacts and friction, one by one.
+
+
+_NONE: Final = np.zeros(3)
+
+
+@dataclass(frozen=True, eq=False)
+class CutFree:
+    """A system whose bodies are cut free of each other at an instant of a `motion`.
+
+    `values` are what acts there, by element and component: those of a `Solution` or of a run; nan where it is unknown.
+    `sliding` are the elements that slide, `open` the elements and components that are not unique, though they may
+    have a possible value.
+    """
+
+    system: System
+    scene: Scene
+    motion: Motion
+    values: Values
+    sliding: Collection[str] = ()
+    open: Collection[tuple[str, str]] = ()
+
+    @cached_property
+    def placed(self) -> Placed:
+        """The scene at the instant."""
+        return self.scene.placed(self.motion)
+
+    @cached_property
+    def ground(self) -> frozenset[int]:
+        """The numbers of ground: that of the world, and of a ground that moves."""
+        return frozenset({-1, *(k for k, name in enumerate(self.scene.bodies) if name == GROUND)})
+
+    @cached_property
+    def stage(self) -> Stage:
+        """The numbers of what is declared."""
+        return Stage(self.system, self.scene.mechanism, self.scene.begin)
+
+    def pulls(self) -> Iterator[Pull]:
+        """Yield all forces and couples on all bodies; what acts between two is there for both, the child first."""
+        yield from self._weights()
+        for load in self.scene.mechanism.loads:
+            if not isinstance(load, (JointForce, JointSpring)):  # what joints hold them with has them
+                yield from self._load(load)
+        yield from self._joints()
+        for placed in self.placed.strands:
+            if placed.strand.rope is not None:
+                yield from self._rope(placed, placed.strand.rope)
+        yield from self._rows()
+
+    def lasting(self) -> Iterator[Key]:
+        """Yield the rows that act now, though their force may be zero or unknown; open contacts have zeros alone."""
+        yield from (("row", row.name) for row in self.scene.mechanism.rows)
+        for element in self.scene.mechanism.one_way:
+            acts = any(value != 0.0 for value in self.values.get(element.name, {}).values())
+            if acts and element.name not in self.sliding:
+                yield from (("row", row.name) for row in element.rows)
+
+    def _value(self, element: str, component: str) -> float:
+        return float(self.values.get(element, {}).get(component, np.nan))
+
+    # --- what is applied -------------------------------------------------------------------------------------------
+
+    def _weights(self) -> Iterator[Pull]:
+        gravity = np.asarray(self.scene.gravity)
+        for k, mass in enumerate(self.motion.masses):
+            name = self.scene.mechanism.bodies[k].name
+            at = np.array([float(x) for x in mass.com])
+            yield from self._force(("weight", name), ("bodies", name), k, float(mass.mass) * gravity, at, 1.0)
+
+    def _load(self, load: Load) -> Iterator[Pull]:
+        wrenches = applied(self.motion, [load], weight=False).of_body
+        places = {marker.body: self._point(marker.body, marker.pose.position) for marker in load.points}
+        for k, wrench in enumerate(wrenches):
+            yield from self._wrench(("load", load.name), load.path, k, wrench, 1.0, places.get(k))
+
+    # --- joints ----------------------------------------------------------------------------------------------------
+
+    def _joints(self) -> Iterator[Pull]:
+        for name, joint in self.system.joints.items():
+            if name not in self.values:
+                continue
+            parent, child = self.stage.place(joint.parent), self.stage.place(joint.child)
+            axes = self.placed.poses[parent.body][:, :3] @ parent.rotation
+            where = self.placed.world(child.body, np.array([child.point]))[0]
+            for key, turns, way, value in self._transmitted(name, axes):
+                for body, sign in ((child.body, 1.0), (parent.body, -1.0)):
+                    pull = self._couple if turns else self._force
+                    yield from pull(key, ("joints", name), body, sign * way, self._within(body, where), value)
+
+    def _transmitted(self, name: str, axes: Floats) -> Iterator[tuple[Key, bool, Floats, float]]:
+        """Yield what a joint transmits: what it is, whether a couple, its way and value; a constraint's all at once."""
+        seen = shown_components(self.scene)
+        held: dict[tuple[str, bool], Floats] = {}
+        for component, key in JointForces(self.scene.mechanism, self.stage, self._in_joints).keys(name):
+            value, turns = self._value(name, component), component[0] == "m"
+            axis = axes[:, "xyz".index(component[1])]
+            if not np.isfinite(value) or not seen(turns, axis):
+                continue
+            if key[0] == "row" and key[1] in self._in_joints:
+                held[key[1], turns] = held.get((key[1], turns), _NONE) + value * axis
+            else:
+                yield key, turns, axis, value
+        for (row, turns), total in held.items():
+            value = self._multiplier(row)
+            if value:
+                yield ("row", row), turns, total / value, value
+
+    @cached_property
+    def _in_joints(self) -> Mapping[str, Sequence[S]]:
+        """What constraints exert on each speed for a multiplier of 1, where they act on joints' freedoms alone."""
+        found = {}
+        one_way = {row.name for element in self.scene.mechanism.one_way for row in element.rows}
+        for row in self.scene.mechanism.rows:
+            if row.name not in one_way and np.isfinite(self._multiplier(row.name)):
+                moved = row_motion(row, self.motion, self._bias)
+                if not moved.all_told and all(wrench is NO_WRENCH for wrench in moved.of_body):
+                    found[row.name] = moved.forces
+        return found
+
+    def _multiplier(self, row: str) -> float:
+        """Return the one value that is told of a constraint, nan where there is none."""
+        told = list(self.values.get(row, {}).values())
+        return float(told[0]) if len(told) == 1 else float("nan")
+
+    # --- ropes -----------------------------------------------------------------------------------------------------
+
+    def _rope(self, placed: PlacedStrand, number: int) -> Iterator[Pull]:
+        """Yield the pull of each straight piece of a rope on what is at its ends."""
+        runs = self.scene.ropes[number]
+        bends = [bend for k, run in enumerate(runs) for bend in run.path[bool(k) :]]
+        tensions = list(self._tensions(placed.strand.name, runs))
+        if len(placed.pieces) != len(bends) - 1 or len(tensions) != len(placed.pieces):
+            return
+        for k, (start, end) in enumerate(placed.pieces):
+            key, tension = tensions[k]
+            way = (end - start) / (np.linalg.norm(end - start) or 1.0)
+            for bend, place, sign in ((bends[k], start, 1.0), (bends[k + 1], end, -1.0)):
+                at = self._within(bend.at.body, place)
+                yield from self._force(key, placed.strand.path, bend.at.body, sign * way, at, tension, both=True)
+
+    def _tensions(self, name: str, runs: Sequence[RopeRow]) -> Iterator[tuple[Key, float]]:
+        """Yield the tension of each straight piece of a rope with what it is asked by."""
+        told = [(part, value) for part, value in self.values.get(name, {}).items() if part.startswith("tension")]
+        k = 0
+        for run in runs:
+            rough = [j for j, bend in enumerate(run.path[1:-1], 1) if bend.rough] if run.rubs else []
+            for piece in range(len(run.path) - 1):
+                at = k + sum(j <= piece for j in rough)
+                if at >= len(told) or not np.isfinite(told[at][1]):
+                    return
+                yield ("tension", run.asked[at - k]), float(told[at][1])
+            k += 1 + len(rough)
+
+    # --- rows ------------------------------------------------------------------------------------------------------
+
+    def _rows(self) -> Iterator[Pull]:
+        """Yield the forces of rows but ropes' and joints': rods, contacts, stops, friction."""
+        names = {*self.system.joints, *self.system.contacts}
+        for row in self.scene.mechanism.rows:
+            told = [float(x) for x in self.values.get(row.name, {}).values()]
+            if len(told) == 1 and row.name not in names and not isinstance(row, RopeRow):
+                places = self._touched([row]) if isinstance(row, ContactRow) else None
+                yield from self._exerted(row, told[0], ("row", row.name), ("constraints", row.name), places)
+        for element in self.scene.mechanism.one_way:
+            if element.kind in ("contact", "stop"):
+                yield from self._of_element(element)
+
+    def _of_element(self, element: OneWay) -> Iterator[Pull]:
+        places = self._touched(list(element.rows))
+        if element.unilateral:
+            row = element.normals[0]
+            component = "normal" if element.kind == "contact" else "force"
+            yield from self._single(element, row, component, places)
+        for part in element.frictions:
+            yield from self._friction(element, part, places)
+
+    def _friction(self, element: OneWay, part: FrictionPart, places: Mapping[Body, Floats]) -> Iterator[Pull]:
+        """Yield friction along one row as the equations have it; in space both parts together, as a force."""
+        several, words = len(part.rows) > 1, component_names(element, part)
+        total = self._value(element.group, words[0])
+        known = [np.isfinite(self._value(element.name, each)) for each in words]
+        is_open = not all(known) or any((element.name, each) in self.open for each in words)
+        if is_open and element.group != element.name and np.isfinite(total) and not several:
+            yield from self._together(element, part, total)
+            return
+        for row, each in zip(part.rows, words, strict=True):
+            yield from self._single(element, row, each, places, element.name)
+
+    def _single(
+        self, element: OneWay, row: Row, component: str, places: Mapping[Body, Floats], slides: str = ""
+    ) -> Iterator[Pull]:
+        """Yield the force of one row, of one that is open without a value by its way."""
+        value, is_open = self._value(element.name, component), (element.name, component) in self.open
+        known = 1.0 if is_open and not np.isfinite(value) else value
+        for pull in self._exerted(row, known, ("row", row.name), element.path, places, slides=slides):
+            yield replace(pull, value=pull.value if np.isfinite(value) else value, open=True) if is_open else pull
+
+    def _together(self, element: OneWay, part: FrictionPart, total: float) -> Iterator[Pull]:
+        """Yield the friction of all corners of a contact, where only that is determined, once: where they press."""
+        corners = [each for each in self.scene.mechanism.one_way if each.group == element.group]
+        if corners[0] is not element:
+            return
+        at = np.array([self._value(element.group, f"at_{axis}") for axis in "xyz"])
+        places = {k: self._within(k, at) for k in range(len(self.motion.bodies))} if np.isfinite(at).all() else None
+        yield from self._exerted(part.rows[0], total, ("friction", element.group), element.path, places)
+
+    def _touched(self, rows: Sequence[Row]) -> dict[Body, Floats]:
+        """Return for each body where an element touches it, or the lines of all its forces meet (body axes)."""
+        found: dict[Body, Floats] = {}
+        if isinstance(rows[0], ContactRow):
+            where = np.array(touch(rows[0].skins, self.motion, self._bias).place, dtype=float)
+            return {k: self._within(k, where) for k in range(len(self.motion.bodies))}
+        each = [self._unit(row) for row in rows]
+        for k in range(len(self.motion.bodies)):
+            forces = [(np.array(f, dtype=float), np.array(m, dtype=float)) for f, m in (one[k] for one in each)]
+            forces = [(f, m) for f, m in forces if np.linalg.norm(f) > 0.0]
+            if forces:
+                matrix = np.vstack([-_crossing(f) for f, _ in forces])
+                found[k] = least_squares(matrix, np.concatenate([m for _, m in forces]))
+        return found
+
+    @cached_property
+    def _bias(self) -> Sequence[tuple[Vec, Vec]]:
+        return accelerations(self.motion, [0] * len(self.motion.state.u))
+
+    def _unit(self, row: Row) -> Sequence[Wrench]:
+        """Return what a row exerts on the bodies (their axes) with a multiplier of 1."""
+        return row_motion(row, self.motion, self._bias).of_body
+
+    def _exerted(
+        self, row: Row, value: float, key: Key, path: tuple[str, ...], places: Mapping[Body, Floats] | None,
+        slides: str = "",
+    ) -> Iterator[Pull]:  # fmt: skip
+        """Yield a row's force on each body; what slides points as it acts, since its letter is never negative."""
+        if not np.isfinite(value):
+            return
+        turned = -1.0 if value < 0.0 and slides in self.sliding else 1.0
+        for k, wrench in enumerate(self._unit(row)):
+            place = None if places is None else places.get(k)
+            force, moment = (turned * np.array([float(x) for x in part]) for part in wrench)
+            yield from self._wrench(key, path, k, (vector(force), vector(moment)), turned * value, place)
+
+    # --- arrows ----------------------------------------------------------------------------------------------------
+
+    def _wrench(
+        self, key: Key, path: tuple[str, ...], body: Body, wrench: Wrench, value: float, place: Floats | None
+    ) -> Iterator[Pull]:
+        """Yield a wrench (body axes, about its origin) as a force at a place, and as a couple what is left there."""
+        force, moment = (np.array([float(x) for x in part]) for part in wrench)
+        if place is None and force.any():
+            place = np.cross(force, moment) / float(force @ force)
+        at = _NONE if place is None else place
+        turned = self.placed.poses[body][:, :3]
+        couple = moment - np.cross(at, force)
+        if np.linalg.norm(couple) <= 1e-9 * (np.linalg.norm(moment) + np.linalg.norm(at) * np.linalg.norm(force)):
+            couple = _NONE
+        yield from self._force(key, path, body, turned @ force, at, value)
+        yield from self._couple(key, path, body, turned @ couple, at, value)
+
+    def _force(
+        self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float, *, both: bool = False
+    ) -> Iterator[Pull]:
+        if way.any():
+            yield Pull(key, path, Anchor(body, vector(at)), way, value, turns=False, both=both)
+
+    def _couple(
+        self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float
+    ) -> Iterator[Pull]:
+        if way.any():
+            yield Pull(key, path, Anchor(body, vector(at)), way, value, turns=True)
+
+    def _point(self, body: Body, point: Sequence[object]) -> Floats:
+        return np.array([float(x) for x in self.motion.state.values(list(point))])  # type: ignore[arg-type]
+
+    def _within(self, body: Body, place: Floats) -> Floats:
+        """Return a place in the world in the axes of a body."""
+        pose = self.placed.poses[body]
+        found: Floats = pose[:, :3].T @ (place - pose[:, 3])
+        return found
+
+
+def _crossing(a: Floats) -> Floats:
+    """Return the matrix of a x b by b."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The letters of forces on bodies that are cut free: those that the equations of the same bodies have.
+
+
+def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -> Mapping[Key, str]:
+    """Return the letter of each of the forces that act, as `solve --steps` has it: T, N1, F, A_x, M_A.
+
+    What is zero just now acts too, so that the numbers of letters do not change with time. Weights are m*g where that
+    is short, declared forces have the letter of their value, else their name; multipliers without a letter lambda_name.
+    """
+    guides = {key for key in map(_guide, mechanism.bodies) if key and key[1] not in system.joints}  # a moving ground's
+    lettered = [each for each in _lettered(mechanism) if each.symbol in guides.union(acting)]
+    joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
+    found = {key: label.text for key, label in spelt(mechanism, lettered, joints).items()}
+    book = letters_of(system.parameters)
+    return {key: found.get(key) or in_letters(_own(system, key), book) for key in acting}
+
+
+def _lettered(mechanism: Mechanism) -> Iterator[Lettered]:
+    """Yield all forces of rows, joints that guide, springs and ropes, in the order of the equations."""
+    rubbing = [row for row in ropes(mechanism) if row.rubs]
+    one_way = {row.name for element in mechanism.one_way for row in element.rows}
+    for row in mechanism.rows:
+        letter = row_letter(row, mechanism)
+        if not letter or row.name in one_way:
+            continue
+        if not isinstance(row, RopeRow):
+            yield Lettered(("row", row.name), letter, row.name)
+        elif not row.rubs:
+            yield _tension(row)
+    for body in mechanism.bodies:
+        guide = _guide(body)
+        if guide:
+            yield Lettered(guide, NORMAL, body.joint_name)
+    for load in mechanism.loads:
+        if isinstance(load, (PointSpring, PointPull)) and load.line is not None:
+            yield Lettered(("load", load.name), SPRING, load.name)
+    for row in rubbing:
+        for k, asked in enumerate(row.asked):
+            own = f"{row.label}{row.run + k}" if row.label else ""
+            yield Lettered(("tension", asked), TENSION, row.told[0], own)
+    for element in mechanism.one_way:
+        yield from _of_element(mechanism, element)
+
+
+def _guide(body: TreeBody) -> Key:
+    """Return what the normal force of a joint that slides in the plane is, nothing for other joints."""
+    across = guide_normal(body)
+    return () if across is None else ("joint", body.joint_name, COMPONENTS[across])
+
+
+def _of_element(mechanism: Mechanism, element: OneWay) -> Iterator[Lettered]:
+    row = element.normals[0]
+    if isinstance(row, RopeRow):
+        if not row.rubs:
+            yield _tension(row)
+    elif element.unilateral:
+        yield Lettered(("row", row.name), NORMAL, element.name)
+    for part in (part for part in element.frictions if part.rubs):
+        for each in part.rows:
+            letter = MOMENT if force_unit(each, mechanism) == "N*m" else FRICTION
+            yield Lettered(("row", each.name), letter, part.name)
+
+
+def _tension(row: RopeRow) -> Lettered:
+    return Lettered(("tension", row.asked[0]), TENSION, row.told[0], own_letter(row))
+
+
+def _own(system: System, key: Key) -> str:
+    """Return what forces are called that the equations have no letter for."""
+    kind, name = key[0], key[1]
+    if kind == "weight":
+        return _weight(system, name)
+    if kind == "friction":
+        return f"{FRICTION}_{name}"
+    if kind in ("load", "drive"):
+        return letter_of(name, getattr(system.forces.get(name), "value", ()))
+    return f"lambda_{re.sub(r'[^A-Za-z0-9_]+', '_', name)}" if kind == "row" else name
+
+
+def _weight(system: System, body: str) -> str:
+    """Return m*g where both are letters, else G with the body's name."""
+    given: list[Any] = [node for node in system.gravity if node.shadow != 0]
+    mass = text(mass_of(system.bodies[body]).mass) if body in system.bodies else ""
+    g = text(given[0]).removeprefix("-") if len(given) == 1 else ""
+    factors = mass.split("*")
+    return f"{mass}*{g}" if g.isidentifier() and all(each.isidentifier() for each in factors) else f"G_{body}"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Arrows of what pulls at bodies: those of a body cut free, and those of a figure of the whole mechanism.
+
+
+_NEGLIGIBLE: Final = 1e-9
+"""Forces below this part of the largest are zero but for rounding, and have no direction."""
+
+
+def all_arrows(cut: CutFree) -> list[ArrowItem]:
+    """Return all forces and couples on all bodies, each the way in which its letter counts, as in the equations."""
+    return _arrows(cut, list(cut.pulls()), lambda pull: abs(pull.value) * pull.way)
+
+
+def reaction_arrows(cut: CutFree) -> tuple[ArrowItem, ...]:
+    """Return what joints, contacts, ropes, rods and stops exert, as it acts: on the child, ropes at both ends."""
+    pulls, seen = [], set()
+    for pull in cut.pulls():
+        place = (pull.key, pull.turns)
+        if pull.at.body in cut.ground or pull.is_applied or (place in seen and not pull.both):
+            continue
+        seen.add(place)
+        pulls.append(pull)
+    return tuple(_arrows(cut, pulls, lambda pull: pull.vector))
+
+
+def applied_arrows(cut: CutFree) -> tuple[ArrowItem, ...]:
+    """Return the weights, and the pulls of springs and the like, which no arrow of the scene shows."""
+    shown = {arrow.path for arrow in cut.scene.arrows}
+    pulls = [pull for pull in cut.pulls() if pull.is_applied and pull.path not in shown and pull.key[0] != "drive"]
+    return tuple(_arrows(cut, [p for p in pulls if p.at.body not in cut.ground], lambda pull: pull.vector))
+
+
+def _arrows(cut: CutFree, pulls: Sequence[Pull], drawn: Callable[[Pull], Floats]) -> list[ArrowItem]:
+    """Return arrows of what is more than rounding, couples also of the moments that forces have; what is open, of all.
+
+    That points as its possible value does, where this is none the way in which its letter counts.
+    """
+    known = [pull for pull in pulls if np.isfinite(pull.size)]
+    forces, couples = (max((p.size for p in known if p.turns == turns), default=0.0) for turns in (False, True))
+    largest = {False: forces, True: max(couples, forces * cut.scene.size)}
+    seen = [pull.size > _NEGLIGIBLE * largest[pull.turns] for pull in pulls]
+    pairs = zip(pulls, seen, strict=True)
+    kept = [pull if large else replace(pull, value=1.0) for pull, large in pairs if large or pull.open]
+    names = force_names(cut.system, cut.scene.mechanism, [*_acting(kept), *cut.lasting()])
+    return [
+        ArrowItem(_role(pull), pull.path[1], names[pull.key], pull.path, pull.at, vector(drawn(pull)), open=pull.open)
+        for pull in kept
+        if np.isfinite(pull.vector).all()
+    ]
+
+
+def _acting(pulls: Iterable[Pull]) -> list[tuple[str, ...]]:
+    return list(dict.fromkeys(pull.key for pull in pulls))
+
+
+def _role(pull: Pull) -> Literal["force", "torque", "reaction", "couple"]:
+    if pull.is_applied:
+        return "torque" if pull.turns else "force"
+    return "couple" if pull.turns else "reaction"

@@ -1,0 +1,429 @@
+"""The mechanism of an impact, solved as any instant is: in floats, and in closed form as far as there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.inequalities import Condition, within
+from multibody_sym.algebra.quotients import Letter, NoClosedFormError
+from multibody_sym.answers.instant.instant import Solved, forms_of, undetermined
+from multibody_sym.answers.records import ImpactStep
+from multibody_sym.contact_laws.impact_problem import ImpactLaw, Struck
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.derivation.symbolic_start import ClosedForms, SymbolicState, closed_forms, declared_state, unknowns
+from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
+from multibody_sym.dynamics.contact.impact_problem import (
+    Deciding,
+    Following,
+    plane_contact,
+    plane_course,
+    plane_element,
+    rubbing,
+)
+from multibody_sym.dynamics.contact.impact_programs import StruckMode
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.start.declared_impact import PosedImpact
+from multibody_sym.dynamics.start.number_checks import blame_numbers
+from multibody_sym.errors import ExpressionError, NoSolutionError, Where
+from multibody_sym.mechanics.impact_records import JumpRow, jump_leaf
+from multibody_sym.mechanics.impacts import after_impact, before_leaf, resting
+from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
+from multibody_sym.mechanics.row_records import SlidingRow
+from multibody_sym.mechanics.state import State, slot_state
+from multibody_sym.motion.prepare.programs import formalism_name
+from multibody_sym.records import dataclass
+from multibody_sym.scalars import limits
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.vectors import S
+
+_CONTRADICTION: Final = 1e-8
+"""The part of the largest jump by which a row may be missed, as for accelerations."""
+
+
+@dataclass(frozen=True)
+class ImpactInstant(Instant):
+    """The mechanism of an impact: `motion` at rest, udot the jumps, multipliers the impulses; and what was `before`."""
+
+    before: Motion
+
+    @property
+    def after(self) -> list[S]:
+        """The speeds after the impact."""
+        return [u + du for u, du in zip(self.before.state.u, self.udot, strict=True)]
+
+    @cached_property
+    def later(self) -> Motion:
+        """The motion after the impact, with all rows that may have acted."""
+        return motion_of(self.before.mechanism, after_impact(self.before.state, self.after))
+
+    @cached_property
+    def rows_before(self) -> Mapping[str, RowMotion]:
+        """All rows before, by name."""
+        return _by_name(self.before)
+
+    @cached_property
+    def rows_after(self) -> Mapping[str, RowMotion]:
+        """All rows after, by name."""
+        return _by_name(self.later)
+
+
+def _by_name(motion: Motion) -> dict[str, RowMotion]:
+    return dict(zip((row.name for row in motion.mechanism.rows), row_motions(motion), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Befores:
+    """The motion before an impact over floats, over Nodes in the names of the model (`nodes`) and over slots."""
+
+    numbers: Motion
+    nodes: Motion
+    slots: Motion
+    symbolic: SymbolicState
+
+
+def befores(posed: PosedImpact) -> Befores:
+    """Return the motion before an impact over all scalars."""
+    blow, begin = posed.blow, posed.begin
+    symbolic = declared_state(posed.mechanism, begin)
+    return Befores(blow.motion, blow.before(symbolic.state), blow.before(_slots_before(blow.mechanism)), symbolic)
+
+
+def _slots_before(mechanism: Mechanism) -> State:
+    """Return the state in slots with the speeds before the impact."""
+    own = slot_state(mechanism)
+    u = tuple(before_leaf(k) for k in range(len(own.u)))
+    slots = dict(own.slots)
+    slots |= {leaf: u[leaf.data[1]] for leaf in own.slots if leaf.data[0] == "u"}
+    return State(own.scalar, own.q, u, slots)
+
+
+Jumps = Callable[[Motion], Mapping[int, Node] | None]
+"""From the motion before, over Nodes, to the jumps of rows by number; None where no formula is known."""
+
+
+def solved_at_rest(
+    posed: PosedImpact,
+    given: Befores,
+    mechanism: Mechanism,
+    jumps: Mapping[int, float],
+    formula: Jumps,
+    formalism: str | None,
+    reasons: dict[str, None],
+) -> Solved:
+    """Return the mechanism of an impact solved, for jumps of its rows in numbers and by a formula.
+
+    Raises InputError, and NoSolutionError where there is no inertia or rows contradict each other.
+    """
+    state = resting(given.numbers.state, jumps)
+    dynamics = FORMALISMS[formalism_name(formalism, mechanism)](mechanism, state)
+    found = forward_dynamics(dynamics, minimum_norm=mechanism.minimum_norm)
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        blame_numbers(posed.system)
+        raise NoSolutionError(
+            "the jumps are no finite numbers: values of the model are too large or too small", number="N105"
+        )
+    _verify_jumps(mechanism, dynamics, found.udot)
+    motion, before = motion_of(mechanism, state), given.numbers
+    numbers = ImpactInstant(motion, found.udot.tolist(), found.multipliers.tolist(), before)
+    others = tuple(
+        ImpactInstant(motion, numbers.udot, (found.multipliers + change).tolist(), before)
+        for change in undetermined(dynamics, found)
+    )
+    told = formula(given.nodes)
+    known = {k: told[k] for k in jumps} if told is not None else {k: jump_leaf(k) for k in jumps}
+    symbolic = SymbolicState(resting(given.nodes.state, known), given.symbolic.letters)
+    leaves = {k: jump_leaf(k) for k in jumps}
+    nodes = ImpactInstant(motion_of(mechanism, symbolic.state), *unknowns(mechanism), given.nodes)
+    at_slots = motion_of(mechanism, resting(given.slots.state, leaves))
+    slots = ImpactInstant(at_slots, *unknowns(mechanism), given.slots)
+    forms = None if told is None else forms_of(mechanism, symbolic, posed.sides, reasons)
+    return Solved(posed.system, mechanism, posed.begin, numbers, others, symbolic, nodes, slots, forms, reasons)
+
+
+def _verify_jumps(mechanism: Mechanism, dynamics: TreeDynamics, jumps: Floats) -> None:
+    """Raise NoSolutionError where rows that depend on each other are to jump by different amounts."""
+    wanted = np.array(dynamics.constraint_forcing, dtype=float)
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(wanted), len(jumps))
+    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
+    missed = np.abs(jacobian @ jumps - wanted) * kinematic
+    if missed.max(initial=0.0) > _CONTRADICTION * max(np.abs(wanted).max(initial=0.0), np.abs(jumps).max(initial=0.0)):
+        name = mechanism.rows[int(np.argmax(missed))].name
+        raise NoSolutionError(
+            f"the impulses contradict each other: no jump of speeds fulfils {name} with the others; of motions that "
+            "jump and of what begins, leave out what asks for the same speed twice",
+            where=Where(path=("impact",)),
+            number="N108",
+        )
+
+
+def by_name(mechanism: Mechanism) -> dict[str, int]:
+    """Return the numbers of a mechanism's rows by their names."""
+    return {row.name: k for k, row in enumerate(mechanism.rows)}
+
+
+def friction_along(told: ImpactInstant, row: str) -> S:
+    """Return the impulse along a row in which something slides all the while, 0 where nothing rubs there."""
+    total: S = 0
+    places = by_name(told.motion.mechanism)
+    for k, jumping in enumerate(told.motion.mechanism.rows):
+        acting = jumping.row if isinstance(jumping, JumpRow) else jumping
+        for friction in acting.frictions if isinstance(acting, SlidingRow) else ():
+            along = [told.rows_before[x.name] for x in friction.rows]
+            names = [x.name for x in friction.rows]
+            factors = dict(zip(names, friction_factors(friction, along, told.motion), strict=True))
+            if row in factors and friction.beside:
+                pressing = (k, *(places[other] for other in friction.beside))
+                return factors[row] * length([told.multipliers[j] for j in pressing])
+            if row in factors:
+                total = total + factors[row] * told.multipliers[k]
+    return total
+
+
+def length(components: Sequence[S]) -> S:
+    """Return the length of a vector, without a root where it has one component."""
+    return limits.length([x for x in components if as_node(x) is not ZERO] or [0])
+
+
+def pressing(told: ImpactInstant, element: OneWay, part: FrictionPart, sides: Mapping[str, int]) -> S:
+    """Return the impulse that presses where a part rubs; `sides` are those of reactions in joints."""
+    names = [row.name for row in element.normals_of(part)]
+    return limits.pressing(row_impulses(told, names), [sides.get(name, 1) for name in names], norm=part.norm)
+
+
+def row_impulses(told: ImpactInstant, rows: Sequence[str]) -> list[S]:
+    """Return the impulses along rows by name, also along those that slide with another's."""
+    places = by_name(told.motion.mechanism)
+    return [told.multipliers[places[row]] if row in places else friction_along(told, row) for row in rows]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Under which conditions contacts strike in the order in which they do, and none strikes or closes besides.
+
+
+@dataclass(frozen=True)
+class Needed:
+    """That a term is positive (`strict`) or not negative, or with a `limit` not larger than that; else `broken`."""
+
+    term: Node
+    broken: str
+    strict: bool = False
+    limit: Node | None = None
+
+    def over(self, forms: ClosedForms) -> list[Condition]:
+        """Return it as conditions over quotients; raises NoClosedFormError."""
+        if self.limit is not None:
+            term, limit = forms.of([self.term, self.limit])
+            return within(term, limit, self.broken)
+        return [Condition(forms.of([self.term])[0], self.strict, self.broken)]
+
+
+@dataclass(frozen=True)
+class Blows:
+    """One of several impacts: the elements that are `struck`, by name their `impulses`, and all speeds of opening."""
+
+    struck: tuple[str, ...]
+    impulses: Mapping[str, Node]
+    before: Mapping[str, Node]
+    after: Mapping[str, Node]
+
+
+@dataclass(frozen=True)
+class Order:
+    """The elements that touch, by name their restitution and the number of their cluster, and whose turn it is.
+
+    `sample` gives the value of a speed at the start.
+    """
+
+    elements: Sequence[OneWay]
+    restitution: Mapping[str, Node]
+    cluster: Mapping[str, int]
+    one_by_one: bool
+    sample: Callable[[Node], float]
+
+    def needed(self, blows: Blows) -> Iterator[Needed]:
+        """Yield under which conditions these are struck, and so, and no others."""
+        if not blows.struck:
+            return
+        if len(blows.struck) > 1:
+            yield from (Needed(blows.impulses[name], f"{name} is not struck") for name in blows.struck)
+        lead = min(blows.struck, key=lambda name: self.sample(blows.before[name]))
+        if len(blows.struck) == 1 or self.one_by_one:
+            yield Needed(-blows.before[lead], f"{lead} separates and nothing strikes", strict=True)
+        near = [x.name for x in self.elements if self.cluster[x.name] == self.cluster[lead]]
+        for name in near:
+            if name not in blows.struck:
+                yield from self._beside(blows, name, lead)
+            elif name != lead and self.one_by_one:
+                yield from self._together(blows, name, lead)
+            elif len(blows.struck) > 1 and self.restitution[name] is not ZERO:
+                yield Needed(-blows.before[name], f"{name} separates before")
+
+    def finally_open(self, after: Mapping[str, Node], struck: Sequence[str]) -> Iterator[Needed]:
+        """Yield that nothing closes in the end."""
+        for name, speed in after.items():
+            yield Needed(speed, f"{name} closes again" if name in struck else f"{name} is struck too")
+
+    def _together(self, blows: Blows, name: str, lead: str) -> Iterator[Needed]:
+        """Yield that what is struck with the fastest closes as fast, or is held as it does not bounce."""
+        held = self.restitution[name] is ZERO and self.sample(blows.before[name]) == 0.0
+        apart = blows.before[name] if held else blows.before[name] - blows.before[lead]
+        for each in (apart, -apart):
+            yield Needed(each, f"{name} and {lead} do not strike at once")
+
+    def _beside(self, blows: Blows, name: str, lead: str) -> Iterator[Needed]:
+        """Yield that an element is not struck."""
+        before, after, e = blows.before[name], blows.after[name], self.restitution[name]
+        if self.one_by_one:
+            yield Needed(before - blows.before[lead], f"{name} strikes before {lead}", strict=True)
+            if e is ZERO and not self.sample(before):
+                yield Needed(after, f"{name} is struck too")
+        elif self.sample(before) > 0.0:
+            yield Needed(before, f"{name} does not separate before", strict=True)
+        else:
+            yield Needed(after + e * before, f"{name} is struck too")
+            yield Needed(-before, f"{name} separates before")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Formulas for the jumps of rows: in one impact, or through several that follow each other.
+
+
+_MOST: Final = 12
+"""Through how many impacts formulas are led, which grow with each."""
+
+
+def impact_steps(elements: Sequence[OneWay], names: Sequence[str], struck: Struck) -> list[ImpactStep]:
+    """Return the impacts in their order."""
+    owners = {names.index(element.normals[0].name): element.name for element in elements}
+    found = []
+    for number in range(1, struck.impacts + 1):
+        phases = [phase for phase in struck.phases if phase.number == number]
+        rows = sorted({row for phase in phases for row in phase.rows})
+        total = {owners[row]: float(sum(phase.impulses[row] for phase in phases)) for row in rows}
+        found.append(ImpactStep(tuple(total), total))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """The way of an impact over Nodes: its mode and impacts, and the letters of the start.
+
+    On the way it notes `conditions`: what is positive where slip changes as it does, and what happens else; of several
+    impacts the `steps`; and where something pushes first, the speeds of rows with which they are `striking`.
+    """
+
+    mode: StruckMode
+    struck: Struck
+    letters: Mapping[Node, Letter]
+    reasons: dict[str, None]
+    law: ImpactLaw = "newton"
+    conditions: list[tuple[Node, str]] = field(default_factory=list)
+    steps: list[Blows] = field(default_factory=list)
+    striking: dict[str, Node] = field(default_factory=dict)
+
+    def jumps(self, before: Motion) -> Mapping[int, Node] | None:
+        """Return the jumps of the rows of the whole impact by number; None, with the reason noted, without formula."""
+        given = self.mode.rows.given
+        element = plane_element(self.mode.blow)
+        if given and (element is None or element.normals[0].name not in given):
+            self.reasons[f"{', '.join(sorted(given))} slides in space, or now this way and now that"] = None
+            return None
+        try:
+            pushed = self._pushed(before) if self.mode.pushes else before
+            striking = {row.name for element in self.mode.blow.elements for row in element.rows}
+            speeds = _speeds(pushed) if self.mode.pushes else {}
+            self.striking.update({name: speed for name, speed in speeds.items() if name in striking})
+            if given and element is not None:
+                return self._along_plane(element, before, pushed)
+            if self.struck.impacts <= 1:
+                return {k: as_node(x) for k, x in self.mode.wanted(before, pushed).items()}
+            return self._through(before, pushed)
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+        except ExpressionError as reason:
+            self.reasons[reason.message] = None
+        return None
+
+    def _pushed(self, before: Motion) -> Motion:
+        """Return the motion that given impulses, and what begins or jumps, leave: then contacts strike."""
+        joined = {k: as_node(x) for k, x in self.mode.joined(before).items()}
+        return self._after(self.mode.alone, before, joined)
+
+    def _after(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> Motion:
+        return self._solved(mechanism, before, jumps)[0]
+
+    def _solved(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> tuple[Motion, list[Node]]:
+        """Return the motion after jumps of rows, and the impulses."""
+        forms = closed_forms(mechanism, SymbolicState(resting(before.state, jumps), self.letters))
+        return self.mode.pushed(before, [book_form(x) for x in forms.udot]), [book_form(x) for x in forms.multipliers]
+
+    def _note(
+        self, struck: tuple[str, ...], impulses: Sequence[Node], before: Mapping[str, Node], after: Mapping[str, Node]
+    ) -> None:
+        normals = {x.name: x.normals[0].name for x in self.mode.blow.elements}
+        speeds = [{name: each[row] for name, row in normals.items()} for each in (before, after)]
+        self.steps.append(Blows(struck, dict(zip(struck, impulses, strict=True)), speeds[0], speeds[1]))
+
+    def _along_plane(self, element: OneWay, before: Motion, pushed: Motion) -> dict[int, Node]:
+        """Return the jumps of the mechanism's own rows, and the impulses of a contact whose slip changes on the way."""
+        blow, decided = self.mode.blow, Deciding()
+
+        def in_floats(mechanism: Mechanism, state: State) -> list[float]:
+            return [float(x) for x in forward_dynamics(tree_dynamics_of(mechanism, state)).udot]
+
+        def in_symbols(mechanism: Mechanism, state: State) -> list[Node]:
+            return [book_form(x) for x in closed_forms(mechanism, SymbolicState(state, self.letters)).udot]
+
+        numbers = blow.motion
+        if self.mode.pushes:
+            own = {k: float(x) for k, x in self.mode.joined(numbers).items()}
+            numbers = self.mode.pushed(numbers, in_floats(self.mode.alone, resting(numbers.state, own)))
+        plane_course(plane_contact(blow, element, self.law, (blow.motion, numbers), in_floats), decided)
+        follows = Following(decided.taken)
+        contact = plane_contact(blow, element, self.law, (before, pushed), in_symbols, in_numbers=False)
+        impulses = plane_course(contact, follows)
+        self.conditions.extend((as_node(x), broken) for x, broken in follows.conditions)
+        found = {k: as_node(x) for k, x in self.mode.own(before).items()}
+        return found | {k: as_node(x) for k, x in enumerate(impulses, len(blow.mechanism.rows))}
+
+    def _through(self, before: Motion, first: Motion) -> dict[int, Node]:
+        """Return the jumps of rows from before to the end of impacts one after the other."""
+        blow, now = self.mode.blow, first
+        by_name = {element.name: element for element in blow.elements}
+        steps = impact_steps(blow.elements, blow.names, self.struck)
+        if len(steps) > _MOST:
+            raise NoClosedFormError(f"{len(steps)} impacts follow each other")
+        own = len(blow.mechanism.rows)
+        for step in steps:
+            striking = [by_name[name] for name in step.struck]
+            if self.mode.rows.joints or any(map(rubbing, striking)):
+                raise NoClosedFormError("several impacts with friction follow each other")
+            speeds = _speeds(now)
+            rows = [element.normals[0] for element in striking]
+            bounce = [now.state.values([element.restitution])[0] for element in striking]
+            wanted = {k: as_node(0) for k in range(own)}
+            for k, (row, e) in enumerate(zip(rows, bounce, strict=True), own):
+                wanted[k] = as_node(-(1 + e) * speeds[row.name])
+            later, impulses = self._solved(blow.resting(rows), now, wanted)
+            self._note(step.struck, impulses[own:], speeds, _speeds(later))
+            now = later
+        start, end = _speeds(before), _speeds(now)
+        found = {k: as_node(x) for k, x in self.mode.own(before).items()}
+        return found | {k: as_node(end[name] - start[name]) for k, name in enumerate(self.mode.acting) if k >= own}
+
+
+def _speeds(motion: Motion) -> dict[str, Node]:
+    names = (row.name for row in motion.mechanism.rows)
+    return {name: as_node(row.phidot) for name, row in zip(names, row_motions(motion), strict=True)}

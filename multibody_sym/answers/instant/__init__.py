@@ -1,0 +1,1 @@
+"""The solved start: forces and accelerations, conditions, letters of loops."""

@@ -1,0 +1,423 @@
+"""The start of a system, solved: in floats, and in closed form as far as there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from typing import Any, Final, TypeVar
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form, with_doubles
+from multibody_sym.algebra.quotient_functions import doubled, exact, sign
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.answers.instant.loops import Lettered
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.derivation.symbolic_start import (
+    WORK,
+    Acting,
+    ClosedForms,
+    SymbolicState,
+    begins_along,
+    closed_forms,
+    declared_state,
+    linear_equations,
+    unknowns,
+    with_directions,
+)
+from multibody_sym.dynamics.constraints.redundancy import idle_combinations
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.programs.quantities import Instant, quantities
+from multibody_sym.dynamics.start.initial_geometry import Side, straightened
+from multibody_sym.dynamics.start.number_checks import blame_numbers
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.dynamics.start.state import StartState, examined_state
+from multibody_sym.errors import ExpressionError, NoSolutionError, Where
+from multibody_sym.mechanics.declared_rows import with_named_outputs
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.state import slot_state, state_of
+from multibody_sym.model.system import System
+from multibody_sym.motion.prepare.programs import formalism_name
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.rank import least_squares
+from multibody_sym.scalars.sign_changes import EPSILON, Bounded, bounded
+from multibody_sym.text.parser import parse
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+T = TypeVar("T")
+
+AGREEMENT: Final = 1e-9
+"""How near a closed form must come to the number found in floats, relative to it."""
+_CONTRADICTION: Final = 1e-8
+_NOT_UNIQUE: Final = 1e-8
+_ASSEMBLED: Final = 16
+"""To how many units in the last place, of 1 or more, start values are known that were found by closing constraints."""
+_MOST_BOUNDED: Final = 40
+_LONGEST_NUMBER: Final = 20
+_FREE: Final = "; forces that are not unique change how it slides"
+_ZERO: Final = 1e-14
+"""The part of the largest number up to which one is rounding whose closed form is zero."""
+
+
+@dataclass(frozen=True)
+class Decided:
+    """How the mode at the start was found.
+
+    `touching`: the elements that might act; `moving`: the friction parts that slide already; `at_limit`: the rows for
+    which two modes fit; `others`: the modes that fulfil all laws beside the one that is solved, with their udot;
+    `verdict`: one or several; `searched`: what was looked at, in words. `closing`: the elements that strike at the
+    start, of which `strikes` tells that it is left out. `motion`: accelerations (nu,) and multipliers by row, where
+    the mode leaves them open.
+    """
+
+    touching: frozenset[str] = frozenset()
+    moving: frozenset[str] = frozenset()
+    at_limit: tuple[str, ...] = ()
+    others: tuple[tuple[Mode, tuple[Value, ...]], ...] = ()
+    verdict: str = "one"
+    searched: str = ""
+    closing: frozenset[str] = frozenset()
+    strikes: str = ""
+    motion: tuple[Floats, Mapping[str, float]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A system at its start: `numbers` over floats, `nodes` over Nodes, and `forms`, the closed forms of those Nodes.
+
+    `slots` is the same over slots, nothing folded, as floats are calculated. `others` are the same instant in floats
+    with other multipliers that satisfy the equations as well, where constraints depend on each other. `reasons`
+    collects why closed forms were left out. `decided` is how the mode was found that it is in. `lettered` has formulas
+    with named letters, where loops leave no closed form.
+    """
+
+    system: System
+    mechanism: Mechanism
+    begin: Start
+    numbers: Instant
+    others: tuple[Instant, ...]
+    symbolic: SymbolicState
+    nodes: Instant
+    slots: Instant
+    forms: ClosedForms | None
+    reasons: dict[str, None] = field(default_factory=dict)
+    decided: Decided = field(default_factory=Decided)
+    lettered: Lettered = field(default_factory=Lettered)
+
+    def values(
+        self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str], least: float = 0.0
+    ) -> dict[str, Value]:
+        """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
+
+        What is not unique has no value, unless least norm is asked for and possible. Forces up to `least` (N) are none.
+        """
+        numbers, nodes, slots = ask(self.numbers), self._nodes(ask), ask(self.slots)
+        others = [ask(other) for other in self.others]
+        compared = (*numbers.values(), *self.numbers.udot, *self.numbers.multipliers)
+        scale = max((abs(float(x)) for x in compared), default=0.0)
+        found = {}
+        for name, number in numbers.items():
+            unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
+            rounding = max(self._rounding(as_node(slots[name])), least if units.get(name) == "N" else 0.0)
+            near = 0.0 if abs(number) <= rounding else float(number)
+            closed = unique and name in nodes
+            told = unique or (self.mechanism.minimum_norm and not self.beyond)
+            known = self.value(as_node(nodes[name]), near, rounding) if closed else Value(near if told else None)
+            error = 0.0 if known.value is None or known.expression is not None else rounding
+            found[name] = replace(known, unique=unique, unit=units.get(name, ""), error=error)
+        return found
+
+    @cached_property
+    def beyond(self) -> str:
+        """Why forces of least norm that are asked for cannot be: what they would do against the laws. Else empty."""
+        return Acting.at(self.numbers).beyond if self.mechanism.minimum_norm and self.others else ""
+
+    def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
+        """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""
+        try:
+            return ask(self.nodes)
+        except ExpressionError as reason:
+            self.reasons[reason.message] = None
+            return {}
+
+    def value(self, node: Node, number: float, rounding: float = 0.0) -> Value:
+        """Return a number with the closed form of a Node, where they agree to within the number's rounding."""
+        closed = self._of_state(node) if self.forms is None else self.closed(lambda forms: forms.of([node])[0])
+        if closed is not None and closed.is_zero:
+            rounding = max(rounding, _ZERO * self._largest)
+        if closed is None or abs(float(closed.sample) - number) > AGREEMENT * abs(number) + rounding:
+            return Value(number)
+        return self.value_of(closed, rounding) or Value(number)
+
+    def _of_state(self, node: Node) -> Quotient | None:
+        """Return the closed form of what the state alone decides, without accelerations and multipliers."""
+        if leaves([node], "slot"):
+            return None
+        field = Field(WORK)
+        known = {symbol: field.letter(symbol, letter) for symbol, letter in self.symbolic.letters.items()}
+        try:
+            return exact(field, [node], known)[0]
+        except NoClosedFormError:
+            return None
+
+    @cached_property
+    def _largest(self) -> float:
+        """The size of the largest acceleration or multiplier."""
+        return max((abs(float(x)) for x in (*self.numbers.udot, *self.numbers.multipliers)), default=0.0)
+
+    def _rounding(self, node: Node) -> float:
+        """Return a bound of the rounding in a number that a Node in slots stands for, 0 where none is known."""
+        bound = bounded([node], self._leaves)[0].bound
+        return bound if np.isfinite(bound) else 0.0
+
+    @cached_property
+    def rests(self) -> bool:
+        """Whether nothing moves, now and later: no speeds, no accelerations, and nothing that depends on time."""
+        names = [speed.name for speed in self.mechanism.speeds]
+        found = self.values(lambda instant: dict(zip(names, instant.udot, strict=True)), {})
+        matrix, right = linear_equations(self.slots.motion)
+        timed = leaves([as_node(x) for x in (*(x for row in matrix for x in row), *right)], "slot")
+        moved = any(leaf.data[0] in ("t", "inputs") for leaf in timed) or bool(self.mechanism.drives)
+        return not (moved or any(self.begin.u) or any(value.value for value in found.values()))
+
+    @cached_property
+    def _leaves(self) -> dict[Node, Bounded]:
+        """Parameters, start values, accelerations and multipliers, each with a bound of its rounding."""
+        return _with_bounds(self.mechanism, self.begin, self.numbers, self.slots.motion)
+
+    def closed(self, find: Callable[[ClosedForms], T]) -> T | None:
+        """Return what is found among the closed forms, None (and the reason noted) where there is none."""
+        try:
+            return None if self.forms is None else find(self.forms)
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+
+    def value_of(self, closed: Quotient, rounding: float = 0.0) -> Value | None:
+        """Return a quotient as a value with its expression, None where its text does not give that value again."""
+        number = float(closed.sample)
+        number = 0.0 if abs(number) <= rounding else number
+        try:
+            expression = book_form(doubled(closed))
+            shown = with_doubles(expression)
+            again = evaluate_float([parse(text(shown))], self.sample)[0]
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+        except (ExpressionError, *UNDEFINED):
+            return None
+        if not leaves([expression], "symbol") and len(text(expression)) > _LONGEST_NUMBER:
+            return Value(number)  # a quotient of many digits tells less than its decimals
+        return Value(number, shown) if abs(again - number) <= AGREEMENT * abs(number) + rounding else None
+
+    @property
+    def sample(self) -> dict[Node, float]:
+        """The values of the symbols of closed forms."""
+        return {node: float(letter.sample) for node, letter in self.symbolic.letters.items()}
+
+    def number(self, node: Node) -> float:
+        """Return the value of an expression in the names of the model at the instant."""
+        return float(self.asked(node)(self.numbers)[""])
+
+    def asked(self, node: Node) -> Callable[[Instant], Mapping[str, Any]]:
+        """Return the question for an expression in the names of the model."""
+        in_slots = evaluate([node], lambda leaf: self.mechanism.symbols.get(leaf, leaf))
+        wanted = leaves(in_slots, "quantity")
+
+        def ask(instant: Instant) -> Mapping[str, Any]:
+            state = instant.motion.state
+            found = quantities(instant.motion, instant.udot, instant.multipliers, wanted)
+            return {"": evaluate(in_slots, {**state.slots, **found}, state.scalar)[0]}
+
+        return ask
+
+
+def with_outputs_put_in(solved: Solved) -> Solved:
+    """Return what was solved of a system whose questions have expressions in the place of names of outputs."""
+    taken = {str(name.data) for name in solved.mechanism.symbols}
+    return replace(solved, system=with_named_outputs(solved.system, taken))
+
+
+def solved_start(system: System, formalism: str | None = None, left: Mapping[str, float] | None = None) -> Solved:
+    """Return the system solved at its start, the numbers by a formalism, in coordinates of its joints.
+
+    What holds one way only is in the first mode that fulfils all laws, those of exact numbers where these say what is
+    `left` at limits, by rows. Raises InputError, and NoSolutionError where
+    there is no start, no mode, no inertia, or constraints contradict each other.
+    """
+    state = examined_state(system, left=left)
+    mechanism, begin = state.in_joints
+    return solved_in(system, mechanism, begin, formalism, _decided(state))
+
+
+def _decided(state: StartState) -> Decided:
+    """Return how the mode at the start was found."""
+    posed, found = state.posed, state.found
+    if posed is None or found is None:
+        return Decided()
+    pairs = zip(posed.parts, posed.problem.parts, strict=True)
+    return Decided(
+        touching=frozenset(element.name for element in posed.elements),
+        moving=frozenset(part.name for part, law in pairs if not law.rests),
+        at_limit=tuple(posed.names[k] for k in found.states[0].at_limit),
+        others=tuple((mode, _udot(state, number, mode)) for number, mode in enumerate(state.modes) if number),
+        verdict=found.verdict,
+        searched=found.searched + (_FREE if found.free else ""),
+        closing=frozenset(state.closing),
+        strikes=state.strikes,
+        motion=state.motion(0),
+    )
+
+
+def _udot(state: StartState, number: int, mode: Mode) -> tuple[Value, ...]:
+    """Return the accelerations at the start in another mode, each with its rounding as far as that is known."""
+    own = state.motion(number)
+    if own is not None:
+        size = AGREEMENT * float(np.abs(own[0]).max(initial=0.0))
+        return tuple(Value(x if abs(x) > size else 0.0, error=size) for x in own[0].tolist())
+    mechanism, begin = replace(state, modes=(mode,)).in_joints
+    here = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
+    found = forward_dynamics(composite_body(mechanism, here))
+    numbers = Instant(motion_of(mechanism, here), found.udot.tolist(), found.multipliers.tolist())
+    formal, _ = straightened(mechanism, begin.q, begin.u, begin.parameters)
+    known = _with_bounds(mechanism, begin, numbers, motion_of(formal, slot_state(formal)))
+    udot = [(known[node].value, known[node].bound) for node in unknowns(mechanism)[0]]
+    errors = [(x, bound if np.isfinite(bound) else 0.0) for x, bound in udot]
+    return tuple(Value(x if abs(x) > error else 0.0, error=error) for x, error in errors)
+
+
+def solved_in(
+    system: System,
+    resolved: Mechanism,
+    begin: Start,
+    formalism: str | None = None,
+    decided: Decided | None = None,
+) -> Solved:
+    """Return a system solved at a start of its mechanism, which is in a mode where something holds one way only.
+
+    Raises InputError, and NoSolutionError where there is no inertia, or constraints contradict each other.
+    """
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    motion = motion_of(resolved, state)
+    dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
+    found = forward_dynamics(dynamics, minimum_norm=resolved.minimum_norm)
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        blame_numbers(system)
+    _verify(resolved, dynamics, found)
+    facts = decided or Decided()
+    if facts.motion is not None:
+        udot, forces = facts.motion
+        found = replace(found, udot=udot, multipliers=np.array([forces[row.name] for row in resolved.rows]))
+    numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
+    others = tuple(
+        Instant(motion, numbers.udot, (found.multipliers + change).tolist()) for change in undetermined(dynamics, found)
+    )
+    formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
+    reasons: dict[str, None] = {}
+    symbolic, forms = _closed(formal, begin, sides, reasons)
+    nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
+    slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
+    lettered = Lettered(formal, symbolic, begin, numbers)
+    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered)
+
+
+def _with_bounds(mechanism: Mechanism, begin: Start, numbers: Instant, slots: Motion) -> dict[Node, Bounded]:
+    """Return parameters, start values, accelerations and multipliers, each with a bound of its rounding.
+
+    `slots` is the motion over slots, by which the accelerations in `numbers` are calculated.
+    """
+    declared: list[Coordinate | Speed] = [*mechanism.coordinates, *mechanism.speeds]
+    assembled = {mechanism.symbols[symbol(x.name)] for x in declared if x.name in begin.assembled}
+    known = {
+        node: Bounded(x, EPSILON * (_ASSEMBLED * max(1.0, abs(x)) if node in assembled else abs(x)))
+        for node, x in numbers.motion.state.slots.items()
+    }
+    places = [x for group in unknowns(mechanism) for x in group]
+    found = [float(x) for x in (*numbers.udot, *numbers.multipliers)]
+    bounds = _solved_bounds(*linear_equations(slots), known, np.array(found))
+    return {**known, **{node: Bounded(x, b) for node, x, b in zip(places, found, bounds, strict=True)}}
+
+
+def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:
+    """Return bounds of the rounding in x, matrix x = right: |K^-1| (bounds of right + bounds of K |x|), to first order.
+
+    Infinite where the equations have too many terms to look at, or no values.
+    """
+    size = len(x)
+    entries = [as_node(y) for row in matrix for y in row]
+    if size > _MOST_BOUNDED or size == 0:
+        return [np.inf] * size
+    found = bounded([*entries, *map(as_node, right)], known)
+    values, bounds = (np.array(y, dtype=float) for y in zip(*found, strict=True))
+    if not (np.isfinite(values).all() and np.isfinite(bounds).all()):
+        return [np.inf] * size
+    inverse = np.abs(least_squares(values[: size * size].reshape(size, size), np.eye(size)))
+    terms = bounds[size * size :] + bounds[: size * size].reshape(size, size) @ np.abs(x)
+    return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
+
+
+def _closed(
+    formal: Mechanism, begin: Start, sides: Sequence[Side], reasons: dict[str, None]
+) -> tuple[SymbolicState, ClosedForms | None]:
+    """Return the start over Nodes and the closed forms there, in directions of slip that hold whatever the values."""
+    declared = declared_state(formal, begin)
+    directed = with_directions(formal, declared)
+    if directed is not declared:
+        found = forms_of(formal, directed, sides, {})
+        if found is not None and begins_along(formal, directed, found):
+            return directed, found
+    return declared, forms_of(formal, declared, sides, reasons)
+
+
+def forms_of(
+    resolved: Mechanism, symbolic: SymbolicState, sides: Sequence[Side], reasons: dict[str, None]
+) -> ClosedForms | None:
+    """Return the closed forms; that ropes and springs lie on their sides is among the signs that they rest on."""
+    try:
+        found = closed_forms(resolved, symbolic)
+        for length in found.of(as_node(x) for x in symbolic.state.values([side.length for side in sides])):
+            sign(length)
+        return found
+    except NoClosedFormError as reason:
+        reasons[str(reason)] = None
+    except ExpressionError as reason:
+        reasons[reason.message] = None
+    return None
+
+
+def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -> None:
+    """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
+    rank, gamma = found.report[0], np.array(dynamics.constraint_forcing, dtype=float)
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(gamma), len(found.udot))
+    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
+    misses = np.abs(jacobian @ found.udot - gamma) * kinematic
+    missed = float(misses.max(initial=0.0))
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        raise NoSolutionError(
+            "the accelerations are no finite numbers: values of the model are too large or too small", number="N105"
+        )
+    size = max(1.0, float(np.abs(gamma).max(initial=0.0)), float(np.abs(found.udot).max(initial=0.0)))
+    if rank < len(resolved.rows) and missed > _CONTRADICTION * size:
+        names = ", ".join(row.name for row in resolved.rows)
+        raise NoSolutionError(
+            f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "
+            "from another position, or at rest",
+            where=Where(path=resolved.row_path(int(np.argmax(misses)))),
+            number="N103",
+        )
+
+
+def undetermined(dynamics: TreeDynamics, found: Accelerations) -> list[Floats]:
+    """Return changes (s) of the multipliers, as large as these, that change no motion."""
+    size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
+    return [size * combination for combination in idle_combinations(dynamics)]

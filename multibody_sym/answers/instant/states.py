@@ -1,0 +1,367 @@
+"""Which state was found at a start: in words, with what decided it, what is at its limit, how rough is enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.algebra.inequalities import Condition
+from multibody_sym.algebra.quotient_functions import decided_sign
+from multibody_sym.answers.instant.conditions import inequalities
+from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.reactions import unit_of
+from multibody_sym.derivation.symbolic_start import Acting
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.reactions import is_active, mode_of
+from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.row_records import BrakingRow, ReactionRow, RopeSlipRow, VelocityRow
+from multibody_sym.model.bodies import ORIGIN
+from multibody_sym.model.fields import Point
+from multibody_sym.model.states import WAYS
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.limits import length
+from multibody_sym.scalars.node import ONE, Node, slot, symbol
+from multibody_sym.scalars.rank import least_squares
+from multibody_sym.scalars.vectors import S
+from multibody_sym.text.printer import COMPONENTS
+from multibody_sym.text.values import Value
+
+_TINY: Final = 1e-12
+_ENDLESS: Final = 1e17
+"""How many times a tension the other one may be at most that is limited at all."""
+
+
+@dataclass(frozen=True)
+class StateFound:
+    """The state: a word for each element, slip's directions in space, `lines` for people, `at_limit` and `needed`.
+
+    `closing`: how fast what strikes at the start closes.
+    `at_limit`: elements for which another state fits as well, exactly or as far as it is decided, with what is then.
+    `needed`: the least coefficients with which parts stick that are rough `enough`.
+    """
+
+    words: Mapping[str, str]
+    closing: Mapping[str, Value]
+    directions: Mapping[str, tuple[float, ...]]
+    lines: tuple[str, ...]
+    at_limit: Mapping[str, str]
+    needed: Mapping[str, Value]
+
+
+def state_found(solved: Solved) -> StateFound:
+    """Return the state that a start was found in; empty where nothing holds one way only."""
+    mechanism = solved.mechanism
+    found = mode_words(mechanism.one_way, mode_of(mechanism))
+    needed = dict(_needed(solved))
+    acting = Acting.at(solved.numbers)
+    lines = tuple(line for element in mechanism.one_way for line in _lines(solved, acting, element, found, needed))
+    closing = _closing(solved)
+    told = (f"{name} strikes: it closes with {speed.told()} (see the notes)" for name, speed in closing.items())
+    lines = (*told, *lines, *_tipping(solved))
+    return StateFound(found, closing, dict(_directions(acting)), lines, dict(_at_limit(solved)), needed)
+
+
+def _closing(solved: Solved) -> dict[str, Value]:
+    """Return the speeds at which elements that strike at the start close, by name."""
+    rows = {x.name: x.normals[0] for x in solved.mechanism.one_way if x.name in solved.decided.closing}
+    units = {name: "rad/s" if row.unit == "N*m" else "m/s" for name, row in rows.items()}
+
+    def speeds(instant: Instant) -> Mapping[str, Any]:
+        acting = Acting.at(instant)
+        return {name: -acting.row(row).phidot for name, row in rows.items()}
+
+    return solved.values(speeds, units) if rows else {}
+
+
+# --- words for people ----------------------------------------------------------------------------------------------
+
+
+def _lines(
+    solved: Solved, acting: Acting, element: OneWay, words: Mapping[str, str], needed: Mapping[str, Value]
+) -> Iterator[str]:
+    """Yield `c1 slides backward: ...` for an element and its parts."""
+    acts = is_active(acting.mechanism, element)
+    if not acts and element.group != element.name and element.name not in solved.decided.touching:
+        return  # a corner in the air
+    rubbing = [part for part in element.frictions if acts and part.rubs]
+    if element.name in words and all(part.name != element.name for part in rubbing):
+        yield _state_line(element, words[element.name])
+    for part in rubbing:
+        if part.name in words:
+            yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
+
+
+def _state_line(element: OneWay, word: str) -> str:
+    """Return in which state an element is that does not rub: `c is open`, `j rests at its upper stop`."""
+    if element.kind == "stop" and word == element.words[0]:
+        return f"{element.group} rests at its {word} stop"
+    return f"{element.name} is {word}"
+
+
+def _verb(word: str) -> str:
+    """Return a word such as slide- as a verb: slides backward."""
+    plain = word.rstrip("+-")
+    return f"{plain}s {WAYS.get(word[len(plain) :], '')}".rstrip()
+
+
+def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, needed: Mapping[str, Value]) -> str:
+    slip = acting.mode.slip(part)
+    if slip != STICKS:
+        moving = part.name in solved.decided.moving
+        if isinstance(part.rows[0], RopeSlipRow):
+            return f": its rope {'moves' if moving else 'starts to move'} {'forward' if slip > 0 else 'back'} over it"
+        who, line = _who(acting, part) if element.kind == "friction" else ("it", "its tangent")
+        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} {line}"
+        return f": {who} {'moves' if moving else 'starts to move'}{where}"
+    rubs = all(_unique(solved, row.name) for row in part.rows)
+    if part.enough:
+        least = needed.get(part.name)
+        if not rubs:
+            return ": friction that is not unique"
+        if least is None or not least.value:
+            return ": no friction is needed"
+        return f": that needs a coefficient of {least.told()} or more"
+    limit, size = float(acting.most(element, part)), float(length(acting.friction(part)))
+    told = unit_of(acting.mechanism, part.rows[0])
+    unit = f" {told}" if told else ""
+    most = f"at most {limit:.6g}{unit}"
+    row = part.rows[0]
+    if isinstance(row, RopeSlipRow) and all(_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
+        return _two_tensions(acting, part, row)
+    if rubs:
+        if not limit:
+            return ": nothing presses, and there is no friction"
+        return f": friction {size:.6g}{unit} of {most}"
+    limited = all(_unique(solved, row.name) for row in element.normals_of(part))
+    return ": friction that is not unique" + (f", {most}" if limited else "")
+
+
+def _who(acting: Acting, part: FrictionPart) -> tuple[str, str]:
+    """Return the body that moves where friction in a joint slides, and that joint's axis."""
+    mechanism = acting.mechanism
+    found = leaves([row.zero for row in part.rows if isinstance(row, VelocityRow)], "slot")
+    joints = {speed.joint for k, speed in enumerate(mechanism.speeds) if slot("u", k) in found}
+    bodies = [body.name for body in mechanism.bodies if {mechanism.speeds[k].joint for k in body.u} & joints]
+    return (bodies[0], f"the axis of {joints.pop()}") if len(joints) == len(bodies) == 1 else ("it", "its axis")
+
+
+def _two_tensions(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> str:
+    """Return the tensions on both sides of a wheel that a rope grips, and how many times the less the other may be."""
+    wheel = slip.rope.rubs.index(slip.name)
+    less, greater = sorted(float(acting.tensions[asked]) for asked in slip.rope.asked[wheel : wheel + 2])
+    pair, ratio = f": tension {greater:.6g} N", float(acting.tension_ratio(part))
+    if ratio > _ENDLESS:
+        return f"{pair}, {less:.6g} N on its other side"
+    return f"{pair}, at most {ratio:.6g} times the {less:.6g} N on its other side"
+
+
+def _unique(solved: Solved, row: str) -> bool:
+    values = [float(Acting.at(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
+    size = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
+    return all(abs(x - values[0]) <= 1e-8 * size for x in values)
+
+
+def _tipping(solved: Solved) -> Iterator[str]:
+    """Yield about which corners a body tips of which others lift off."""
+    groups: dict[str, list[OneWay]] = {}
+    for element in solved.mechanism.one_way:
+        if element.name in solved.decided.touching and element.group not in ("", element.name):
+            groups.setdefault(element.group, []).append(element)
+    for name, elements in groups.items():
+        held = [x.name.removeprefix(f"{name}.") for x in elements if is_active(solved.mechanism, x)]
+        if held and len(held) < len(elements):
+            yield f"{name} tips about {', '.join(held)}"
+
+
+def _directions(acting: Acting) -> Iterator[tuple[str, tuple[float, ...]]]:
+    """Yield in which direction each part slides in space, along its two tangents."""
+    for element in acting.mechanism.one_way:
+        for part in element.frictions if is_active(acting.mechanism, element) else ():
+            if acting.mode.slip(part) == ALONG_VELOCITY:
+                given = acting.mode.directions.get(part.name)
+                velocity = [float(acting.row(row).phidot) for row in part.rows]
+                speed = sum(v * v for v in velocity) ** 0.5
+                yield part.name, given if given is not None else tuple(v / speed for v in velocity)
+
+
+# --- how rough is enough -------------------------------------------------------------------------------------------
+
+
+def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
+    for element in solved.mechanism.one_way:
+        for part in element.frictions if is_active(solved.mechanism, element) else ():
+
+            def forces(instant: Instant, element: OneWay = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+                acting = Acting.at(instant)
+                return acting.pressing(element, part), acting.friction(part)
+
+            yield from least_coefficient(solved, part, forces)
+
+
+def least_coefficient(
+    solved: Solved, part: FrictionPart, forces: Callable[[Instant], tuple[S, Sequence[S]]]
+) -> Iterator[tuple[str, Value]]:
+    """Yield the least coefficient |F| / N with which a part sticks that is rough `enough`; `forces` gives N and F."""
+    pressing, friction = forces(solved.numbers)
+    largest = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
+    if not part.enough or abs(float(pressing)) <= _TINY * largest:
+        return
+    sign = -1 if len(friction) == 1 and float(friction[0]) < 0.0 else 1
+
+    def ratio(instant: Instant) -> Mapping[str, Any]:
+        pressing, friction = forces(instant)
+        size = sign * friction[0] if len(friction) == 1 else length(friction)
+        return {"": size / (instant.motion.state.values([part.arm])[0] * pressing)}
+
+    unit = "m" if part.rows[0].unit == "N*m" and part.arm is ONE else ""
+    yield part.name, solved.values(ratio, {"": unit})[""]
+
+
+# --- at the limit --------------------------------------------------------------------------------------------------
+
+
+def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
+    """Yield what is at its limit, by what would happen beyond it, decided exactly where that can be done."""
+    if not solved.decided.at_limit:
+        return
+    values = exact_values(solved)
+    acting = Acting.at(solved.nodes)
+    for inequality in inequalities(acting, solved):
+        if not set(inequality.rows) & set(solved.decided.at_limit):
+            continue
+        conditions: list[Condition] = solved.closed(inequality.conditions) or []
+        signs = [decided_sign(condition.value, values) for condition in conditions]
+        if 0 in signs:
+            yield inequality.broken, "at the limit"
+        elif None in signs or not signs:
+            yield inequality.broken, "at the limit as far as numbers tell: not decided exactly"
+
+
+def beyond_limits(solved: Solved) -> dict[str, float]:
+    """Return what exact numbers say is left at limits, by rows, where some of it is negative: the state is another.
+
+    Empty where all is as floats have it.
+    """
+    found = dict[str, float]()
+    if solved.decided.at_limit:
+        values = exact_values(solved)
+        for inequality in inequalities(Acting.at(solved.nodes), solved):
+            conditions: list[Condition] = solved.closed(inequality.conditions) or []
+            if inequality.rows[0] in solved.decided.at_limit and conditions:
+                least = min((condition.value for condition in conditions), key=lambda value: float(value.sample))
+                if decided_sign(least, values):
+                    found.setdefault(inequality.rows[0], float(least.sample))
+    return found if any(value < 0.0 for value in found.values()) else {}
+
+
+def exact_values(solved: Solved) -> dict[Node, Node]:
+    """Return the exact values of the parameters that formulas name."""
+    named = {symbol(entry.name): entry.value for entry in solved.mechanism.parameters}
+    known = {node: value for node, value in named.items() if value is not None and not leaves([value], "slot")}
+    return {node: known[node] for node in solved.symbolic.letters if node in known}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What is left out, told where it is there: impacts, couples that pads of joints would bear, forces along an axis.
+
+
+_ROUNDING: Final = 1e-9
+_LEFT: Final = ".left"
+_RIGHT: Final = ".right"
+_APART: Final = "give the length over which its pads or bearings are apart"
+
+
+def left_out(solved: Solved) -> tuple[str, ...]:
+    """Return what strikes at the start, and what reactions of joints that rub hold beside what their friction is of."""
+    rubbing = [element for element in solved.mechanism.one_way if element.kind == "friction"]
+    struck = [solved.decided.strikes] if solved.decided.strikes else []
+    return (*struck, *_clamped(solved), *(note for element in rubbing for note in _notes(solved, element)))
+
+
+def _clamped(solved: Solved) -> Iterator[str]:
+    """Yield what touches both sides of a thin bar in a plane model, as a slot without play would."""
+    acting = {x.name for x in solved.mechanism.one_way if x.unilateral and is_active(solved.mechanism, x)}
+    for left in sorted(name for name in acting if name.endswith(_LEFT)):
+        if (right := left.removesuffix(_LEFT) + _RIGHT) in acting:
+            yield (
+                f"{left} and {right} press at once, the two sides of a thin bar, as a slot without play does: give its "
+                "segment the normal of the side that is touched, if that is one only"
+            )
+
+
+def _notes(solved: Solved, element: OneWay) -> Iterator[str]:
+    normals = [row for row in element.normals if isinstance(row, ReactionRow)]
+    body = next(body for body in solved.mechanism.bodies if body.joint_name == element.joint)
+    turns, slides = any(step.turns for step in body.steps), any(step.slides for step in body.steps)
+    if not all(row.share is ONE for row in normals) or sum(len(step.turns) for step in body.steps) == 3:
+        return  # on a thread force and couple go together, a ball bears forces only
+    held = _Held(solved, element.joint)
+    if len(element.frictions) > 1 and all(row.moment is ORIGIN for row in normals):
+        yield from _of_pins(held, element)
+        return
+    if sum(bool(step.slides) for step in body.steps) > 1:
+        yield from _of_plate(held, element, normals[0], turns=turns)
+        return
+    axis = next(axis for step in body.steps for axis in (*step.slides, *step.turns))
+    along = held.unit(axis)
+    couple = float(np.linalg.norm(held.moment - (held.moment @ along) * along if turns else held.moment))
+    if couple > _ROUNDING * held.size and all(row.moment is ORIGIN for row in normals):
+        yield f"{element.name} rubs with its force alone; the couple of {couple:.6g} N*m there is left out ({_APART})"
+    push = abs(float(held.force @ along))
+    if turns and not slides and push > _ROUNDING * held.size:
+        yield f"{element.name} rubs with the force across its axis; {push:.6g} N along the axis are left out"
+
+
+class _Held:
+    """What a joint holds: force and moment on its child, about its point there, in the frame on its parent."""
+
+    def __init__(self, solved: Solved, joint: str) -> None:
+        self._state = solved.numbers.motion.state
+        reaction = solved.numbers.reactions[joint]
+        self.force, self.moment = np.array([reaction[c] for c in COMPONENTS], dtype=float).reshape(2, 3)
+        self.size = float(np.abs(self.force).sum() + np.abs(self.moment).sum())
+
+    def unit(self, axis: Point) -> Floats:
+        """Return the unit vector along an axis."""
+        along = np.array(self._state.values(axis), dtype=float)
+        return np.asarray(along / np.linalg.norm(along), dtype=float)
+
+
+def _of_plate(held: _Held, element: OneWay, row: ReactionRow, *, turns: bool) -> Iterator[str]:
+    """Yield the couple that moves the normal force away from the joint's point."""
+    normal = held.unit(row.force)
+    couple = float(np.linalg.norm(held.moment - (held.moment @ normal) * normal))
+    if couple > _ROUNDING * held.size:
+        pressing = abs(float(held.force @ normal))
+        where = f", which moves that force {couple / pressing:.6g} m aside," if pressing > _ROUNDING * held.size else ""
+        yield (
+            f"{element.name} rubs with the force along its normal alone; the couple of {couple:.6g} N*m there{where} "
+            "is left out"
+        )
+    twist = abs(float(held.moment @ normal))
+    if not turns and twist > _ROUNDING * held.size:
+        yield f"{element.name} rubs with its force alone; the couple of {twist:.6g} N*m about its normal is left out"
+
+
+def _of_pins(held: _Held, element: OneWay) -> Iterator[str]:
+    """Yield the couple that pins and guides one on the other transmit, and the forces along the pins."""
+    pins: dict[str, Floats] = {}
+    for part in element.frictions:
+        rows = element.normals_of(part)
+        first, second = (held.unit(row.force) for row in rows if isinstance(row, ReactionRow)) if part.norm else (0, 0)
+        if isinstance(part.rows[0], BrakingRow):
+            pins[part.name] = np.cross(first, second)
+    axes = np.array(list(pins.values())).reshape(-1, 3).T
+    free = axes @ least_squares(axes, held.moment) if pins else np.zeros(3)
+    couple = float(np.linalg.norm(held.moment - free))
+    if couple > _ROUNDING * held.size:
+        yield f"{element.name} rubs with its force alone; the couple of {couple:.6g} N*m that it transmits is left out"
+    for name, pin in pins.items():
+        push = abs(float(held.force @ pin))
+        if push > _ROUNDING * held.size:
+            yield f"{name} rubs with the force across it; {push:.6g} N along the pin are left out"

@@ -1,0 +1,387 @@
+"""Solution: what `solve` finds at the given instant, in numbers and in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import field, fields, replace
+from typing import Any, Final, Literal, NamedTuple
+
+from multibody_sym.derivation.notation import Notation
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import Node
+from multibody_sym.text.printer import AT, text
+from multibody_sym.text.values import SI, Units, Value
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Worked: a solution step by step, as data to be written out.
+
+
+Words = tuple[Any, ...]
+"""A sentence: texts, and expressions (sympy) and quantities that stand in it."""
+
+
+class Quantity(NamedTuple):
+    """A number in an SI unit; empty for a pure number."""
+
+    number: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A line of words, with expressions between them."""
+
+    words: Words
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A line of mathematics: `sides` (sympy) joined by `relation`; `before` are words before it.
+
+    `tag` is the number by which other lines name it. `value` is what it comes to. Where it is
+    `assumed`, its first side has this value under an assumption that is rejected.
+    """
+
+    sides: tuple[Any, ...]
+    relation: str = "="
+    tag: int | None = None
+    before: Words = ()
+    value: Quantity | None = None
+    assumed: bool = False
+
+
+Line = Sentence | Formula
+
+
+@dataclass(frozen=True)
+class WorkedStep:
+    """One step: its title and its lines."""
+
+    title: str
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class Worked:
+    """A solution as a book writes it: `steps` in order, and the `notation` of its symbols.
+
+    `values` are the numbers (SI) of all symbols that stand in it: parameters, accelerations, forces.
+    """
+
+    name: str
+    steps: tuple[WorkedStep, ...]
+    notation: Notation
+    values: Mapping[Any, float] = field(default_factory=dict)
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """All lines of mathematics."""
+        return tuple(line for step in self.steps for line in step.lines if isinstance(line, Formula))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a letter in a formula stands for.
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A letter that formulas name: its `value` (SI), and what gives it.
+
+    That is an `expression` in parameters and other letters, or an `equation` (left side, right side) that it satisfies,
+    with others where they follow from several together. Neither is there for what is told among accelerations as a
+    number. `says`: what it is, in words.
+    """
+
+    value: float
+    expression: Node | None = None
+    equation: tuple[Node, Node] | None = None
+    unit: str = ""
+    says: str = ""
+
+    @property
+    def formula(self) -> str:
+        """The expression or equation as text; empty where there is neither."""
+        if self.expression is not None:
+            return text(self.expression)
+        return "" if self.equation is None else " = ".join(map(text, self.equation))
+
+    def told(self, units: Units = SI) -> str:
+        """Return what follows the letter, for people: `= formula = number unit`, or where an equation gives it."""
+        number = units.said(self.value, self.unit)
+        if self.equation is not None and self.expression is None:
+            return f"= {number}, from {self.formula}"
+        return f"= {self.formula} = {number}" if self.formula not in ("", f"{self.value:.10g}") else f"= {number}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `--json` prints."""
+        equation = None if self.expression is not None or self.equation is None else self.formula
+        expression = None if self.expression is None else self.formula
+        found = {"value": self.value, "expression": expression, "equation": equation, "unit": self.unit}
+        return {**found, "says": self.says}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# ImpactFound: what an impact does, in numbers and in closed form.
+
+
+@dataclass(frozen=True)
+class ImpactStep:
+    """One of several impacts that follow each other: what is `struck`, and the normal impulse (N s) of each."""
+
+    struck: tuple[str, ...]
+    impulses: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class ImpactFound:
+    """What an impact at the given instant does.
+
+    `law` and `sequence` by which it was found. `impulses`: of each contact, rope or stop that strikes `normal`, and
+    where it rubs `friction` (in space `friction_1`, `friction_2`), of constraints that begin or hold `impulse`; their
+    `states` afterwards in a word: `bounces`, `stays`, with friction `sticks`, `slides+`, `slides-`, `slides`.
+    `jumps` of the speeds, and the speeds `after`, by name. `joint_impulses`: of each joint fx .. mz (N s, N m s) on the
+    child, about the joint's point, axes of its frame on the parent. `apparent_mass` of each contact along its normal,
+    its speed of `closing` before and of `opening` after. `energy_lost` and by which contact (`lost_by`);
+    `energy_given` by given impulses and prescribed motion (None where nothing gives any): `kinetic_energy` after is
+    that before, and what is given, without what is lost. `needed`: of what is rough enough the least coefficients, the
+    impulse of friction over the normal one. `instantaneous_centres` of bodies in a plane, or a `direction` where they
+    do not turn; `centres_of_percussion` of bodies about the hinge that carries them. `conditions` under which the
+    formulas hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why. `steps`: the
+    impacts that follow each other, each with what is struck and its normal impulses (N s).
+    """
+
+    law: str
+    sequence: str
+    impulses: Mapping[str, Mapping[str, Value]]
+    states: Mapping[str, str]
+    jumps: Mapping[str, Value]
+    after: Mapping[str, Value]
+    joint_impulses: Mapping[str, Mapping[str, Value]]
+    apparent_mass: Mapping[str, Value]
+    closing: Mapping[str, Value]
+    opening: Mapping[str, Value]
+    energy_lost: Value
+    lost_by: Mapping[str, Value]
+    kinetic_energy: Mapping[str, Value]
+    instantaneous_centres: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict)
+    centres_of_percussion: Mapping[str, Value] = field(default_factory=dict)
+    conditions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    limits: Mapping[str, str] = field(default_factory=dict)
+    steps: tuple[ImpactStep, ...] = ()
+    energy_given: Value | None = None
+    needed: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def values(self) -> list[Value]:
+        """All values, in one order."""
+        every = (getattr(self, f.name) for f in fields(self))
+        return [value for part in every for value in _values(part)]
+
+    def with_values(self, values: Iterable[Value]) -> ImpactFound:
+        """Return the same with other `values`, in their order."""
+        new = iter(values)
+        return replace(self, **{f.name: _with_values(getattr(self, f.name), new) for f in fields(self)})
+
+    @property
+    def not_unique(self) -> list[str]:
+        """The elements and joints with an impulse for which other values would serve as well."""
+        both = {**self.impulses, **self.joint_impulses}
+        return [name for name, parts in both.items() if not all(x.unique for x in parts.values())]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `solve --json` prints under `impact`."""
+        impulses = {name: {**_told(parts), "state": self.states.get(name, "")} for name, parts in self.impulses.items()}
+        return {
+            "law": self.law,
+            "sequence": self.sequence,
+            "impulses": {name: _with_pairs(parts) for name, parts in impulses.items()},
+            "jumps": _told(self.jumps),
+            "after": _told(self.after),
+            "joint_impulses": {name: _told(parts) for name, parts in self.joint_impulses.items()},
+            "apparent_mass": _told(self.apparent_mass),
+            "closing": _told(self.closing),
+            "opening": _told(self.opening),
+            "energy_lost": self.energy_lost.as_json(),
+            "energy_given": None if self.energy_given is None else self.energy_given.as_json(),
+            "needed": _told(self.needed),
+            "lost_by": _told(self.lost_by),
+            "kinetic_energy": _told(self.kinetic_energy),
+            "instantaneous_centres": {
+                name: list(x["centre"]) if "centre" in x else {"direction": list(x["direction"])}
+                for name, x in self.instantaneous_centres.items()
+            },
+            "centre_of_percussion": _told(self.centres_of_percussion),
+            "conditions": list(self.conditions),
+            "limits": dict(self.limits),
+            "not_unique": self.not_unique,
+            "notes": list(self.notes),
+            "steps": [{"struck": list(step.struck), "impulses": dict(step.impulses)} for step in self.steps],
+        }
+
+
+def _values(part: Any) -> Iterator[Value]:
+    if isinstance(part, Value):
+        yield part
+    elif isinstance(part, Mapping):
+        for each in part.values():
+            yield from _values(each)
+
+
+def _with_values(part: Any, new: Iterator[Value]) -> Any:
+    if isinstance(part, Value):
+        return next(new)
+    return {name: _with_values(x, new) for name, x in part.items()} if isinstance(part, Mapping) else part
+
+
+def _told(values: Mapping[str, Value]) -> dict[str, Any]:
+    return {name: value.as_json() for name, value in values.items()}
+
+
+def _with_pairs(parts: dict[str, Any]) -> dict[str, Any]:
+    """Return the impulses of a contact with friction in space as a list of two."""
+    if "friction_1" not in parts:
+        return parts
+    pair = [parts.pop("friction_1"), parts.pop("friction_2")]
+    return {**parts, "friction": pair}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+RowKind = Literal["rope", "rod", "force", "multiplier", "contact", "stop", "friction"]
+"""What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression.
+
+Contacts, stops and friction in joints have forces of several names.
+"""
+
+
+"""Where a normal force acts."""
+
+
+@dataclass(frozen=True)
+class OtherState:
+    """A state that fulfils all laws too: the word of each element, and the accelerations (SI), known to `errors`."""
+
+    states: Mapping[str, str]
+    accelerations: Mapping[str, float]
+    errors: Mapping[str, float] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `--json` prints."""
+        return {"states": dict(self.states), "accelerations": dict(self.accelerations)}
+
+
+@dataclass(frozen=True, repr=False)
+class Solution:
+    """The solved instant t = 0 of a system.
+
+    `accelerations`: of each coordinate by its name; where the speeds are not the coordinates' rates (quaternions), of
+    each speed by its own. `assembled`: the coordinates and speeds that follow from the constraints; those without an
+    expression stand in formulas by their names. `shifts`: by how much start values that were given were changed for
+    that, by name (SI). `reactions`: of a joint fx .. mz (on the child, about the joint's point, axes of its frame on
+    the parent), of an expression `multiplier`, of any other constraint `tension`, which is one of ropes and rods (their
+    `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
+    `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
+    the reasons. `units`: the unit of each coordinate and speed. `steps`: how a book gets there, where asked for.
+
+    What holds one way only is in the state that `states` tells, a word for each element: a contact `stick`, `slide+`,
+    `slide-` (in space `slide`, its direction along the tangents in `directions`), `closed` or `open`, a rope `taut` or
+    `slack`. `closing`: the speeds of what closes at the start and strikes, of which nothing else here tells. `found`
+    says the same for people. Its forces are among `reactions`: of a contact `normal` and `friction`
+    (in space `friction_1`, `friction_2`), of several corners together also `at_x`, `at_y`, `at_z`, where their normal
+    force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
+    how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `sums`: forces of
+    separate contacts that are unique together though not alone, such as `friction(c) + friction(d)`. `verdict`: `one`,
+    or `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
+    `where`: what the letters stand for that formulas name beside those of the model, where loops leave no closed form.
+    `labels`: the letters by which parameters that have one are known where formulas are typeset.
+
+    Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
+    """
+
+    name: str
+    coordinates: Mapping[str, float]
+    speeds: Mapping[str, float]
+    accelerations: Mapping[str, Value]
+    reactions: Mapping[str, Mapping[str, Value]]
+    conditions: tuple[str, ...]
+    answers: Mapping[str, Value]
+    notes: tuple[str, ...] = ()
+    assembled: Mapping[str, Value] = field(default_factory=dict)
+    shifts: Mapping[str, float] = field(default_factory=dict)
+    kinds: Mapping[str, RowKind] = field(default_factory=dict)
+    withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    withheld_reasons: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    steps: Worked | None = None
+    states: Mapping[str, str] = field(default_factory=dict)
+    closing: Mapping[str, Value] = field(default_factory=dict)
+    directions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    found: tuple[str, ...] = ()
+    limits: Mapping[str, str] = field(default_factory=dict)
+    at_limit: Mapping[str, str] = field(default_factory=dict)
+    needed: Mapping[str, Value] = field(default_factory=dict)
+    others: tuple[OtherState, ...] = ()
+    verdict: str = "one"
+    searched: str = ""
+    impact: ImpactFound | None = None
+    sums: Mapping[str, Value] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    where: Mapping[str, Definition] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
+        return f"<Solution of {self.name} with accelerations {found or 'of nothing'}>"
+
+    @property
+    def not_unique(self) -> list[str]:
+        """The elements with a reaction for which other values would serve as well."""
+        return [name for name, parts in self.reactions.items() if not all(x.unique for x in parts.values())]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `solve --json` prints."""
+        found = {} if self.impact is None else {"impact": self.impact.as_json()}
+        return found | {
+            "coordinates": dict(self.coordinates),
+            "speeds": dict(self.speeds),
+            "assembled": _json(self.assembled),
+            "shifts": dict(self.shifts),
+            "accelerations": _json(self.accelerations),
+            "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
+            "sums": _json(self.sums),
+            "states": dict(self.states),
+            "closing": _json(self.closing),
+            "directions": {name: list(direction) for name, direction in self.directions.items()},
+            "verdict": self.verdict,
+            "others": [other.as_json() for other in self.others],
+            "searched": self.searched,
+            "at_limit": dict(self.at_limit),
+            "needed": _json(self.needed),
+            "conditions": list(self.conditions),
+            "limits": dict(self.limits),
+            "answers": _json(self.answers),
+            "where": {name: one.as_json() for name, one in self.where.items()},
+            "not_unique": self.not_unique,
+            "withheld": {name: list(components) for name, components in self.withheld.items()},
+            "withheld_reasons": list(self.withheld_reasons),
+            "notes": list(self.notes),
+            "units": dict(self.units),
+        }
+
+
+def _json(values: Mapping[str, Value]) -> dict[str, Any]:
+    return {name: value.as_json() for name, value in values.items()}
+
+
+_VECTORS: Final = {"friction": ("friction_1", "friction_2"), "rolling": ("rolling_1", "rolling_2"), "at": AT}
+
+
+def _with_vectors(components: dict[str, Any]) -> dict[str, Any]:
+    """Return components with vectors as one object each, whose value and expression are lists."""
+    found = dict(components)
+    for name, parts in _VECTORS.items():
+        if all(part in found for part in parts):
+            each = [found.pop(part) for part in parts]
+            lists = {key: [x[key] for x in each] for key in ("value", "expression")}
+            found[name] = {**lists, "unit": each[0]["unit"]}
+    return found

@@ -1,0 +1,152 @@
+"""Whether what a mode leads to fulfils all laws, what to flip where it does not, and by which labels it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Modes, Part, Scaled, limits_of, over_parts
+from multibody_sym.contact_laws.solve_mode import Trial, across_slip, active_rows
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.limits import Kind
+
+ACCEPTED: Final = 1e-10
+"""Inequalities hold to this part of the terms of their row, and of the largest force."""
+TIED: Final = 1e-12
+"""What is left of terms is zero below this part of them: some thousand roundings."""
+
+
+@dataclass(frozen=True)
+class Violation:
+    """An inequality that does not hold: which (`place` is the number of a row, or of a part), and by how much."""
+
+    kind: Kind
+    place: int
+    by: float
+
+
+def gap_tolerance(problem: Scaled, x: Floats, z: Floats, part: float) -> Floats:
+    """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones.
+
+    x = C^T z: where things jam it is what large forces leave of each other, with their rounding.
+    """
+    largest = float(np.linalg.norm(x)) + float(np.abs(problem.r).max(initial=0.0))
+    rounding = 100.0 * EPSILON * (largest + problem.couplings * float(np.abs(z).max(initial=0.0)))
+    rounding += EPSILON * float(np.abs(z).sum())
+    return np.asarray(part * problem.terms(x, z) + rounding + 1e-300, dtype=float)
+
+
+def force_tolerance(problem: Scaled, z: Floats, part: float) -> float:
+    """Return what of z counts as zero: a part of the largest, and rounding of what the forces come from."""
+    applied = float(np.abs(problem.r).max(initial=0.0))
+    return part * float(np.abs(z).max(initial=0.0)) + 100.0 * EPSILON * applied + 1e-300
+
+
+def fulfils(problem: Scaled, trial: Trial) -> bool:
+    return holds_equations(problem, trial) and next(violations(problem, trial), None) is None
+
+
+def holds_equations(problem: Scaled, trial: Trial) -> bool:
+    """Return whether a = 0 wherever the mode says so, dependent rows too."""
+    if not trial.solved or not np.isfinite(trial.x).all():
+        return False
+    active = active_rows(problem, trial.mode, trial.mu)
+    tolerance = gap_tolerance(problem, trial.x, trial.z, ACCEPTED)
+    return bool((np.abs(trial.a[active]) <= tolerance[active]).all())
+
+
+def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
+    """Yield the inequalities that do not hold, sizes relative to what is largest of their kind."""
+    force = force_tolerance(problem, trial.z, ACCEPTED)
+    gap, table = gap_tolerance(problem, trial.x, trial.z, ACCEPTED), problem.table
+    of_parts = over_parts(np.maximum, gap[table.rows], table.first)
+    of_kinds = {"gap": gap[problem.unilateral], "slip": of_parts}
+    for limits in limits_of(problem, trial.mode, trial.mu, trial.z, trial.a):
+        allowed = of_kinds[limits.kind] if limits.kind in of_kinds else np.full(len(limits.places), force)
+        for k in (limits.asked & (limits.values < -allowed)).nonzero()[0]:
+            yield Violation(limits.kind, int(limits.places[k]), float(-limits.values[k] / (allowed[k] / ACCEPTED)))
+        for number in np.flatnonzero(limits.asked & (table.sizes > 1)) if limits.kind == "slip" else ():
+            part = problem.parts[number]
+            across, size = across_slip(part, trial), float(np.linalg.norm(trial.a[part.rows]))
+            if across > ACCEPTED * size + of_parts[number]:
+                yield Violation("slip", part.number, across / size)
+
+
+def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:
+    """Return the mode with what does not hold turned into what then has to."""
+    mode = trial.mode.copy()
+    if found.kind in ("force", "gap"):
+        mode.sides[found.place] = 1 - mode.sides[found.place]
+    elif found.kind == "side":
+        mode.sides[found.place] = -1 if mode.sides[found.place] >= 0 else 1
+    elif found.kind == "slip":
+        mode.slips[found.place] = STICKS
+    else:
+        part = problem.parts[found.place]
+        force = trial.z[part.rows]
+        if part.in_space:
+            mode.slips[found.place] = IN_SPACE
+            mode.direction(part)[:] = -force / np.linalg.norm(force)
+        else:
+            mode.slips[found.place] = -1 if force[0] > 0 else 1
+        _with_sides_of(mode, part, trial.z, problem)
+    return mode
+
+
+def _with_sides_of(mode: Modes, part: Part, z: Floats, problem: Scaled) -> None:
+    """Set the sides of two-sided normals as the forces press."""
+    for k in part.normals:
+        if k in problem.both:
+            mode.sides[k] = -1 if z[k] < 0 else 1
+
+
+# --- labels -----------------------------------------------------------------------------------------------------------
+
+
+def labelled(problem: Scaled, trial: Trial) -> Modes:
+    """Return the mode by what moves: closed, stick and taut wherever a = 0; else what a and v_t say."""
+    mode = trial.mode.copy()
+    tolerance = gap_tolerance(problem, trial.x, trial.z, TIED)
+    still = np.abs(trial.a) <= tolerance
+    unilateral = problem.unilateral
+    mode.sides[unilateral] = (trial.mode.sides[unilateral] > 0) | still[unilateral]
+    force = force_tolerance(problem, trial.z, TIED)
+    mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
+    touching = problem.pressed_parts(mode.sides)
+    turned = problem.pressed_parts(trial.mode.sides)
+    stands = touching & problem.table.rests & (trial.mode.slips == STICKS) & turned
+    stands |= touching & problem.table.rests & problem.of_all_rows(still)
+    mode.slips[:], mode.directions[:] = STICKS, 0.0
+    for number in np.flatnonzero(touching & ~(stands & (trial.mu != 0.0))):
+        part = problem.parts[number]
+        mode.slips[number], mode.direction(part)[:] = _slip(part, trial, bool(stands[number]), bool(turned[number]))
+    sticks = touching & problem.table.rests & (mode.slips == STICKS)
+    mode.sides[problem.table.rows] = np.repeat(sticks, problem.table.sizes)
+    return mode
+
+
+def _slip(part: Part, trial: Trial, stands: bool, turned: bool) -> tuple[int, Floats]:
+    """Return how a part slips, and its direction from rest in space; what is smooth never sticks.
+
+    `turned`: it touches in the trial's mode, so that its direction there was found.
+    """
+    nowhere = np.zeros(len(part.rows))
+    if part.held and part.rests:
+        return STICKS, nowhere
+    if not part.rests:
+        return (IN_SPACE, nowhere) if part.in_space else (int(np.sign(part.velocity[0])), nowhere)
+    a = trial.a[part.rows]
+    if part.in_space:
+        # The direction that was found has more digits than a small a_t.
+        known = trial.mode.direction(part) * turned
+        first = np.eye(len(part.rows))[0]
+        return IN_SPACE, known.copy() if known.any() else first if stands else a / np.linalg.norm(a)
+    return (1 if stands or a[0] > 0 else -1), nowhere
+
+
+def slipping(problem: Scaled, mode: Modes) -> frozenset[int]:
+    """Return the parts that slip from rest."""
+    return frozenset(p.number for p in problem.parts if p.rests and mode.slips[p.number] != STICKS)

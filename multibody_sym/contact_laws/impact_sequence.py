@@ -1,0 +1,619 @@
+"""What an impact does: the door."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.contact_laws.check_laws import fulfils, holds_equations
+from multibody_sym.contact_laws.impact_problem import (
+    Account,
+    Chosen,
+    ImpactProblem,
+    NoImpulsesError,
+    Stage,
+    Struck,
+    begun,
+    chosen,
+    dependent,
+    moved_by,
+)
+from multibody_sym.contact_laws.lemke import SPHERE
+from multibody_sym.contact_laws.problem import (
+    IN_SPACE,
+    STICKS,
+    Equality,
+    Flags,
+    Found,
+    Friction,
+    LawMode,
+    LawProblem,
+    LawState,
+    Part,
+    Places,
+    Scaled,
+    Unilateral,
+    scaled,
+)
+from multibody_sym.contact_laws.routh_method import AT_REST, Single, give_back, routh
+from multibody_sym.contact_laws.search import connected, find, modes_of
+from multibody_sym.contact_laws.solve_mode import Reduced, Trial, reduced, solve_mode
+from multibody_sym.contact_laws.uniqueness import SEEN, admissible, undetermined
+from multibody_sym.errors import InputError, NoSolutionError
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.rank import DRAWN, exact, least_squares, null_space, scaled_rows
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A mode of an impact at once, by sweeps over its contacts: each obeys its own law beside the impulses of the others.
+#
+# Nearly sure where directions of slip in space make proposals miss, and sooner than trying all modes: what they come
+# near is solved exactly, and judged, by the search for modes.
+
+
+MOST: Final = 2000
+_TURNS: Final = 2.0 * np.pi * np.arange(24) / 24
+WAYS: Final = {2: np.column_stack([np.cos(_TURNS), np.sin(_TURNS)]), 3: SPHERE}
+"""Directions that are tried for each slip in space beside the one that sweeps were at."""
+SETTLED: Final = 1e-13
+"""Part of the largest impulse by which none changes in a sweep any more."""
+CARRIES: Final = 1e-9
+"""Part of the largest impulse below which there is none, and of the largest speed below which nothing slips."""
+
+
+def settled(problem: LawProblem) -> LawMode:
+    """Return the mode that sweeps come to, or are at when there were too many; static friction holds."""
+    system = scaled(problem)
+    small = reduced(system)
+    parts = [_own(part, small) for part in system.parts]
+    f = np.zeros(len(small.own))
+    for _ in range(MOST):
+        before = f.copy()
+        _sweep(system, small, parts, f)
+        if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
+            break
+    return _mode(system, small, f)
+
+
+def turned(problem: LawProblem, mode: LawMode) -> LawMode | None:
+    """Return a mode with one of its slips in space turned, in which static friction holds; None where none does."""
+    system = scaled(problem)
+    mu = np.array([part.static for part in system.parts], dtype=float)
+    return next((other for other in _ways_off(mode) if _may_hold(system, other, mu)), None)
+
+
+def _ways_off(mode: LawMode) -> Iterator[LawMode]:
+    for k, slip in enumerate(mode.directions):
+        for way in () if slip is None else WAYS[len(slip)]:
+            other = tuple(float(x) for x in way)
+            yield replace(mode, directions=(*mode.directions[:k], other, *mode.directions[k + 1 :]))
+
+
+def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
+    """Return whether a mode fulfils the laws, with other impulses than those of a basic solution if need be."""
+    trial = solve_mode(system, modes_of(system, mode), mu)
+    if fulfils(system, trial) or not trial.idle.shape[1] or not holds_equations(system, trial):
+        return fulfils(system, trial)
+    other = admissible(system, trial)
+    return other is not None and fulfils(system, other)
+
+
+@dataclass(frozen=True)
+class _Own:
+    """A friction part, where its own impulses are among all, and the most that one of them changes its speed."""
+
+    part: Part
+    places: Places
+    stiff: float
+
+
+def _own(part: Part, small: Reduced) -> _Own:
+    places = small.place[part.rows]
+    return _Own(part, places, float(np.linalg.norm(small.K[np.ix_(part.rows, places)], 2)))
+
+
+def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None:
+    """Let each contact take the impulses that its law wants beside all others."""
+    for k in system.unilateral:
+        i = small.place[k]
+        if small.K[k, i] > 0.0:
+            f[i] = max(0.0, f[i] - (small.a0[k] + small.K[k] @ f) / small.K[k, i])
+    for own in parts:
+        if own.stiff > 0.0:
+            rows = own.part.rows
+            wanted = f[own.places] - (small.a0[rows] + small.K[rows] @ f) / own.stiff
+            size = math.hypot(*wanted)
+            f[own.places] = wanted * min(1.0, _limit(own.part, small, f) / size) if size else 0.0
+
+
+def _limit(part: Part, small: Reduced, f: Floats) -> float:
+    return float(most(part.static, part.pressed(small.z0 + small.Z @ f)))
+
+
+def _mode(system: Scaled, small: Reduced, f: Floats) -> LawMode:
+    z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
+    force, speed = CARRIES * float(np.abs(z).max(initial=0.0)), CARRIES * float(np.abs(system.r).max(initial=0.0))
+    sides = np.ones(system.count, dtype=int)
+    sides[system.unilateral] = z[system.unilateral] > force
+    sides[system.both] = np.where(z[system.both] < 0.0, -1, 1)
+    slips, directions = list[int](), list[tuple[float, ...] | None]()
+    for part in system.parts:
+        slip = a[part.rows]
+        moves = float(np.linalg.norm(slip)) > speed and not part.enough
+        sides[part.rows] = not moves
+        slips.append((IN_SPACE if part.in_space else int(np.sign(slip[0]))) if moves else STICKS)
+        e = slip / np.linalg.norm(slip) if moves else slip
+        directions.append(tuple(float(x) for x in e) if moves and part.in_space else None)
+    return LawMode(tuple(int(k) for k in sides), tuple(slips), tuple(directions))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Several contacts at once: the laws of an instant for speeds, searched like those of accelerations.
+#
+# Newton: v+ + e v- >= 0 beside p >= 0, |p_t| <= mu p. Poisson, twice: compression, v_n >= 0 beside p >= 0, |p_t| <= mu
+# p; from there restitution, v_n >= 0 beside p_E - e p_C >= 0, |p_t| <= mu p_E. What p_E has to have already, e p_C, is
+# a row that defines its multiplier, exerts what the normal does, and presses beside it. Slip is in its directions at
+# the end.
+
+
+_CONTRADICT: Final = "the speeds wanted there contradict each other", True
+
+
+def joined(account: Account) -> None:
+    """Let what holds both ways take the speeds that are wanted of it, where they are not there already."""
+    if account.unfulfilled():
+        _found(account, (), "joined")
+
+
+def newton(account: Account, closed: Collection[int]) -> None:
+    """Strike rows at once by Newton's coefficients: by the smallest where different ones contradict each other.
+
+    In a wedge what separates, though by next to nothing, contradicts what is to bounce: then it takes no part.
+    """
+    if _newton(account, closed):
+        return
+    v = account.speeds()
+    if _newton(account, [k for k in closed if v[k] <= account.rounding[k]]):
+        return
+    differ = _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients")
+    if not (differ and _newton(account, closed)):
+        raise _nothing(account, closed)
+
+
+def poisson(account: Account, closed: Collection[int]) -> None:
+    """Strike rows at once by Poisson's coefficients: by the smallest where different ones make energy."""
+    kept = account.copy()
+    _poisson(account, closed)
+    if account.gains_since(kept):
+        made = account.lost.sum() - kept.lost.sum()
+        if _differ(account, closed):
+            account.back_to(kept)
+            _take_smallest(account, closed, f"different coefficients would make {-made:.3g} J")
+            _poisson(account, closed)
+
+
+def _differ(account: Account, closed: Collection[int]) -> bool:
+    return len(set(account.restitution[list(closed)].tolist())) > 1
+
+
+def _take_smallest(account: Account, closed: Collection[int], why: str) -> bool:
+    """Let rows have the smallest of their coefficients; return whether they differ."""
+    if not _differ(account, closed):
+        return False
+    rows = sorted(closed)
+    least = float(account.restitution[rows].min())
+    account.restitution[rows] = least
+    names = ", ".join(account.problem.name(k) for k in rows)
+    account.note(f"{why}: {names} have the smallest one, {least:g}")
+    return True
+
+
+def _newton(account: Account, closed: Collection[int]) -> bool:
+    """Strike rows at once; return whether that is possible."""
+    wanted, rows, now = np.zeros(len(account.z)), list(closed), account.speeds()
+    wanted[rows] = -account.restitution[rows] * np.minimum(now[rows], 0.0)
+    z = _search(account, closed, wanted, "at once")
+    if z is not None:
+        account.compression = account.compression + z / (1.0 + account.restitution)
+    return z is not None
+
+
+def _poisson(account: Account, closed: Collection[int]) -> None:
+    z = _search(account, closed, np.zeros(len(account.z)), "compression")
+    if z is None:
+        if _stopped_at_once(account, closed) and not set(account.closing()).intersection(closed):
+            return
+        z = _found(account, closed, "compression")
+    given = {k: float(account.restitution[k] * z[k]) for k in closed}
+    given = {k: value for k, value in given.items() if value > 0.0}
+    if not given:
+        return
+    if account.unsure.intersection(given) and (_differ(account, closed) or chosen(account.rows, closed).parts):
+        names = ", ".join(account.problem.name(k) for k in sorted(account.unsure.intersection(given)))
+        account.note(f"impulses of compression at {names} are not unique; restitution follows the most even ones")
+    _found(account, closed, "restitution", given)
+
+
+def _stopped_at_once(account: Account, closed: Collection[int]) -> bool:
+    """Stop slip where friction is always enough, before anything presses; return whether there was any.
+
+    So it is with one contact alone. Where that pushes contacts apart, friction has nothing that presses beside it.
+    """
+    some, v = chosen(account.rows, closed), account.speeds()
+    rubs = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction)]
+    moved = moved_by(some, rubs)
+    enough = [rubs.index(row) for part in some.problem.parts if part.enough for row in part.rows]
+    slip = v[some.rows][rubs][enough]
+    if not (np.abs(slip) > account.rounding[some.rows][rubs][enough]).any():
+        return False
+    f = np.zeros(len(rubs))
+    f[enough] = least_squares(moved.K[np.ix_(enough, enough)], -slip)
+    z = np.zeros(len(v))
+    z[some.rows] = moved.Z @ f
+    account.add("compression", closed, some.of_all((STICKS,) * len(some.parts), account.rows), (z, moved.X @ f))
+    return True
+
+
+def _found(account: Account, closed: Collection[int], stage: Stage, given: Mapping[int, float] | None = None) -> Floats:
+    """Add and return the impulses (m) after which all laws hold. Raises NoSolutionError where there are none.
+
+    What friction without bound would have to pull in to hold slips, as in the limit of large coefficients.
+    """
+    z = _search(account, closed, np.zeros(len(account.z)), stage, given)
+    if z is None:
+        z = _search(account, closed, np.zeros(len(account.z)), stage, given, slips=True)
+    if z is None:
+        raise _nothing(account, closed)
+    return z
+
+
+def _search(
+    account: Account,
+    closed: Collection[int],
+    wanted: Floats,
+    stage: Stage,
+    given: Mapping[int, float] | None = None,
+    *,
+    slips: bool = False,
+) -> Floats | None:
+    """Add and return the impulses (m) after which all laws hold for v+ - wanted; `given` are those of rows at least.
+
+    Where friction without bound `slips` it has a large coefficient, but for what is pressed from both sides. Returns
+    None where there are none.
+    """
+    given = given or {}
+    some = chosen(account.rows, closed)
+    if slips:
+        some = replace(some, problem=_slipping(some.problem))
+    now = account.speeds()
+    here = {some.rows.index(k): value for k, value in given.items()}
+    right = _consistent(account, some, (wanted - now)[some.rows])
+    problem = _with_given(replace(some.problem, right=right), here)
+    found, count = _states(problem, account.problem.most), len(some.rows)
+    if not found.states:
+        account.nothing = _CONTRADICT if _contradict(problem) else (found.searched, found.proved)
+        return None
+    state = found.states[0]
+    shared, unsure = _shared(problem, state)
+    z = np.zeros(len(now))
+    z[some.rows] = shared[:count]
+    for row, value in given.items():
+        z[row] += value
+    sides = zip(some.rows, state.mode.sides[:count], strict=True)
+    pressed = [k for k, side in sides if k in closed and (side or k in given)]
+    z = account.add(stage, pressed, some.of_all(state.mode.slips, account.rows), (z, state.x))
+    account.unsure |= {some.rows[k] for k in unsure if k < count}
+    return z
+
+
+def _states(problem: LawProblem, most: int) -> Found:
+    """Return what is found that fulfils the laws: near where sweeps come to, or among all modes if they are no more."""
+    found = find(problem, every=False, most=0)
+    if found.states:
+        return found
+    mode = settled(problem)
+    found = find(problem, mode, every=False, most=0)
+    if not found.states and most:
+        found = find(problem, every=False, most=most)
+    if not found.states and most and (other := turned(problem, mode)) is not None:
+        found = find(problem, other, every=False)
+    return found
+
+
+def _slipping(problem: LawProblem) -> LawProblem:
+    """Return the problem in which friction that is pressed from one side holds no more than its coefficient says."""
+    one_way = [all(isinstance(problem.laws[k], Unilateral) for k in part.normals) for part in problem.parts]
+    parts = zip(problem.parts, one_way, strict=True)
+    return replace(problem, parts=tuple(replace(part, held=part.held and not free) for part, free in parts))
+
+
+def _contradict(problem: LawProblem) -> bool:
+    """Return whether what holds both ways wants speeds that no motion has, whatever else acts."""
+    both = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and not problem.coupling[k].any()]
+    matrix, right = problem.matrix[both], problem.right[both]
+    missed = matrix @ least_squares(matrix, right, exact(matrix)) - right
+    return bool((np.abs(missed) > AT_REST * np.abs(right).max(initial=0.0)).any())
+
+
+def _consistent(account: Account, some: Chosen, right: Floats) -> Floats:
+    """Return right sides without what rounding has left of speeds before: dependent rows contradict each other by it.
+
+    After several impacts that is no longer little beside the speeds that are left. Rows that define an impulse are no
+    speeds.
+    """
+    own = ~some.problem.coupling.any(axis=1)
+    matrix, near = some.problem.matrix[own], right.copy()
+    near[own] = matrix @ least_squares(matrix, right[own], exact(matrix))
+    apart = np.abs(near - right) <= account.rounding[some.rows]
+    return near if apart.all() else right
+
+
+def _with_given(problem: LawProblem, given: Mapping[int, float]) -> LawProblem:
+    """Return the problem with a row for each impulse that a row has beside its own."""
+    if not given:
+        return problem
+    count, size = problem.matrix.shape
+    more, rows = len(given), list(given)
+    own = {row: count + k for k, row in enumerate(rows)}
+    coupling = np.zeros((count + more, count + more))
+    coupling[:count, :count] = problem.coupling
+    coupling[count:, count:] = np.eye(more)
+    coupling[:count, count:] = problem.coupling[:, rows]
+    parts = (
+        replace(part, normals=(*part.normals, *(own[k] for k in part.normals if k in own))) for part in problem.parts
+    )
+    return LawProblem(
+        np.vstack([problem.matrix, np.zeros((more, size))]),
+        np.vstack([problem.exerted, problem.exerted[rows]]),
+        coupling,
+        np.concatenate([problem.right, [given[k] for k in rows]]),
+        (*problem.laws, *[Equality()] * more),
+        tuple(parts),
+    )
+
+
+def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
+    """Return the impulses (m) for the same speeds that are shared most evenly, and the rows that may have others.
+
+    Those of least length, forces at unit length, where they fulfil the laws; what holds both ways keeps its own.
+    """
+    system = scaled(problem)
+    mu = [p.kinetic if p.number in state.kinetic else p.static for p in system.parts]
+    trial = solve_mode(system, modes_of(system, state.mode), np.array(mu, dtype=float).reshape(len(mu)))
+    here = replace(trial, x=state.x, z=state.z * system.sizes, a=state.a / system.lengths)
+    unsure = np.flatnonzero(undetermined(system, trial, here)[0])
+    if len(unsure):
+        idle = trial.forces @ trial.idle @ _unmoved(trial)
+        equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
+        free = idle @ null_space(idle[equal], DRAWN)
+        even = replace(here, z=here.z - free @ least_squares(free, here.z))
+        if fulfils(system, even):
+            here = even
+    return here.z / system.sizes, [int(k) for k in unsure]
+
+
+def _unmoved(trial: Trial) -> Floats:
+    """Return combinations (j, k) of impulses that no equation sees that change no speed: what slides may be pushed."""
+    pushed = float(np.linalg.norm(trial.moved)) > SEEN * float(np.linalg.norm(trial.forces @ trial.idle))
+    return null_space(trial.moved, DRAWN) if pushed else np.eye(trial.idle.shape[1])
+
+
+def _nothing(account: Account, closed: Collection[int]) -> NoSolutionError:
+    names = ", ".join(account.problem.name(k) for k in sorted(closed)) or "what holds both ways"
+    rubs = account.problem.law == "newton" and any(part.static or part.enough for part in account.rows.parts)
+    advice = " (Newton's coefficient with friction may have no solution; `law: poisson` has one)" if rubs else ""
+    searched, proved = account.nothing
+    laws = f"fulfil the laws of the impact at {names}"
+    if proved:
+        return NoImpulsesError(f"no impulses {laws}: {searched}{advice}", number="N108")
+    unproved = "it is not proved that there are none"
+    told = f"no impulses were found that {laws}; tried were {searched}, and {unproved}{advice}"
+    return NoSolutionError(told, number="N108")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Impacts one after the other, the fastest closing first, or again and again at once; and collapse where none ends.
+#
+# One that closes afterwards is a new impact from where the last one has led. What strikes at the same time, but moves
+# nothing of each other, strikes as if it were alone. More than 100 + 20 n impacts of n connected contacts are too
+# many: they strike once more, all at once and without bouncing. So does what closes too slowly to count after impacts
+# in turn, which is the limit of those that would follow.
+
+
+ALIKE: Final = 1e-9
+"""Closing speeds that differ by less than this part are struck together."""
+CONNECTED: Final = 1e-12
+"""The part of their lengths below which what one row pushes does not move another."""
+PATIENCE: Final = 2
+"""How often the number of impacts after which contacts collapse is too many altogether."""
+
+
+class _Counts:
+    """How many impacts each connected cluster had."""
+
+    def __init__(self, account: Account) -> None:
+        self.account, self.near = account, _near(account.rows)
+        self.cluster = _numbers(self.near)
+        self.counts: dict[int, int] = {}
+
+    def of(self, row: int) -> list[int]:
+        """Return the unilateral rows that are connected with one."""
+        return [k for k in self.account.unilateral if self.cluster[k] == self.cluster[row]]
+
+    def islands(self, struck: Collection[int], held: Collection[int] = ()) -> list[list[int]]:
+        """Return the rows that are struck, and held, by those that push each other beside what always acts."""
+        rows = self.account.rows
+        acting = {*struck, *held, *(k for k, law in enumerate(rows.laws) if isinstance(law, Equality))}
+        parts = (part for part in rows.parts if acting.issuperset(part.normals))
+        every = sorted(acting.union(*(part.rows for part in parts)))
+        groups = ([every[k] for k in group] for group in connected(self.near[np.ix_(every, every)]))
+        return [[k for k in group if k in struck or k in held] for group in groups if not set(struck).isdisjoint(group)]
+
+    def number(self, row: int) -> int:
+        """Return how many impacts the cluster of a row had."""
+        return self.counts.get(self.cluster[row], 0)
+
+    def has_collapsed(self, row: int) -> bool:
+        """Count an impact of the cluster of a row; if there were too many, let it collapse, and say so."""
+        account, rows = self.account, self.of(row)
+        account.impacts += 1
+        count = self.counts[self.cluster[row]] = self.counts.get(self.cluster[row], 0) + 1
+        most = 100 + 20 * len(rows)
+        if count <= most:
+            return False
+        names = ", ".join(account.problem.name(k) for k in rows)
+        if count > PATIENCE * most:
+            raise NoSolutionError(f"impacts do not end at {names}, without bouncing neither", number="N108")
+        if account.restitution[rows].any():
+            account.restitution[rows] = 0.0
+            account.collapsed = True
+            account.note(f"collapse: more than {most} impacts, so {names} struck at once without bouncing")
+        poisson(account, rows)  # those that separate now too: something may drive them together again
+        return True
+
+
+def at_once(account: Account) -> None:
+    """Strike all that touches where something closes, until nothing does."""
+    counts, known = _Counts(account), dict[int, Single]()
+    while closing := account.closing():
+        cluster = counts.of(closing[0])
+        if counts.has_collapsed(closing[0]):
+            continue
+        rows = [k for k in account.not_separating() if k in cluster]
+        if account.problem.law == "stronge":
+            rows = _single(account, [k for k in closing if k in cluster])
+        for island in counts.islands(rows):
+            _strike(account, island, known)
+
+
+def _single(account: Account, closing: list[int]) -> list[int]:
+    if len(closing) == 1:
+        return closing
+    names = ", ".join(account.problem.name(k) for k in closing)
+    raise InputError(
+        f"Stronge's coefficient is one of a single contact, but {names} close at once: say `sequence: one_by_one`, "
+        "or `law: poisson`",
+        number="M121",
+    )
+
+
+def one_by_one(account: Account) -> None:
+    """Strike what closes fastest, with what closes as fast, until nothing closes; what does not bounce is held."""
+    counts, known = _Counts(account), dict[int, Single]()
+    while closing := account.closing():
+        v = account.speeds()
+        fastest = min(closing, key=lambda k: float(v[k]))
+        if counts.has_collapsed(fastest):
+            continue
+        cluster = counts.of(fastest)
+        rows = [k for k in closing if k in cluster and v[k] <= (1.0 - ALIKE) * v[fastest]]
+        held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
+        for island in counts.islands(rows, held):
+            _strike(account, island, known)
+    _to_their_limit(account, counts)
+
+
+def _to_their_limit(account: Account, counts: _Counts) -> None:
+    """Strike at once, without bouncing, what struck in turn until it closed by less than counts.
+
+    Such impacts have no last one: speeds of closing and of slip shrink together, and none is left in the limit.
+    """
+    v = account.speeds()
+    left = [k for k in account.not_separating() if counts.number(k) > 1]
+    for first in {counts.cluster[k] for k in left if v[k] < -account.rounding[k]}:
+        rows = [k for k in left if counts.cluster[k] == first]
+        bounces = account.restitution
+        account.restitution = np.zeros(len(bounces))
+        poisson(account, rows)
+        account.restitution = bounces
+
+
+def _strike(account: Account, rows: Sequence[int], known: dict[int, Single]) -> None:
+    """Strike rows by the law that is asked for, and let friction be given back; `known` rows have struck before."""
+    before = account.copy()
+    single = None
+    if len(rows) == 1:
+        single = known[rows[0]] = known.get(rows[0]) or Single(account, rows[0])
+    _by_law(account, rows, single)
+    give_back(account, rows, before)
+
+
+def _by_law(account: Account, rows: Sequence[int], single: Single | None) -> None:
+    law = account.problem.law
+    if single is not None and single.followed:
+        routh(account, single)
+    elif law == "newton" or (law == "stronge" and not _rubs(account, rows)):
+        newton(account, rows)
+    else:
+        names = ", ".join(account.problem.name(k) for k in sorted(rows))
+        if len(rows) == 1:
+            account.note(f"{names}: several things rub, in space: their slip is that at the ends of both phases")
+        elif law == "stronge":
+            account.note(f"{names} strike together, which Stronge's law does not tell with friction: by Poisson's")
+        poisson(account, rows)
+
+
+def _rubs(account: Account, rows: Collection[int]) -> bool:
+    """Return whether anything rubs at rows, or in joints."""
+    parts = [part for part in account.rows.parts if part.enough or part.static or part.kinetic]
+    return any(set(part.normals) <= set(rows) or not set(part.normals) & set(account.unilateral) for part in parts)
+
+
+def clusters(rows: LawProblem) -> list[int]:
+    """Return for each row the number of its cluster: rows push each other there, over any others."""
+    return _numbers(_near(rows))
+
+
+def _numbers(near: Flags) -> list[int]:
+    found = {k: group[0] for group in connected(near) for k in group}
+    return [found[k] for k in range(len(near))]
+
+
+def _near(rows: LawProblem) -> Flags:
+    """Return which rows push each other (m, m)."""
+    A, C = scaled_rows(rows.matrix)[1], scaled_rows(rows.exerted)[1]
+    K = np.abs(A @ C.T) + np.abs(rows.coupling)
+    near = K > CONNECTED
+    for part in rows.parts:
+        near[np.ix_([*part.rows, *part.normals], [*part.rows, *part.normals])] = True
+    return near
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+def strike(problem: ImpactProblem) -> Struck:
+    """Return what an impact does; where nothing closes and nothing is wanted, `phases` is empty.
+
+    What holds both ways takes its wanted speeds first; then unilateral rows that close strike, at once with those that
+    touch and do not separate, or one by one. One that separates takes no part, but if it closes afterwards, that is a
+    new impact from there. A gain of energy, which Newton's law with friction may make, is told (`gained`), not refused.
+    Raises NoSolutionError where the laws have no solution, or numbers are not finite, InputError for a coefficient that
+    is not between 0 and 1, and for Stronge's law where several contacts close at once.
+    """
+    _verify(problem)
+    account = begun(problem)
+    joined(account)
+    if problem.sequence == "simultaneous":
+        at_once(account)
+    else:
+        one_by_one(account)
+    account.unsure |= set(dependent(problem.rows)) if account.phases else set()
+    return account.told()
+
+
+def _verify(problem: ImpactProblem) -> None:
+    numbers = (problem.rows.matrix, problem.rows.exerted, problem.rows.coupling, problem.rows.right)
+    if not all(np.isfinite(values).all() for values in numbers):
+        raise NoSolutionError(
+            "numbers of what strikes are not finite: a direction has no value, or a mass is zero", number="N105"
+        )
+    e = np.concatenate([np.asarray(problem.restitution, dtype=float), np.array(problem.tangential, dtype=float)])
+    if not ((e >= 0.0).all() and (e <= 1.0).all()):
+        raise InputError(
+            f"a coefficient of restitution is between 0 and 1, not {e[~((e >= 0.0) & (e <= 1.0))][0]:g}", number="M121"
+        )

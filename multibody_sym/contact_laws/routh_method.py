@@ -1,0 +1,668 @@
+"""One contact through compression and restitution: Routh's integration over its normal impulse.
+
+While it slips one way, or sticks, all impulses and speeds are linear in p_n: exact, and changed where slip stops. In
+space the direction of slip turns (`in_space`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from functools import cache, cached_property
+from typing import Final, Literal
+
+import numpy as np
+
+from multibody_sym.contact_laws.impact_problem import (
+    Account,
+    Chosen,
+    ImpactLaw,
+    Moved,
+    Stage,
+    chosen,
+    moved_by,
+    struck_at,
+    verify_moves,
+)
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, Friction, FrictionLaw
+from multibody_sym.contact_laws.search import find
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.limits import pressing, room, sliding
+from multibody_sym.scalars.rank import least_squares, scaled_rows
+
+# ----------------------------------------------------------------------------------------------------------------------
+# At what rates impulses and speeds of one contact change with its normal impulse, while it slips or sticks.
+#
+#     v' = K f',   f' = (1, p_t'),   p_t' = -mu v_t/|v_t|;  at rest v_t' = 0 with |p_t'| <= mu, else along v_t'
+#
+# In several places (a joint that rubs, rolling resistance) the rates themselves obey the laws of an instant: p_n' = 1
+# is a row that defines its multiplier.
+
+
+AT_REST = 1e-12
+"""Part of the largest speed below which v_t is rounding."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Rates by the normal impulse, over the rows of a chosen problem: z' (m), x' (n), v' (m); `slips` by its parts."""
+
+    z: Floats
+    x: Floats
+    v: Floats
+    slips: tuple[int, ...]
+
+
+def alone(moved: Moved, part: FrictionLaw | None, v: Floats, small: float) -> Pace:
+    """Return the rates of a contact with one friction part, or none, at speeds v (m); below `small` v_t is at rest."""
+    K = moved.K
+    f, slip = np.zeros(len(moved.own)), STICKS
+    f[0] = 1.0
+    if part is not None:
+        f[1:], slip = _tangential(K, part, v[list(part.rows)], small)
+    rates = np.zeros(len(v))
+    rates[moved.own] = K @ f
+    if part is not None and slip == STICKS:
+        rates[list(part.rows)] = 0.0
+    return Pace(moved.Z @ f, moved.X @ f, rates, () if part is None else (slip,))
+
+
+def _tangential(K: Floats, part: FrictionLaw, v: Floats, small: float) -> tuple[Floats, int]:
+    """Return p_t' and how the part slips."""
+    speed = float(np.linalg.norm(v))
+    if not speed > small:
+        held = least_squares(K[1:, 1:], -K[1:, 0])
+        if part.enough or room(part.static, 1.0 + AT_REST, [float(np.linalg.norm(held))]) >= 0.0:
+            return held, STICKS
+        v = np.sign(K[1, :1]) if len(v) == 1 else departing(K, part.kinetic)
+        speed = 1.0
+    return np.array(sliding(part.kinetic, v.tolist(), speed)), IN_SPACE if len(v) > 1 else int(np.sign(v[0]))
+
+
+def departing(K: Floats, mu: float) -> Floats:
+    """Return the unit vector e in which slip starts from rest: K_tn - mu K_tt e = c e with c > 0.
+
+    |(mu K_tt + c)^-1 K_tn| falls with c, from more than 1 at c = 0 since it does not stick.
+    """
+    sizes, axes = np.linalg.eigh((K[1:, 1:] + K[1:, 1:].T) / 2.0)
+    along = axes.T @ K[1:, 0]
+    low, high = 0.0, float(np.linalg.norm(along))
+    for _ in range(200):
+        c = (low + high) / 2.0
+        if not low < c < high:
+            break
+        longer = float(np.linalg.norm(along / (mu * sizes + c))) > 1.0
+        low, high = (c, high) if longer else (low, c)
+    e = axes @ (along / (mu * sizes + high))
+    return np.asarray(e / np.linalg.norm(e), dtype=float)
+
+
+def among(account: Account, some: Chosen, row: int, v: Floats, small: Floats) -> Pace:
+    """Return the rates where several parts rub, for the contact at `row` of a chosen problem at speeds v (m).
+
+    A part whose speeds are below `small` (m) is at rest.
+    """
+    problem = some.problem
+    matrix, coupling, right = problem.matrix.copy(), problem.coupling.copy(), np.zeros(len(v))
+    matrix[row], coupling[row] = 0.0, 0.0
+    coupling[row, row] = right[row] = 1.0
+    laws = tuple(Equality() if k == row else law for k, law in enumerate(problem.laws))
+    parts = tuple(replace(part, velocity=_velocity(part, v, small)) for part in problem.parts)
+    posed = replace(problem, matrix=matrix, coupling=coupling, right=right, laws=laws, parts=parts)
+    found = find(posed, every=False)
+    if not found.states:
+        name = account.problem.name(some.rows[row])
+        jams = f"the impact at {name} cannot go on: friction in several places jams there"
+        unknown = f"no way was found in which the impact at {name} goes on past friction in several places"
+        raise NoSolutionError(jams if found.proved else f"{unknown}; tried were {found.searched}", number="N108")
+    state = found.states[0]
+    return Pace(state.z, state.x, problem.matrix @ state.x + problem.coupling @ state.z, state.mode.slips)
+
+
+def _velocity(part: FrictionLaw, v: Floats, small: Floats) -> tuple[float, ...]:
+    rows = list(part.rows)
+    rests = float(np.linalg.norm(v[rows])) <= float(small[rows].max())
+    return (0.0,) * len(rows) if rests else tuple(float(x) for x in v[rows])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# When one contact has been compressed, and when it lets go: by speeds, by impulses or by works.
+
+
+@dataclass(frozen=True)
+class Normal:
+    """The normal state on the way: the speed v, the impulse p so far, and its work W."""
+
+    v: float
+    p: float = 0.0
+    W: float = 0.0
+
+    def on(self, dp: float, rate: float) -> Normal:
+        """Return the state dp later, while v' = rate."""
+        return Normal(self.v + rate * dp, self.p + dp, self.W + self.v * dp + rate * dp * dp / 2.0)
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where a stage ends: at a value of v, p or W."""
+
+    what: Literal["v", "p", "W"]
+    value: float
+
+    def missing(self, at: Normal) -> float:
+        """Return what is missing: the stage has ended where nothing is."""
+        return self.value - {"v": at.v, "p": at.p, "W": at.W}[self.what]
+
+    def slope(self, at: Normal, rate: float) -> float:
+        """Return by how much it changes with p."""
+        return {"v": rate, "p": 1.0, "W": at.v}[self.what]
+
+    def ahead(self, at: Normal, rate: float) -> float:
+        """Return the dp after which the stage ends while v' = rate; inf if it never does."""
+        missing = self.missing(at)
+        if self.what == "W":
+            square = at.v * at.v + 2.0 * rate * missing
+            root = math.sqrt(square) if square > 0.0 else 0.0
+            if missing <= 0.0:
+                return 0.0
+            return 2.0 * missing / (at.v + root) if square > 0.0 and at.v + root > 0.0 else math.inf
+        slope = self.slope(at, rate)
+        return max(missing, 0.0) / slope if slope > 0.0 else 0.0 if missing <= 0.0 else math.inf
+
+    def met(self, at: Normal) -> Normal:
+        """Return the state at the end, without the rounding on the way."""
+        return Normal(**{**at.__dict__, self.what: self.value})
+
+
+COMPRESSED = Goal("v", 0.0)
+
+
+def let_go(law: ImpactLaw, e: float, first: float, compressed: Normal) -> Goal:
+    """Return where restitution ends, for the speed at `first` and the state at the end of compression."""
+    if law == "newton":
+        return Goal("v", -e * first)
+    if law == "poisson":
+        return Goal("p", (1.0 + e) * compressed.p)
+    return Goal("W", (1.0 - e * e) * compressed.W)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Slip in space, whose direction turns on the way, by quadrature: to 1e-13.
+#
+# With v_t = exp(l) (cos phi, sin phi), e its direction, and dp = |v_t| ds nothing is singular where slip stops:
+#
+#     phi' = e_x (K_tn - mu K_tt e),  l' = e (K_tn - mu K_tt e),  v_n' = |v_t| (K_nn - mu K_nt e),  p_t' = -mu |v_t| e
+#
+# phi' depends on phi alone and has its zeros where a quartic has them: phi comes to the next one, from where all is
+# straight. On the way there, phi = phi* - d exp(-tau), everything else is an integral over tau. (Battle, J. Appl.
+# Mech. 63 (1996), Stronge, Impact Mechanics, 4.)
+
+
+DEGREE: Final = 28
+"""Of the polynomials by which integrands are integrated over a panel, ..."""
+EXACT: Final = 1e-14
+"""... whose last coefficients are no more than this part of the largest."""
+STOPPED: Final = -34.0
+"""The logarithm of 2e-15: what is left of v_t then is rounding of what there was."""
+SETTLED: Final = 1e-14
+"""A direction that turns at less than this part of its terms stays: the rest is straight."""
+MOST: Final = 1000
+"""Panels of one slip: some twenty are usual."""
+PASSES: Final = 30
+LONGEST: Final = 4.0
+"""The largest panel in tau, ..."""
+NARROWEST: Final = 1e-12
+"""... and the smallest at whose first node an end is sought."""
+
+
+@dataclass(frozen=True)
+class Turned:
+    """What slip has done: p_t (2) it added, v_t (2) at its end, the energy it took, and whether its stage has ended."""
+
+    at: Normal
+    impulse: Floats
+    velocity: Floats
+    lost: float
+    ended: bool
+
+
+def turns(K: Floats, mu: float, v: Floats) -> bool:
+    """Return whether slip along v (2) turns."""
+    e = v / np.linalg.norm(v)
+    terms = np.linalg.norm(K[1:, 0]) + mu * np.linalg.norm(K[1:, 1:])
+    a = K[1:, 0] - mu * (K[1:, 1:] @ e)
+    return bool(abs(e[0] * a[1] - e[1] * a[0]) > SETTLED * terms)
+
+
+def turned(K: Floats, mu: float, v: Floats, at: Normal, goal: Goal) -> Turned:
+    """Return what slip at v (2) with K (3, 3) does until its stage ends, it stops, or its direction stays."""
+    size, speed = float(np.trace(K)), float(np.linalg.norm(v))
+    slip = _Slip(K / size, mu, size / speed, speed, at, goal, _Direction.of(K / size, mu, v))
+    y = np.zeros(7)
+    y[VN] = at.v / speed
+    tau, width = 0.0, 1.0
+    for _ in range(MOST):
+        panel = slip.panel(tau, width, y)
+        if panel is None:
+            width /= 2.0
+            continue
+        ended = np.asarray(slip.goal.missing(slip.normal(panel.y)))[1:] <= 0.0
+        if ended[0] and width > NARROWEST:  # rounding of the whole panel is much beside so small a part of it
+            width *= 1.0 + float(_rules()[0][1])  # twice as far as that node
+            continue
+        if ended.any():
+            return slip.told(*slip.end_in(panel, 1 + int(np.argmax(ended))), ended=True)
+        tau, y = tau + width, panel.y[:, -1]
+        width = min(LONGEST, 2.0 * width)
+        if y[LOG] < STOPPED or not turns(K, mu, slip.way.along(tau)):
+            return slip.told(y, slip.way.along(tau), ended=False)
+    raise NoSolutionError(
+        f"the end of slip that turns in space was not found in {MOST} parts of its way: a mass or a moment of inertia "
+        "may be nearly zero",
+        number="N108",
+    )
+
+
+# Places in the integrals.
+LOG, VN, P, W, Q, L = 0, 1, 2, 3, slice(4, 6), 6
+
+
+@dataclass(frozen=True)
+class _Direction:
+    """phi' = Re(p z + q z^2), z = exp(i phi), from `first` up or down (`sense`) to its next zero `last`."""
+
+    p: complex
+    q: complex
+    first: float
+    last: float
+    sense: float
+
+    @classmethod
+    def of(cls, K: Floats, mu: float, v: Floats) -> _Direction:
+        p, q = complex(K[2, 0], K[1, 0]), -mu * complex(K[1, 2], -(K[2, 2] - K[1, 1]) / 2.0)
+        first = float(np.arctan2(v[1], v[0]))
+        begun = cls(p, q, first, first, 1.0)
+        sense = float(np.sign(begun.pace(np.array(first))))
+        ahead = min(sense * (zero - first) % (2.0 * np.pi) for zero in begun.zeros())
+        return replace(begun, last=first + sense * ahead, sense=sense)
+
+    def pace(self, phi: Floats) -> Floats:
+        z = np.exp(1j * phi)
+        return np.asarray((self.p * z + self.q * z * z).real)
+
+    def zeros(self) -> list[float]:
+        """Return where phi' is zero: at two angles at least, for its mean is zero."""
+        quartic = [self.q, self.p, 0.0, self.p.conjugate(), self.q.conjugate()]
+        phi: Floats = np.asarray(np.angle(np.roots(quartic)), dtype=float)
+        terms = abs(self.p) + abs(self.q)
+        for _ in range(8):
+            z = np.exp(1j * phi)
+            slope = (1j * self.p * z + 2j * self.q * z * z).real
+            phi = phi - np.divide(self.pace(phi), slope, out=np.zeros_like(phi), where=np.abs(slope) > 1e-9 * terms)
+        return [float(x) for x in phi[np.abs(self.pace(phi)) <= 1e-13 * terms]]
+
+    @cached_property
+    def _far(self) -> float:
+        return abs(self.last - self.first)
+
+    def at(self, tau: float, ahead: Floats) -> tuple[Floats, Floats]:
+        """Return e (2, n) at tau + ahead, and ds/dtau = -(phi* - phi)/phi', which has a limit at phi*.
+
+        phi' is a difference from phi*, and its change from tau on where that is the smaller one: each is rounded by its
+        own size, so that slip that leaves a direction in which it would stay is smooth.
+        """
+        begun, left = self._far * np.exp(-tau), self._far * np.exp(-(tau + ahead))
+        gone = -begun * np.expm1(-ahead)
+        pace = self._change(self.last, -self.sense * left)
+        first = self._change(self.last, np.array(-self.sense * begun))
+        near = first + self._change(self.last - self.sense * begun, self.sense * gone)
+        x = self.last - self.sense * left
+        return np.array([np.cos(x), np.sin(x)]), left / (self.sense * np.where(gone < left, near, pace))
+
+    def _change(self, phi: float, x: Floats) -> Floats:
+        """Return phi' at phi + x minus that at phi."""
+        z = np.exp(1j * phi)
+        once, twice = (-2.0 * np.sin(k * x / 2.0) ** 2 + 1j * np.sin(k * x) for k in (1.0, 2.0))  # exp(i k x) - 1
+        return np.asarray((self.p * z * once + self.q * z * z * twice).real)
+
+    def along(self, tau: float) -> Floats:
+        return self.at(tau, np.zeros(1))[0][:, 0]
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """A part of the way: from tau on, so wide, with what is integrated (7, n) at its nodes."""
+
+    tau: float
+    width: float
+    y: Floats
+
+    def inside(self, x: float) -> Floats:
+        """Return what is integrated at x from -1 to 1."""
+        nodes, weights, *_ = _rules()
+        apart = x - nodes
+        if not apart.all():
+            return np.asarray(self.y[:, int(np.argmin(np.abs(apart)))])
+        parts = weights / apart
+        return np.asarray(self.y @ parts / parts.sum())
+
+
+@dataclass(frozen=True)
+class _Slip:
+    """Slip in numbers without units: speeds by `speed`, impulses times `mass`."""
+
+    K: Floats
+    mu: float
+    mass: float
+    speed: float
+    begun: Normal
+    goal: Goal
+    way: _Direction
+
+    def panel(self, tau: float, width: float, y: Floats) -> _Panel | None:
+        """Return a panel from where y (7) is; None where polynomials do not reach over it."""
+        nodes, _, integral, coefficients = _rules()
+        e, pace = self.way.at(tau, width * (nodes + 1.0) / 2.0)
+        a = self.K[1:, :1] - self.mu * (self.K[1:, 1:] @ e)
+        half = width / 2.0
+        growing = (e * a).sum(axis=0) * pace
+        log = y[LOG] + half * (integral @ growing)
+        if not (np.isfinite(log).all() and log.max() < 300.0):
+            return None
+        speed = np.exp(log)
+        dp = speed * pace
+        closing = (self.K[0, 0] - self.mu * (self.K[0, 1:] @ e)) * dp
+        first = np.array([dp, closing, -self.mu * e[0] * dp, -self.mu * e[1] * dp, self.mu * speed * dp])
+        terms, most = self.mu + float(np.abs(self.K).max()), float(np.abs(dp).max())  # what rounding falsifies
+        sizes = terms * np.array([float(np.abs(pace).max()), most, most, most, most, most * float(speed.max())])
+        tails = np.abs(np.vstack([growing, first]) @ coefficients.T)[:, -2:].max(axis=1)
+        if (tails > EXACT * sizes).any():
+            return None
+        p, vn, qx, qy, lost = half * (first @ integral.T)
+        vn = y[VN] + vn
+        found = [log, vn, y[P] + p, y[W] + half * (integral @ (vn * dp)), y[Q][0] + qx, y[Q][1] + qy, y[L] + lost]
+        return _Panel(tau, width, np.array(found))
+
+    def end_in(self, panel: _Panel, node: int) -> tuple[Floats, Floats]:
+        """Return what is integrated, and the direction, where the stage ends, before a node of a panel."""
+        nodes, *_ = _rules()
+        low, high = float(nodes[node - 1]), float(nodes[node])
+        here = high
+        for _ in range(PASSES):
+            there, ahead = panel.inside(here), panel.width * (here + 1.0) / 2.0
+            at = self.normal(there)
+            missing = self.goal.missing(at)
+            low, high = (here, high) if missing > 0.0 else (low, here)
+            e, pace = self.way.at(panel.tau, np.array([ahead]))
+            fast = float(np.exp(there[LOG]) * pace[0]) / self.mass * panel.width / 2.0  # dp/dx
+            rate = float(self.K[0, 0] - self.mu * (self.K[0, 1:] @ e[:, 0])) * self.mass * self.speed
+            slope = fast * self.goal.slope(at, rate)
+            wanted = here + missing / slope if slope > 0.0 else (low + high) / 2.0
+            if abs(wanted - here) <= 4e-16 or high - low <= 4e-16:
+                break
+            here = wanted if low < wanted < high else (low + high) / 2.0
+        return there, e[:, 0]
+
+    def normal(self, y: Floats) -> Normal:
+        """Return the normal state, or those of several nodes, in the units of the problem."""
+        begun, speed = self.begun, self.speed
+        return Normal(y[VN] * speed, begun.p + y[P] / self.mass, begun.W + y[W] * speed / self.mass)
+
+    def told(self, y: Floats, e: Floats, *, ended: bool) -> Turned:
+        at = self.normal(y)
+        velocity = np.zeros(2) if y[LOG] < STOPPED else self.speed * np.exp(y[LOG]) * e
+        impulse, lost = y[Q] / self.mass, y[L] * self.speed / self.mass
+        return Turned(self.goal.met(at) if ended else at, impulse, velocity, float(lost), ended)
+
+
+@cache
+def _rules() -> tuple[Floats, Floats, Floats, Floats]:
+    """Return Chebyshev's nodes on (-1, 1), barycentric weights, integrals from -1 to each node, coefficients."""
+    from numpy.polynomial import chebyshev
+
+    k = np.arange(DEGREE + 1)
+    nodes = -np.cos(np.pi * k / DEGREE)
+    weights = (-1.0) ** k
+    weights[[0, -1]] /= 2.0
+    coefficients = np.linalg.inv(chebyshev.chebvander(nodes, DEGREE))
+    integrals = np.array([chebyshev.chebint(row, lbnd=-1.0) for row in np.eye(DEGREE + 1)])
+    integral = chebyshev.chebvander(nodes, DEGREE + 1) @ integrals.T @ coefficients
+    return np.asarray(nodes), np.asarray(weights), np.asarray(integral), np.asarray(coefficients)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+class Single:
+    """One row that strikes alone: the problem of what acts with it, what its impulses move. No speeds are in it."""
+
+    def __init__(self, account: Account, row: int) -> None:
+        self.some = chosen(account.rows, (row,))
+        self.name, self.row = account.problem.name(row), self.some.rows.index(row)
+        parts = self.some.problem.parts
+        self._simple = not parts or (len(parts) == 1 and parts[0].normals == (self.row,) and len(parts[0].rows) < 3)
+
+    @property
+    def followed(self) -> bool:
+        """Whether its impact can be followed: not where several parts rub of which one does in space."""
+        return self._simple or all(len(part.rows) == 1 for part in self.some.problem.parts)
+
+    @property
+    def part(self) -> FrictionLaw | None:
+        """The friction of the contact, if nothing else rubs."""
+        return next(iter(self.some.problem.parts), None) if self._simple else None
+
+    @cached_property
+    def moved(self) -> Moved | None:
+        """What impulses at the contact move; None where other parts rub than its own, or several."""
+        verify_moves(self.some, self.row, self.name)
+        return struck_at(self.some, self.row) if self._simple else None
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """The lengths (m) of the rows."""
+        return scaled_rows(self.some.problem.matrix)[0]
+
+
+def routh(account: Account, single: Single) -> None:
+    """Strike one row alone, with its friction and that in joints."""
+    course = _Course(account, single)
+    first = Normal(float(course.v[course.row]))
+    course.stop_at_once()
+    left = Normal(float(course.v[course.row]))  # what stops along the surface may push along the normal
+    if left.v >= 0.0:
+        return
+    compressed = course.through("compression", COMPRESSED, left)
+    e = float(account.restitution[single.some.rows[single.row]])
+    if e > 0.0:
+        course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)
+
+
+class _Course:
+    """A contact on its way: present speeds v (m) of the chosen rows; the account has the impulses.
+
+    `moved` is None where other parts rub than that of the contact, or several; else `part` is the contact's, if any.
+    """
+
+    def __init__(self, account: Account, single: Single) -> None:
+        self.account, self.some, self.row, self.name = account, single.some, single.row, single.name
+        self.moved, self.part = single.moved, single.part
+        self.tangents = list(self.part.rows) if self.part else []
+        self.v = account.speeds()[self.some.rows]
+        self.small: Floats = AT_REST * float(np.abs(self.v / single.lengths).max(initial=0.0)) * single.lengths
+
+    def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:
+        """Go through a stage to its end, and return the normal state there."""
+        for _ in range(MOST):
+            slip = self.v[self.tangents]
+            if self.part and self.moved and self._turns(slip):
+                at, ended = self._around(stage, goal, at)
+            else:
+                at, ended = self._straight(stage, goal, at)
+            if ended:
+                return at
+        raise NoSolutionError(
+            f"the impact at {self.name} does not end: friction in several places changes on and on",
+            number="N108",
+        )
+
+    def _slips(self, v: Floats) -> bool:
+        return bool(np.linalg.norm(v) > self.small[self.tangents].max(initial=0.0))
+
+    def _turns(self, v: Floats) -> bool:
+        if self.part is None or self.moved is None or len(v) < 2 or not self._slips(v):
+            return False
+        return turns(self.moved.K, self.part.kinetic, v)
+
+    # --- straight ways ------------------------------------------------------------------------------------------------
+
+    def _pace(self) -> Pace:
+        if self.moved is None:
+            return among(self.account, self.some, self.row, self.v, self.small)
+        pace = alone(self.moved, self.part, self.v, float(self.small[self.tangents].max(initial=0.0)))
+        if pace.slips == (IN_SPACE,) and self._slips(slip := self.v[self.tangents]):
+            e = slip / np.linalg.norm(slip)
+            pace.v[self.tangents] = e * float(e @ pace.v[self.tangents])
+        return pace
+
+    def _straight(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
+        """Go straight on to the end of the stage, or to where slip stops."""
+        pace = self._pace()
+        rate = float(pace.v[self.row])
+        stop, stopping = self._next_stop(pace)
+        end = goal.ahead(at, rate)
+        ended = end <= stop
+        dp = end if ended else stop
+        if not math.isfinite(dp):
+            raise NoSolutionError(self._wedged(rate), number="N108")
+        at = at.on(dp, rate)
+        at = goal.met(at) if ended else at
+        if not ended and abs(at.v) <= self.small[self.row]:  # it stops as the slip does
+            at = replace(at, v=0.0)
+        if dp > 0.0:
+            self._add(stage, pace.slips, (dp * pace.z, dp * pace.x))
+        self.v = self.v + dp * pace.v
+        self.v[self.row] = at.v
+        if stop <= dp:
+            self.v[stopping] = 0.0
+        return at, ended
+
+    def _wedged(self, rate: float) -> str:
+        """Return that no impulse ends the impact: proved where the contact alone rubs, as its course is then unique."""
+        does = f"closes it faster by {-rate:.3g} m/s" if rate < 0.0 else "does not move it"
+        why = f"an impulse of 1 N s with its friction {does}, however large it grows"
+        known = "" if self.moved is not None else "; proved for the way in which other parts slip or stick here only"
+        return f"the impact at {self.name} has no end: its friction wedges it ({why}{known})"
+
+    def _next_stop(self, pace: Pace) -> tuple[float, list[int]]:
+        """Return the dp after which the first part stops to slip, and its rows."""
+        first, rows = math.inf, list[int]()
+        for part in self.some.problem.parts:
+            own = list(part.rows)
+            speed = float(np.linalg.norm(self.v[own]))
+            if speed > self.small[own].max():
+                slower = -float(self.v[own] @ pace.v[own]) / speed
+                if slower > 0.0 and speed / slower < first:
+                    first, rows = speed / slower, own
+        return first, rows
+
+    def _add(
+        self, stage: Stage, slips: tuple[int, ...], impulses: tuple[Floats, Floats], lost: Floats | None = None
+    ) -> None:
+        z, taken = np.zeros(len(self.account.z)), None
+        z[self.some.rows] = impulses[0]
+        if lost is not None:
+            taken = np.zeros(len(z))
+            taken[self.some.rows] = lost
+        self.account.add(
+            stage, [self.some.rows[self.row]], self.some.of_all(slips, self.account.rows), (z, impulses[1]), taken
+        )
+
+    # --- slip that turns, and that stops at once ----------------------------------------------------------------------
+
+    def _around(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
+        assert self.moved is not None
+        assert self.part is not None
+        way = turned(self.moved.K, self.part.kinetic, self.v[self.tangents], at, goal)
+        f = np.concatenate([[way.at.p - at.p], way.impulse])
+        lost = np.zeros(len(self.v))
+        lost[self.row] = at.W - way.at.W
+        lost[self.tangents] = way.lost * self._shares(way.impulse)
+        self._add(stage, (IN_SPACE,), (self.moved.Z @ f, self.moved.X @ f), lost)
+        self.v[self.row], self.v[self.tangents] = way.at.v, way.velocity
+        return way.at, way.ended
+
+    def _shares(self, impulse: Floats) -> Floats:
+        """Return how the work of friction in space is shared by its two rows: by the squares of their impulses."""
+        square = float(impulse @ impulse)
+        return impulse * impulse / square if square else np.array([1.0, 0.0])
+
+    def stop_at_once(self) -> None:
+        """Stop slip where friction is always enough."""
+        if self.part is None or self.moved is None or not self.part.enough or not self._slips(self.v[self.tangents]):
+            return
+        K = self.moved.K
+        held = least_squares(K[1:, 1:], -self.v[self.tangents])
+        f = np.concatenate([[0.0], held])
+        self._add("compression", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))
+        self.v = self.account.speeds()[self.some.rows]
+        self.v[self.tangents] = 0.0
+        if abs(self.v[self.row]) <= self.small[self.row]:  # where both move together it stops too
+            self.v[self.row] = 0.0
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Friction that is given back (a superball): p_t is reversed, up to the cone, and to the work that friction took.
+#
+# What sticks at the end of an impact has stored the part of p_t that its tangential coefficient says, and gives it
+# back along p_t. What slips then has stored nothing. Without the last limit it could make energy where normal impulses
+# move the tangents too; for a sphere it is none: v_t+ = -e_t v_t-.
+
+
+def give_back(account: Account, closed: Collection[int], before: Account) -> None:
+    """Give back the friction of an impact of rows that sticks now; `before` is the account before it."""
+    if not any(account.problem.tangential):
+        return
+    some = chosen(account.rows, closed)
+    z, stored = account.z - before.z, np.zeros(len(account.z))
+    parts = [k for k in range(len(some.parts)) if _sticks(account, some, k)]
+    for k in parts:
+        own, normals = _rows(some, k)
+        part, size = some.problem.parts[k], float(np.linalg.norm(z[own]))
+        N = pressing(z[normals].tolist(), [1] * len(normals))
+        if size > 0.0:
+            back = account.problem.given_back(some.parts[k]) * size
+            left = math.inf if part.enough else room(part.static, N, [size])
+            stored[own] = z[own] * max(min(back, left), 0.0) / size
+    if not stored.any():
+        return
+    own = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction)]
+    moved, f = moved_by(some, own), stored[some.rows][own]
+    taken = sum(float((account.lost - before.lost)[_rows(some, k)[0]].sum()) for k in parts)
+    needed = float(f @ moved.K @ f) / 2.0 + float(f @ account.speeds()[some.rows][own])
+    f = f * min(1.0, math.sqrt(max(taken, 0.0) / needed)) if needed > 0.0 else f
+    if f.any():
+        _add(account, some, (moved.Z @ f, moved.X @ f))
+
+
+def _rows(some: Chosen, k: int) -> tuple[list[int], list[int]]:
+    """Return the rows of a part, and its normals, among those of all."""
+    part = some.problem.parts[k]
+    return [some.rows[row] for row in part.rows], [some.rows[row] for row in part.normals]
+
+
+def _sticks(account: Account, some: Chosen, k: int) -> bool:
+    own, normals = _rows(some, k)
+    v = account.speeds()
+    small = float(np.maximum(account.allowed, account.rounding)[own].max())
+    at_rest = float(np.linalg.norm(v[own])) <= small
+    return at_rest and account.problem.given_back(some.parts[k]) > 0.0 and set(normals) <= set(account.unilateral)
+
+
+def _add(account: Account, some: Chosen, impulses: tuple[Floats, Floats]) -> None:
+    z = np.zeros(len(account.z))
+    z[some.rows] = impulses[0]
+    sticks = (0,) * len(some.parts)
+    account.add("given back", (), some.of_all(sticks, account.rows), (z, impulses[1]))

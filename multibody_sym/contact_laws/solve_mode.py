@@ -1,0 +1,568 @@
+"""What is left when equalities are eliminated: motion and all forces as affine functions of the other rows' forces.
+
+K = A X + D.. of these rows is formed, which squares the condition of A: it proposes modes, and judges none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.contact_laws.problem import (
+    STICKS,
+    Flags,
+    Modes,
+    Part,
+    Places,
+    Scaled,
+    beyond,
+    limits_of,
+    over_parts,
+    signed,
+)
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.limits import OF_FORCES
+from multibody_sym.scalars.pivoted_qr import PivotedQr, pivoted_qr
+from multibody_sym.scalars.rank import ROUNDED, exact, least_squares, null_space
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The motion and the forces of a mode, by QR of its rows: W = H M^-1 H^T is not formed, which squares the condition.
+#
+# With the active rows A_k^T = Q R and all forces z = S zeta (what slides exerts -+ mu times its normals):
+#
+#     R^T y = r,   x = Q y + (E - Q Q^T) C^T S zeta,   Q^T C^T S zeta = y   and the rows that define forces,
+#
+# solved by QR with column pivoting. Directions of slip that starts in space, and of forces whose length presses, are
+# found by Newton's method around that solve.
+
+
+SETTLED: Final = 1e-13
+PASSES: Final = 30
+TURNS: Final = 15
+TURNED: Final = 1e-10
+LOST: Final = 2
+TURN_LOST: Final = 0.3
+"""Directions that still turn by so much (rad) after so many passes do not settle."""
+STANDS: Final = 1e-12
+"""Part of its terms below which an acceleration has no direction."""
+VANISHING: Final = 1e-12
+"""Part of the largest force below which a force whose length presses is none, and has no direction."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a mode leads to: x (n), z (m), a (m), whether its equations can be `solved` at all.
+
+    `forces` (m, k) is the map from those z that were free to all, `idle` (k, j) combinations of them that no equation
+    sees, and `moved` (n, j) what these do to x; `basic` are the rows whose z the solution is made of.
+    """
+
+    mode: Modes
+    mu: Floats
+    x: Floats
+    z: Floats
+    a: Floats
+    solved: bool
+    basic: Places
+    forces: Floats
+    idle: Floats
+    moved: Floats
+
+
+def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None = None) -> Trial:
+    """Return what a mode leads to with coefficients mu (p); forces that `carrying` (m) leaves out are zero."""
+    pressing: dict[int, Floats] = {}
+    touching = problem.pressed_parts(mode.sides)
+    slides = [p for p in problem.parts if touching[p.number] and (mode.slips[p.number] != STICKS or not p.rests)]
+    norms = [p for p in slides if p.norm and mu[p.number]]
+    turning = [p for p in slides if p.in_space and p.rests]
+    equations = _equations(problem, mode, mu, carrying)
+    solution = equations.solved(mode, pressing)
+    trial = solution.trial
+    if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
+        return _unsolved(trial)
+    if norms and not turning:
+        settled = _pressed(equations, mode, norms, trial.z, pressing)
+        trial = equations.solved(mode, pressing).trial
+        if settled:
+            return trial
+    for k in range(TURNS if turning else 0):
+        change = press(norms, trial.z, pressing)
+        solution = equations.solved(mode, pressing) if norms else solution
+        mode, turned = _turned(turning, solution)
+        if k >= LOST and turned > TURN_LOST:
+            return _unsolved(trial)
+        # Newton's method has converged where its step is small: what is left is the step's square.
+        change = max(change, turned if turned > TURNED else 0.0)
+        solution = equations.solved(mode, pressing)
+        trial = solution.trial
+        if change < SETTLED:
+            return trial
+    if norms or turning:
+        return trial if _settled(problem, norms, turning, trial, pressing) else _unsolved(trial)
+    return trial
+
+
+def roughly(problem: Scaled, mode: Modes, mu: Floats) -> Trial:
+    """Return what a mode leads to with the directions that it comes with."""
+    return _equations(problem, mode, mu, None).solved(mode, {}).trial
+
+
+def _pressed(
+    equations: _Equations, mode: Modes, norms: list[Part], z: Floats, pressing: dict[int, Floats]
+) -> bool:
+    """Take the directions of pressing forces from passes that begin with z (m), and return whether they settle."""
+    for _ in range(PASSES):
+        change = press(norms, z, pressing)
+        z = equations.forces(mode, pressing)
+        if change < SETTLED:
+            return True
+    return False
+
+
+def press(norms: list[Part], z: Floats, pressing: dict[int, Floats]) -> float:
+    """Take the directions of pressing forces from the last pass, and return by how much they moved."""
+    change, least = 0.0, VANISHING * float(np.abs(z).max(initial=0.0))
+    for part in norms:
+        new = part.along(z, least)
+        change = max(change, float(np.abs(new - pressing.get(part.number, 0.0)).max(initial=0.0)))
+        pressing[part.number] = new
+    return change
+
+
+def _settled(
+    problem: Scaled, norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]
+) -> bool:
+    """Accept what rounding keeps from settling altogether."""
+    if norms and press(norms, trial.z, dict(pressing)) > 1e-10:
+        return False
+    terms = problem.terms(trial.x, trial.z)
+    sizes = [1e-10 * float(np.linalg.norm(trial.a[p.rows])) + 1e-13 * float(terms[p.rows].max()) for p in turning]
+    return all(across_slip(part, trial) <= size for part, size in zip(turning, sizes, strict=True))
+
+
+def _unsolved(trial: Trial) -> Trial:
+    return Trial(**{**trial.__dict__, "solved": False})
+
+
+# --- directions of slip in space --------------------------------------------------------------------------------------
+
+
+def _stands(problem: Scaled, part: Part, trial: Trial) -> bool:
+    """Return whether a part does not slip at all, so that there is no direction: what sticks is another mode."""
+    terms = problem.terms(trial.x, trial.z)[part.rows].max() + float(np.linalg.norm(trial.x))
+    return bool(np.abs(trial.a[part.rows]).max() <= STANDS * terms)
+
+
+def across_slip(part: Part, trial: Trial) -> float:
+    """Return how large the part of a_t across the direction in which it slips is."""
+    return float(np.linalg.norm(_across(trial.mode.direction(part), trial.a[part.rows])))
+
+
+def _across(direction: Floats, a: Floats) -> Floats:
+    return a - (a @ direction) * direction
+
+
+def _turned(turning: list[Part], solution: _Solution) -> tuple[Modes, float]:
+    """Return the mode after a Newton step for the angles at which slip is along a_t, and the largest turn.
+
+    A direction turns by one angle in a plane, by two in space, each towards a unit vector across it.
+    """
+    trial, mode = solution.trial, solution.trial.mode
+    ways = [_beside(mode.direction(part)) for part in turning]
+    ends = np.cumsum([0, *(way.shape[1] for way in ways)])
+    own = [slice(first, last) for first, last in pairwise(ends)]
+    forces = np.zeros((len(trial.z), ends[-1]))  # (m, angles): friction for each angle
+    for part, way, k in zip(turning, ways, own, strict=True):
+        weights = part.weights(mode.sides, solution.pressing)
+        forces[part.rows, k] = -trial.mu[part.number] * weights @ trial.z[part.normals] * way
+    changes = solution.change(forces)
+    missing, slopes = np.empty(ends[-1]), np.empty((ends[-1], ends[-1]))
+    for part, way, k in zip(turning, ways, own, strict=True):
+        e, a = mode.direction(part), trial.a[part.rows]
+        missing[k] = way.T @ a
+        slopes[k] = way.T @ changes[part.rows]
+        slopes[k, k] -= (a @ e) * np.eye(way.shape[1])
+    step = least_squares(slopes, -missing)
+    for part, way, k in zip(turning, ways, own, strict=True):
+        e, a = mode.direction(part), trial.a[part.rows]
+        if e @ a < -0.5 * float(np.linalg.norm(a)):  # slip that goes backward turns around
+            step[k] = np.arctan2(np.linalg.norm(_across(e, a)), e @ a) * _unit(way.T @ a)
+    step = np.clip(step, -0.7, 0.7)
+    found = mode.copy()
+    for part, way, k in zip(turning, ways, own, strict=True):
+        found.direction(part)[:] = _rotated(mode.direction(part), way, step[k])
+    return found, float(np.abs(step).max())
+
+
+def _beside(direction: Floats) -> Floats:
+    """Return (d, d - 1) unit vectors across a unit vector and each other."""
+    if len(direction) == 2:
+        return np.array([[-direction[1]], [direction[0]]])
+    first = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(direction, first)])
+
+
+def _rotated(direction: Floats, ways: Floats, angles: Floats) -> Floats:
+    """Return a unit vector that is turned by angles towards unit vectors across it."""
+    angle = float(np.linalg.norm(angles))
+    turned = np.cos(angle) * direction + np.sin(angle) * (ways @ _unit(angles))
+    return np.asarray(turned / np.linalg.norm(turned), dtype=float)
+
+
+def _unit(vector: Floats) -> Floats:
+    """Return a vector's direction, the first one there is where it is zero."""
+    size = float(np.linalg.norm(vector))
+    return vector / size if size else np.eye(len(vector))[0]
+
+
+# --- the linear solve -------------------------------------------------------------------------------------------------
+
+
+def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
+    """Return (m) which friction rows restrict motion: those of parts that touch and stick."""
+    table = problem.table
+    stuck = np.zeros(problem.count, dtype=bool)
+    parts = table.rests & (mode.slips == STICKS) & (mu != 0.0) & problem.pressed_parts(mode.sides)
+    stuck[table.rows] = np.repeat(parts, table.sizes)
+    return stuck
+
+
+def active_rows(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
+    """Return (m) which rows have a = 0, those that define forces among them."""
+    active = sticking(problem, mode, mu)
+    active[problem.kinematic] = active[problem.defining] = True
+    active[problem.unilateral] = mode.sides[problem.unilateral] > 0
+    return active
+
+
+def forces_of(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
+    """Return S (m, k): all forces of free ones, which sliding friction follows."""
+    return _Following.of(problem, mode, mu, free).forces(mode, pressing)
+
+
+@dataclass(frozen=True, eq=False)
+class _Following:
+    """What sliding friction follows: S (m, k) but for its `parts` that turn or that a length presses.
+
+    `place` (m) is that of each free force, -1 for others.
+    """
+
+    problem: Scaled
+    mu: Floats
+    place: Places
+    parts: tuple[int, ...]
+    fixed: Floats
+
+    @staticmethod
+    def of(problem: Scaled, mode: Modes, mu: Floats, free: Places) -> _Following:
+        """Return it by what slides in a mode, whatever its directions."""
+        S, place = np.zeros((problem.count, len(free))), np.full(problem.count, -1)
+        S[free, np.arange(len(free))] = 1.0
+        place[free] = np.arange(len(free))
+        slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.pressed_parts(mode.sides)
+        lines = slides & (problem.table.sizes == 1) & ~problem.table.norm
+        _on_lines(problem, mode, mu, lines, S, place)
+        return _Following(problem, mu, place, tuple(np.flatnonzero(slides & ~lines).tolist()), S)
+
+    def forces(self, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+        """Return S (m, k) by the directions of a mode, and of what presses."""
+        S = self.fixed.copy()
+        for number in self.parts:
+            part = self.problem.parts[number]
+            weights, way = part.weights(mode.sides, pressing), _way(part, mode, int(mode.slips[number]))
+            columns = self.place[part.normals]
+            there = columns >= 0
+            S[part.rows[:, None], columns[there]] = -self.mu[number] * (way[:, None] * weights[there])
+        return S
+
+
+def _on_lines(problem: Scaled, mode: Modes, mu: Floats, slides: Flags, S: Floats, place: Places) -> None:
+    """Let what slides on lines follow its normals."""
+    table = problem.table
+    normals = np.flatnonzero(slides[table.owners] & (place[table.normals] >= 0))
+    owners, pressing = table.owners[normals], table.normals[normals]
+    weights = signed(table.base[normals], mode.sides[pressing])
+    ways = np.where(table.rests, mode.slips, table.senses)
+    S[table.rows[table.first[owners]], place[pressing]] = -(mu * ways)[owners] * weights
+
+
+def _way(part: Part, mode: Modes, slip: int) -> Floats:
+    """Return the unit vector of its slip."""
+    if not part.rests:
+        return part.moving
+    return mode.direction(part) if part.in_space else np.array([float(slip)])
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """What a mode's equations are whatever its directions: (m) which rows restrict, `rows` of them, and `free` forces.
+
+    `still` (n) is the motion without forces beside the rows, `right` the right sides along these, then of forces;
+    `following` what sliding friction follows.
+    """
+
+    problem: Scaled
+    mu: Floats
+    free: Places
+    following: _Following
+    restricting: Flags
+    rows: Restricted
+    still: Floats
+    right: Floats
+
+    def forces(self, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+        """Return the forces z (m) alone."""
+        S = self.following.forces(mode, pressing)
+        return np.asarray(S @ _basic(self.seen(S)[0]).solution(self.right[:, None])[:, 0], dtype=float)
+
+    def solved(self, mode: Modes, pressing: dict[int, Floats]) -> _Solution:
+        """Solve the mode with directions as they are."""
+        problem, Q = self.problem, self.rows.Q
+        S = self.following.forces(mode, pressing)
+        seen, beside = self.seen(S)
+        basic = _basic(seen)
+        zeta = basic.solution(self.right[:, None])[:, 0]
+        x = self.still + beside @ zeta
+        z = S @ zeta
+        # Q mixes light bodies with what moves heavy ones: what that left of their rows is taken back.
+        missing = problem.A[self.restricting] @ x - problem.r[self.restricting]
+        x -= Q @ self.rows.components(missing)
+        a = problem.A @ x + problem.D @ z - problem.r
+        idle, places = basic.idle(), self.free[basic.places]
+        trial = Trial(mode, self.mu, x, z, a, basic.solves(zeta, self.right), places, S, idle, beside @ idle)
+        return _Solution(self, trial, beside, basic, pressing)
+
+    def seen(self, forces: Floats) -> tuple[Floats, Floats]:
+        """Return what the equations see of forces (m, k), and what these do beside the rows (n, k)."""
+        problem, Q, F = self.problem, self.rows.Q, self.problem.defining
+        pushes = problem.C.T @ forces
+        along = Q.T @ pushes
+        beside = pushes - Q @ along
+        return np.vstack([along, problem.A[F] @ beside + problem.D[F] @ forces]), beside
+
+
+def _equations(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None) -> _Equations:
+    active = active_rows(problem, mode, mu)
+    free = np.flatnonzero(active if carrying is None else active & carrying)
+    restricting = active.copy()
+    restricting[problem.defining] = False
+    rows = restricted(problem.A[restricting])
+    y = rows.components(problem.r[restricting])
+    still = rows.Q @ y
+    F = problem.defining
+    right = np.concatenate([y, problem.r[F] - problem.A[F] @ still])
+    return _Equations(problem, mu, free, _Following.of(problem, mode, mu, free), restricting, rows, still, right)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """A solution of a mode's equations, and what it takes to change it; `beside` (n, k) is what free forces do."""
+
+    equations: _Equations
+    trial: Trial
+    beside: Floats
+    basic: _Basic
+    pressing: dict[int, Floats]
+
+    def change(self, forces: Floats) -> Floats:
+        """Return by how much a (m, j) changes with forces (m, j), which others answer as the equations ask."""
+        problem = self.equations.problem
+        seen, beside = self.equations.seen(forces)
+        zeta = self.basic.solution(-seen)
+        return problem.A @ (beside + self.beside @ zeta) + problem.D @ (forces + self.trial.forces @ zeta)
+
+
+@dataclass(frozen=True, eq=False)
+class Restricted:
+    """The independent ones, `kept`, among rows A: A[kept]^T = Q R, Q (n, k)."""
+
+    Q: Floats
+    R: Floats
+    kept: Places
+
+    def components(self, right: Floats) -> Floats:
+        """Return y (k) with x = Q y the shortest that fulfils the independent ones among A x = r."""
+        return _triangular(self.R, right[self.kept, None], transposed=True)[:, 0]
+
+
+def restricted(rows: Floats) -> Restricted:
+    """Return the independent ones among rows A, which restrict motion."""
+    size = rows.shape[1]
+    if not len(rows):
+        return Restricted(np.zeros((size, 0)), np.zeros((0, 0)), np.zeros(0, dtype=np.intp))
+    Q, R, order, kept = pivoted_qr(rows.T, least=1.0)
+    return Restricted(Q[:, :kept], R[:kept, :kept], np.asarray(order[:kept], dtype=np.intp))
+
+
+def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+    """Return R^-1 B or R^-T B; LAPACK's own routine waits for threads even where the matrix is small."""
+    if not R.size or not right.size:
+        return np.zeros(right.shape)
+    from scipy.linalg.blas import dtrsm  # scipy takes longer to import than an answer without one-way laws
+
+    return np.asarray(dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class _Basic:
+    """Equations E (k, j) as `unit`, whose columns are E's over `sizes` (j), and the QR of these in an order."""
+
+    unit: Floats
+    sizes: Floats
+    qr: PivotedQr
+
+    @property
+    def places(self) -> Places:
+        """The places of what solutions are made of."""
+        return np.asarray(self.qr.order[: self.qr.rank], dtype=np.intp)
+
+    def idle(self) -> Floats:
+        """Return combinations (j, j - rank) that the equations do not see."""
+        count, rank = len(self.sizes), self.qr.rank
+        idle = np.zeros((count, count - rank))
+        if rank < count:
+            idle[self.places] = -_triangular(self.qr.R[:rank, :rank], self.qr.R[:rank, rank:])
+            idle[self.qr.order[rank:]] = np.eye(count - rank)
+        return idle / self.sizes[:, None]
+
+    def solution(self, right: Floats) -> Floats:
+        """Return zeta (j, c) for right sides (k, c)."""
+        zeta = np.zeros((len(self.sizes), right.shape[1]))
+        for _ in range(2):  # once more for what rounding left
+            rest = self.qr.Q[:, : self.qr.rank].T @ (right - self.unit @ zeta)
+            zeta[self.places] += _triangular(self.qr.R[: self.qr.rank, : self.qr.rank], rest)
+        return zeta / self.sizes[:, None]
+
+    def solves(self, zeta: Floats, right: Floats) -> bool:
+        """Return whether zeta (j) fulfils the equations with a right side (k)."""
+        zeta = zeta * self.sizes
+        missing = float(np.abs(right - self.unit @ zeta).max(initial=0.0))
+        terms = float((np.abs(self.unit) @ np.abs(zeta) + np.abs(right)).max(initial=0.0))
+        return missing <= 1e-10 * terms + 1e3 * EPSILON * terms
+
+
+def _basic(equations: Floats) -> _Basic:
+    sizes = np.linalg.norm(equations, axis=0)
+    sizes[sizes <= exact(equations) * float(sizes.max(initial=0.0))] = 1.0
+    unit = equations / sizes
+    return _Basic(unit, sizes, pivoted_qr(unit))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+LEFT: Final = 1e-14
+"""What equalities leave of rows of unit length that depend on them: rounding, which must not look like a row."""
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """z = z0 + Z f, x = x0 + X f, a = a0 + K f for the forces f (k) of the rows `own`, all other rows equalities.
+
+    With `open_sides` equalities depend on each other so that forces which rub are not unique: these are some of them.
+    """
+
+    own: Places
+    place: Places
+    z0: Floats
+    Z: Floats
+    x0: Floats
+    X: Floats
+    a0: Floats
+    K: Floats
+    open_sides: bool
+
+
+def reduced(problem: Scaled) -> Reduced:
+    """Return the problem without its equalities."""
+    equal = np.sort(np.concatenate([problem.kinematic, problem.defining]))
+    own = np.setdiff1d(np.arange(problem.count), equal)
+    A, C, D, r = problem.A, problem.C, problem.D, problem.r
+    F = problem.defining
+    rows = restricted(A[problem.kinematic])
+    Q, y = rows.Q, rows.components(r[problem.kinematic])
+    along = Q.T @ C.T
+    beside = C.T - Q @ along
+    still = Q @ y
+    equations = np.vstack([along, A[F] @ beside + D[F]])
+    right = np.concatenate([y, r[F] - A[F] @ still])
+    z0, Z = np.zeros(problem.count), np.zeros((problem.count, len(own)))
+    Z[own, np.arange(len(own))] = 1.0
+    if len(equal):
+        both = np.column_stack([right, -equations[:, own]])
+        answer = least_squares(equations[:, equal], both, ROUNDED)
+        z0[equal], Z[equal] = answer[:, 0], answer[:, 1:]
+    open_sides = _presses(problem, equal, equations[:, equal])
+    x0, X = still + beside @ z0, beside @ Z
+    place = np.full(problem.count, -1)
+    place[own] = np.arange(len(own))
+    a0, K = A @ x0 + D @ z0 - r, A @ X + D @ Z
+    terms = problem.terms(x0, z0)
+    a0[np.abs(a0) <= LEFT * (terms + float(np.linalg.norm(x0)))] = 0.0
+    K[np.abs(K) <= LEFT] = 0.0
+    return Reduced(own, place, z0, Z, x0, X, a0, K, open_sides)
+
+
+def _presses(problem: Scaled, equal: Places, equations: Floats) -> bool:
+    """Return whether forces of equalities that nothing determines press what rubs."""
+    if not np.isin(problem.both, equal).any() or not problem.parts:
+        return False
+    idle = null_space(equations, ROUNDED)
+    return bool(np.abs(idle[np.isin(equal, problem.both)]).max(initial=0.0) > ROUNDED)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Modes whose equations leave one combination of forces open: whether it has values at which their laws may hold.
+
+
+def may_hold(
+    problem: Scaled,
+    mu: Floats,
+    modes: Modes,
+    here: tuple[Floats, Floats],
+    way: tuple[Floats, Floats],
+    loose: float,
+) -> Flags:
+    """Return (b) whether all inequalities on lines hold for some t, to a part `loose` of what is largest.
+
+    `here`: z (b, m) and a (b, m) of modes, which change by t times the `way`. Only with friction on lines; of what
+    sticks between two sides nothing is asked.
+    """
+    present, slope = (_limits(problem, mu, modes, *values) for values in (here, way))
+    gap = float(np.abs(problem.r).max(initial=0.0))
+    z, dz = (_largest(values[0]) for values in (here, way))
+    a, da = _largest(here[1]) + gap, _largest(way[1])
+    own = np.where(present[1], z[:, None], (a + z)[:, None]), np.where(present[1], dz[:, None], (da + dz)[:, None])
+    allowed, grows = present[0] + loose * own[0], loose * own[1]
+    forward = _from_zero(allowed, slope[0] + grows)
+    return np.asarray(forward | _from_zero(allowed, -slope[0] + grows))
+
+
+def _largest(values: Floats) -> Floats:
+    return np.asarray(np.abs(values).max(axis=1, initial=0.0))
+
+
+def _from_zero(present: Floats, slope: Floats) -> Flags:
+    """Return (b) whether present + slope t >= 0 (b, i) for some t >= 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = -present / slope
+    low = np.where((slope > 0.0) & (present < 0.0), ends, 0.0).max(axis=1, initial=0.0)
+    high = np.where(slope < 0.0, ends, np.inf).min(axis=1, initial=np.inf)
+    never = ((slope == 0.0) & (present < 0.0)).any(axis=1)
+    return np.asarray((low <= high) & ~never)
+
+
+def _limits(problem: Scaled, mu: Floats, modes: Modes, z: Floats, a: Floats) -> tuple[Floats, Flags]:
+    """Return what must not be negative (b, i), zero where nothing is asked, and which (i) are forces."""
+    table, (force, gap, cone, slip, side) = problem.table, limits_of(problem, modes, mu, z, a)
+    N, rubs = over_parts(np.add, problem.loads(z), table.starts), z[:, table.rows[table.first]]
+    one_sided = ~over_parts(np.logical_or, problem.two_sided[table.normals], table.starts)
+    cones = [replace(cone, values=-beyond(x, N, mu), asked=cone.asked & one_sided) for x in (rubs, -rubs)]
+    limits = [force, side, *cones, gap, slip]
+    forces = np.repeat([x.kind in OF_FORCES for x in limits], [len(x.places) for x in limits])
+    return np.hstack([np.where(x.asked, x.values, 0.0) for x in limits]), forces

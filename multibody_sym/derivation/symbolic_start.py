@@ -1,0 +1,674 @@
+"""States over Nodes for closed forms, in the names of the model: what one is, its parameters, and any state."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import combinations
+from math import inf
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotient_functions import absolute, exact, exact_solve, register_angles, sqrt
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.roots import linear_parts, roots
+from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.redundancy import held_coordinates
+from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.reactions import OneWayForces
+from multibody_sym.dynamics.start.initial_geometry import measured_rows, seen_axis
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.errors import ExpressionError
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.mechanism import (
+    Coordinate,
+    Mechanism,
+    ParameterEntry,
+    RopeSide,
+    Speed,
+    TangentAngle,
+    WrapAngle,
+)
+from multibody_sym.mechanics.modes import with_coefficients
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.points import tangent_angle
+from multibody_sym.mechanics.ropes import wrap_angle
+from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
+from multibody_sym.mechanics.row_records import RopeSlipRow, Row, Sliding, SlidingRow
+from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.records import dataclass
+from multibody_sym.scalars import functions
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.vectors import S
+from multibody_sym.text.units import ENERGY, FORCE
+
+_WORK: Final = 10_000
+_ASIDE: Final = Fraction(1, 1009)
+
+
+@dataclass(frozen=True)
+class SymbolicState:
+    """A state over Nodes, and for each symbol that occurs in it the letter that stands for it in closed forms."""
+
+    state: State
+    letters: Mapping[Node, Letter]
+
+    def translated(self, mechanism: Mechanism, node: Node) -> Node:
+        """Return an expression in the names of the model as one in this state's symbols; quantities stay."""
+        in_slots = evaluate([node], lambda leaf: mechanism.symbols.get(leaf, leaf))
+        return as_node(evaluate(in_slots, lambda leaf: self.state.slots.get(leaf, leaf))[0])
+
+
+def any_state(mechanism: Mechanism, begin: Start, start: State | None = None) -> SymbolicState:
+    """Return the state in which time, coordinates and speeds keep their names; the sample is near the start.
+
+    Coordinates that constraints hold stay what they are at a `start` over Nodes, at rest, and have no names.
+    """
+    parameters, letters = parameter_letters(mechanism)
+    q = [symbol(c.name) for c in mechanism.coordinates]
+    u = [symbol(s.name) for s in mechanism.speeds]
+    time = symbol("t")
+    held = {} if start is None else _held(mechanism, begin, start)
+    for k, (node, value) in enumerate(zip((time, *q, *u), (0.0, *begin.q, *begin.u), strict=True)):
+        # a little aside, where nothing vanishes by chance
+        aside = PRECISE.mpf(_ASIDE.numerator) / (_ASIDE.denominator + 97 * k)
+        letters[node] = Letter(node, PRECISE.mpf(value) + aside)
+    for k, place in held.items():
+        del letters[q[k]], letters[u[k]]
+        q[k], u[k] = place, ZERO
+    return SymbolicState(state_of(mechanism, Node, time, q, u, parameters), letters)
+
+
+def _held(mechanism: Mechanism, begin: Start, start: State) -> dict[int, Node]:
+    """Return where constraints hold coordinates, by their places."""
+    return {k: as_node(start.q[k]) for k in held_coordinates(mechanism, begin.q, begin.parameters)}
+
+
+def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:
+    """Return the parameter vector over Nodes (those given by others written out), and the letters of the free ones.
+
+    What a run measures or chooses, on which no acceleration depends, is zero: lengths of ropes, angles of tangents,
+    Baumgarte's coefficients.
+    """
+    entries = mechanism.parameters
+    known: dict[Node, Node] = {}
+    letters: dict[Node, Letter] = {}
+    masses = {body.mass.mass for body in mechanism.bodies}
+    never_negative = masses | _coefficients(mechanism)
+    turning = _turning(mechanism)
+    waiting = list(range(len(entries)))
+    while waiting:
+        index = waiting.pop(0)
+        place, value = slot("parameters", index), entries[index].value
+        needed = leaves([value], "slot") if value is not None else []
+        if value is None:
+            known[place] = ZERO
+        elif not needed:
+            known[place] = symbol(entries[index].name)
+            sample = exact(Field(_WORK), [value], {})[0].sample
+            positive = entries[index].positive or (place in never_negative and sample > 0)
+            turns = place in turning and not positive
+            letters[known[place]] = Letter(known[place], sample, positive, turns=turns)
+        elif all(leaf in known for leaf in needed):
+            known[place] = as_node(evaluate([value], known)[0])
+        else:
+            waiting.append(index)
+    return [known[slot("parameters", i)] for i in range(len(entries))], letters
+
+
+def _coefficients(mechanism: Mechanism) -> set[Node]:
+    """Return the slots of parameters that are coefficients of friction or restitution: no model has negative ones."""
+    alone = [leaves([x], "slot") for x in (*_rubbing(mechanism), *_bouncing(mechanism))]
+    return {slots[0] for slots in alone if len(slots) == 1}
+
+
+def _rubbing(mechanism: Mechanism) -> list[Node]:
+    parts = [part for element in _one_way(mechanism) for part in element.frictions]
+    return [as_node(x) for part in parts for x in (part.static, part.kinetic)]
+
+
+def _bouncing(mechanism: Mechanism) -> list[Node]:
+    struck = mechanism.impact
+    given = [*struck.restitutions.values(), *struck.tangential.values()] if struck is not None else []
+    own = [x for element in _one_way(mechanism) for x in (element.restitution, element.tangential_restitution)]
+    return [as_node(x) for x in (*own, *given)]
+
+
+def _one_way(mechanism: Mechanism) -> list[OneWay]:
+    return [*mechanism.one_way, *(mechanism.impact.meetings if mechanism.impact is not None else ())]
+
+
+def limits_of(mechanism: Mechanism, name: str) -> tuple[float, float]:
+    """Return the least and the greatest value that a parameter may have, as what it is, or is declared."""
+    place = mechanism.symbols[symbol(name)]
+    if place in _bouncing(mechanism):
+        return 0.0, 1.0
+    positive = any(entry.positive for entry in mechanism.parameters if entry.name == name)
+    return (0.0 if positive or place in _rubbing(mechanism) else -inf), inf
+
+
+def _turning(mechanism: Mechanism) -> set[Node]:
+    """Return the slots of parameters with which loads are in proportion: what pushes may as well pull.
+
+    Weights, and what has another dimension than a force or a torque, keep the sign that they have.
+    """
+    weights = {body.mass.mass for body in mechanism.bodies} | set(leaves(map(as_node, mechanism.gravity), "slot"))
+    values = [value for load in mechanism.loads for value in _components(getattr(load, "value", ()))]
+    slots = {x for value in values for x in _in_proportion(value) if x not in weights}
+    entries = {slot("parameters", k): entry for k, entry in enumerate(mechanism.parameters)}
+    return {x for x in slots if x in entries and _is_load(entries[x])}
+
+
+def _components(value: Node | tuple[Node, ...]) -> tuple[Node, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _in_proportion(value: Node) -> list[Node]:
+    """Return the slots that are factors of the terms of a sum."""
+    found, waiting = [], [value]
+    while waiting:
+        node = waiting.pop()
+        if node.op == "slot":
+            found.append(node)
+        elif node.op in ("neg", "add", "mul"):
+            waiting.extend(node.args)
+        elif node.op == "div":
+            waiting.append(node.args[0])
+    return found
+
+
+def _is_load(entry: ParameterEntry) -> bool:
+    return entry.dimension in (None, FORCE, ENERGY)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Closed forms at one state: accelerations, multipliers and whatever depends on them, in the names of the model.
+#
+# The equations of motion are formed over Nodes with what is known of the state put in, and solved over exact
+# quotients:
+#
+#     M udot - C^T lambda = f        H udot + D lambda = gamma
+#
+# C is H where nothing slides, and D is zero but for rows that define forces.
+
+
+WORK: Final = 50_000
+"""How much is done for the closed forms of one state, in products of terms: a second or so."""
+
+
+@dataclass(frozen=True)
+class ClosedForms:
+    """A solved state: accelerations `udot` (nu) and `multipliers` (ns), and through `of` what follows from them."""
+
+    field: Field
+    udot: list[Quotient]
+    multipliers: list[Quotient]
+    known: dict[Node, Quotient]
+    matrix: list[list[Quotient]]
+
+    def of(self, nodes: Iterable[Node]) -> list[Quotient]:
+        """Return Nodes in the state's symbols and in `unknowns` as quotients; raises NoClosedFormError."""
+        return exact(self.field, nodes, self.known)
+
+    def give(self, row: int) -> Quotient:
+        """Return how much multiplier a row's a = H udot - gamma takes by itself, all other rows satisfied.
+
+        That is 1 over the apparent mass that it meets, the other way round: a pivot of the equations.
+        Raises NoClosedFormError.
+        """
+        place = len(self.udot) + row
+        unit = [self.field.constant(int(k == place)) for k in range(len(self.matrix))]
+        return exact_solve(self.matrix, unit)[place]
+
+
+def unknowns(mechanism: Mechanism) -> tuple[list[Node], list[Node]]:
+    """Return the slots that stand for the accelerations and for the multipliers in expressions over Nodes."""
+    udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
+    return udot, [slot("multipliers", k) for k in range(len(mechanism.rows))]
+
+
+def closed_forms(mechanism: Mechanism, given: SymbolicState) -> ClosedForms:
+    """Return the accelerations and multipliers at a state; multipliers of dependent rows may be zero.
+
+    Raises NoClosedFormError where they are too long, or a sign is undecided at the sample.
+    """
+    motion = motion_of(mechanism, given.state)
+    equations = linear_equations(motion)
+    rows = enumerate(row_motions(motion))
+    vectors = [(k, *row.beside) for k, row in rows if row.beside and min(row.beside) > k]
+    try:
+        return _solved(mechanism, given, Field(WORK), *equations, vectors)
+    except NoClosedFormError:
+        return _solved(mechanism, given, Field(WORK, expands=True), *equations, vectors)
+
+
+def _solved(
+    mechanism: Mechanism,
+    given: SymbolicState,
+    field: Field,
+    matrix: list[list[Node]],
+    right: list[Node],
+    vectors: list[tuple[int, ...]],
+) -> ClosedForms:
+    known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
+    register_angles(field, [as_node(x) for x in (*(x for row in matrix for x in row), *right)], known)
+    rows = [exact(field, [as_node(x) for x in (*row, r)], known) for row, r in zip(matrix, right, strict=True)]
+    left, wanted = [row[:-1] for row in rows], [row[-1] for row in rows]
+    udot, multipliers = unknowns(mechanism)
+    if len(vectors) > 1:
+        raise NoClosedFormError("several joints press with the lengths of their reactions, which depend on each other")
+    if vectors:
+        places = tuple(len(udot) + k for k in vectors[0])
+        solved, left = _by_length(left, wanted, len(udot), places)
+    else:
+        solved = exact_solve(left, wanted)
+    known.update(zip((*udot, *multipliers), solved, strict=True))
+    return ClosedForms(field, solved[: len(udot)], solved[len(udot) :], known, left)
+
+
+def _by_length(
+    left: list[list[Quotient]], right: list[Quotient], speeds: int, vector: tuple[int, ...]
+) -> tuple[list[Quotient], list[list[Quotient]]]:
+    """Return the solution where unknowns make a vector whose length w presses, and the matrix along that vector.
+
+    All have the column of w in the first equations, those of the speeds; all else is linear in w, and they themselves
+    are a + b w: w = |a + b w| with its positive root, where |b| < 1.
+    """
+    zero = right[0].field.constant(0)
+    column = [row[vector[0]] if k < speeds else zero for k, row in enumerate(left)]
+    without = [[zero if k < speeds and j in vector else x for j, x in enumerate(row)] for k, row in enumerate(left)]
+    free, of_length = exact_solve(without, right), exact_solve(without, [-x for x in column])
+    a, b = ([x[k] for k in vector] for x in (free, of_length))
+    w = _length(a, b)
+    solved = [x + y * w for x, y in zip(free, of_length, strict=True)]
+    parts = {k: solved[k] / w for k in vector}
+    along = [
+        [row[j] * parts[j] if k < speeds and j in parts else row[j] for j in range(len(row))]
+        for k, row in enumerate(left)
+    ]
+    return solved, along
+
+
+def _length(a: Sequence[Quotient], b: Sequence[Quotient]) -> Quotient:
+    """Return the w > 0 with w = |a + b w|. Raises NoClosedFormError where nothing presses, or it grows with itself."""
+    there = [(x, y) for x, y in zip(a, b, strict=True) if not (x.is_zero and y.is_zero)]
+    alone = len(there) < 2
+    if alone:
+        x, y = there[0] if there else (a[0], b[0])
+        one = x.field.constant(1)
+        found = next((w for w in (x / (one - y), -x / (one + y)) if w.sample > 0), None)
+    else:
+        one = a[0].field.constant(1)
+        zero = a[0].field.constant(0)
+        across, square = sum((x * y for x, y in there), zero), sum((x * x for x, _ in there), zero)
+        left = one - sum((y * y for _, y in there), zero)
+        found = (across + sqrt(across * across + absolute(left) * square)) / left if left.sample > 0 else None
+    if found is None or not found.sample > 0:
+        raise NoClosedFormError("what presses in a joint has no one length")
+    return absolute(found) if alone else found
+
+
+def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
+    """Return the matrix [[M, -C^T], [H, D]] and the right side (f, gamma) over Nodes; M itself may be singular.
+
+    Of multipliers that make a vector each has the column of its length.
+    """
+    rows = row_motions(motion)
+    upper = [[*row, *(-h.forces[k] for h in rows)] for k, row in enumerate(mass_matrix(motion))]
+    lower = [[*h.jacobian, *(h.coupling.get(k, 0) for k in range(len(rows)))] for h in rows]
+    applied_forces = applied_generalized_forces(motion, applied(motion))
+    velocity_terms = inverse_dynamics(motion, [0] * len(applied_forces))
+    forcing = [q - c for q, c in zip(applied_forces, velocity_terms, strict=True)]
+    return [*upper, *lower], [*forcing, *(h.gamma for h in rows)]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What holds one way only, as it is at a solved start: its forces and how it moves, over any scalar.
+
+
+_ROUNDING: Final = 1e-10
+"""Part of the largest force by which a force may be beyond its limit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Acting(OneWayForces):
+    """The elements of a mechanism in its mode at an instant, with their forces and accelerations."""
+
+    udot: Sequence[S]
+
+    @classmethod
+    def at(cls, instant: Instant) -> Acting:
+        """Return what acts at an instant."""
+        return cls(instant.motion, instant.multipliers, instant.udot)
+
+    @property
+    def tensions(self) -> Mapping[str, S]:
+        """All tensions of ropes, by what they are asked by."""
+        return Instant(self.motion, self.udot, self.multipliers).tensions
+
+    @property
+    def beyond(self) -> str:
+        """What the forces (floats) would do that the mode does not allow, by element; empty where they may be so."""
+        least = _ROUNDING * max((abs(float(x)) for x in self.multipliers), default=0.0)
+        for limit in self.mode_limits:
+            if limit.kind in ("force", "cone") and float(self.value(limit, self.acceleration)) < -least:
+                if limit.part is not None:
+                    return f"{limit.part.name} would need more friction than there is"
+                return f"{limit.element.name} would {'push' if limit.element.kind == 'rope' else 'pull'}"
+        return ""
+
+    # --- motion ---------------------------------------------------------------------------------------------------
+
+    def acceleration(self, row: Row) -> S:
+        """Return H udot - gamma of a row: how fast it opens or slips faster."""
+        moved = self.row(row)
+        return sum((h * a for h, a in zip(moved.jacobian, self.udot, strict=True)), -moved.gamma)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The start over Nodes: as it is declared, what constraints determine in closed form where one is found, else a letter.
+#
+# A number that came from closing constraints holds for one choice of parameters only, a guess that happens to be right
+# too. So neither stands in a formula: what was assembled keeps its declared expression only where all rows are
+# satisfied by it whatever the parameters are, takes the closed form that the rows give, or else keeps its name.
+
+
+_AS_DECLARED: Final = 1e-12
+_SYMBOLIC_START_ASIDE: Final = 1e-12
+"""The component of a direction (of length one) beside a tangent up to which it is rounding."""
+_SAME_DIRECTION: Final = 1e-9
+_MOST_GUESSES: Final = 4
+
+
+def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
+    """Return the start with coordinates and speeds as declared, in parameters; assembled ones as this module says."""
+    found = _SymbolicStart.of(mechanism, begin)
+    found.find_positions()
+    found.measure()
+    found.find_speeds()
+    return found.given()
+
+
+@dataclass
+class _SymbolicStart:
+    """The start as it becomes known: q (nq) and u (nu) over Nodes, letters by node.
+
+    `guesses` are the declared expressions of what was assembled, by place, where they have the value that was found.
+    """
+
+    mechanism: Mechanism
+    begin: Start
+    parameters: list[Node]
+    letters: dict[Node, Letter]
+    q: list[Node]
+    u: list[Node]
+    q_guesses: dict[int, Node]
+    u_guesses: dict[int, Node]
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, begin: Start) -> _SymbolicStart:
+        """Return the start with a letter for everything that was assembled."""
+        parameters, letters = parameter_letters(mechanism)
+        values = {slot("parameters", i): node for i, node in enumerate(parameters)}
+        sample = {node: float(letter.sample) for node, letter in letters.items()}
+        assembled = set(begin.assembled)
+
+        def declared(
+            named: Sequence[Coordinate | Speed], nodes: Sequence[Node], found: Sequence[float]
+        ) -> tuple[list[Node], dict[int, Node]]:
+            kept, guesses = list(nodes), {}
+            for k, each in enumerate(named):
+                agrees = abs(evaluate_float([nodes[k]], sample)[0] - found[k]) <= _AS_DECLARED * max(1.0, abs(found[k]))
+                if agrees and each.name in assembled:
+                    guesses[k] = nodes[k]
+                if not agrees or each.name in assembled:
+                    kept[k] = symbol(each.name)
+                    letters[kept[k]] = Letter(kept[k], PRECISE.mpf(found[k]))
+            return kept, guesses
+
+        initial = [as_node(x) for x in evaluate([c.initial for c in mechanism.coordinates], values)]
+        q, q_guesses = declared(mechanism.coordinates, _normalized(mechanism, initial), begin.q)
+        speeds = [as_node(x) for x in evaluate([s.initial for s in mechanism.speeds], values)]
+        u, u_guesses = declared(mechanism.speeds, speeds, begin.u)
+        return cls(mechanism, begin, parameters, letters, q, u, q_guesses, u_guesses)
+
+    def given(self) -> SymbolicState:
+        """Return the state as far as it is known."""
+        return SymbolicState(self._motion(self.q, self.u).state, self.letters)
+
+    def _motion(self, q: Sequence[Node], u: Sequence[Node]) -> Motion:
+        return motion_of(self.mechanism, state_of(self.mechanism, Node, ZERO, list(q), list(u), self.parameters))
+
+    def _field(self, *, expands: bool = False) -> tuple[Field, dict[Node, Quotient]]:
+        field = Field(_WORK, expands)
+        return field, {node: field.letter(node, letter) for node, letter in self.letters.items()}
+
+    # --- positions ------------------------------------------------------------------------------------------------
+
+    def find_positions(self) -> None:
+        """Put declared expressions or closed forms in place of assembled coordinates, where rows confirm all of them.
+
+        Guesses are kept all, or all but one: a guess may be right for one choice of the parameters only.
+        """
+        unknown = [k for k, c in enumerate(self.mechanism.coordinates) if self.q[k] is symbol(c.name)]
+        guessed = list(self.q_guesses)
+        dropped: list[tuple[int, ...]] = [(), *((k,) for k in guessed if len(guessed) <= _MOST_GUESSES)]
+        for leave in dropped if unknown else ():
+            kept = {k: node for k, node in self.q_guesses.items() if k not in leave}
+            try:
+                confirmed = self._confirmed(kept, [k for k in unknown if k not in kept])
+            except (NoClosedFormError, ExpressionError):
+                continue
+            if confirmed is not None:
+                self.q = confirmed
+                return
+
+    def _confirmed(self, kept: dict[int, Node], unknown: Sequence[int]) -> list[Node] | None:
+        """Return coordinates with which all rows vanish whatever the parameters are, the unknown ones from the rows."""
+        q = [kept.get(k, node) for k, node in enumerate(self.q)]
+        if unknown:
+            from_zero = [ZERO if k in unknown else node for k, node in enumerate(q)]
+            closed = self._linear(from_zero, unknown) or self._one_by_one(q, unknown)
+            if closed is None:
+                return None
+            q = [closed.get(k, node) for k, node in enumerate(q)]
+        field, known = self._field()
+        residuals = exact(field, [as_node(row.phi) for row in self._closing(self._motion(q, self.u))], known)
+        return q if all(x.is_zero for x in residuals) else None
+
+    def _linear(self, q: Sequence[Node], unknown: Sequence[int]) -> dict[int, Node] | None:
+        """Return the unknown coordinates by one step from where they are zero, which is right for linear rows."""
+        places = {i: k for body in self.mechanism.bodies for i, k in body.rate_pairs}
+        if not all(k in places for k in unknown):
+            return None
+        rows = self._closing(self._motion(q, self.u))
+        return self._solved(rows, [as_node(row.phi) for row in rows], {k: places[k] for k in unknown}, self.begin.q)
+
+    def _one_by_one(self, q: Sequence[Node], unknown: Sequence[int]) -> dict[int, Node] | None:
+        """Return the unknown coordinates each from a row in which no other one is left: a rod, then its slider.
+
+        Where all rows have several, one that a row gives linearly is put into the others first.
+        """
+        found, places = list(q), list(unknown)
+        while places:
+            rows = self._residuals(found)
+            root = next((x for row in rows for x in self._alone(row, found, places)), None)
+            for aside in self._linear_ones(rows, found, places) if root is None else ():
+                left = [k for k in places if k != aside[0]]
+                held = [aside[1] if k == aside[0] else node for k, node in enumerate(found)]
+                root = next((x for row in self._residuals(held) for x in self._alone(row, held, left)), None)
+                if root is not None:
+                    break
+            if root is None:
+                return None
+            found[root[0]] = root[1]
+            places.remove(root[0])
+        return {k: found[k] for k in unknown}
+
+    def _residuals(self, q: Sequence[Node]) -> list[Quotient]:
+        field, known = self._field(expands=True)
+        return exact(field, [as_node(row.phi) for row in self._closing(self._motion(q, self.u))], known)
+
+    def _alone(self, row: Quotient, q: Sequence[Node], places: Sequence[int]) -> Iterator[tuple[int, Node]]:
+        """Yield an unknown coordinate with its closed form, where a row has no other one."""
+        there = [k for k in places if q[k] in row.symbols]
+        if len(there) != 1:
+            return
+        sample = {node: float(letter.sample) for node, letter in self.letters.items()}
+        for root in roots(row, q[there[0]]):
+            value = self.begin.q[there[0]]
+            if abs(evaluate_float([root], sample)[0] - value) <= _AS_DECLARED * max(1.0, abs(value)):
+                yield there[0], root
+
+    @staticmethod
+    def _linear_ones(rows: Sequence[Quotient], q: Sequence[Node], places: Sequence[int]) -> Iterator[tuple[int, Node]]:
+        """Yield unknown coordinates that stand linearly in a row, with what it says that they are by the others."""
+        for row in rows:
+            for k in places:
+                for slope, constant in linear_parts(row, q[k]) if q[k] in row.symbols else ():
+                    yield k, book_form(-constant / slope)
+
+    def _closing(self, motion: Motion) -> list[RowMotion]:
+        """Return the rows that restrict positions: all but nonholonomic ones, and ropes that take their length here."""
+        measured = measured_rows(self.mechanism)
+        return [row for k, row in enumerate(row_motions(motion)) if row.holonomic and k not in measured]
+
+    def measure(self) -> None:
+        """Put what they are at the start in place of angles: of tangents, ground's axes on their planes, of wraps."""
+        begin, rest = self.begin, [ZERO] * len(self.u)
+        there = Rows(self.mechanism, begin.parameters, []).motion(np.array(begin.q), np.zeros(len(begin.u)))
+        here = self._motion(self.q, rest)
+        for place, entry in enumerate(self.mechanism.parameters):
+            if isinstance(entry.measure, TangentAngle):
+                angle = tangent_angle(here, entry.measure, seen_axis(there, entry.measure))
+                self.parameters[place] = as_node(angle)
+            elif isinstance(entry.measure, RopeSide):
+                self.parameters[place] = as_node(round(begin.parameters[place]))
+            elif isinstance(entry.measure, WrapAngle):
+                rows = (row for element in self.mechanism.one_way for row in element.rows)
+                slip = next(row for row in rows if row.name == entry.measure.row)
+                assert isinstance(slip, RopeSlipRow)
+                self.parameters[place] = as_node(wrap_angle(here, slip.rope, slip.bend))
+
+    # --- speeds ---------------------------------------------------------------------------------------------------
+
+    def find_speeds(self) -> None:
+        """Put declared expressions or closed forms in place of assembled speeds, as H u = -phi_t gives them."""
+        unknown = [k for k, speed in enumerate(self.mechanism.speeds) if self.u[k] is symbol(speed.name)]
+        if not unknown:
+            return
+        try:
+            kept = [self.u_guesses.get(k, node) for k, node in enumerate(self.u)]
+            field, known = self._field()
+            moving = [as_node(row.phidot) for row in row_motions(self._motion(self.q, kept))]
+            if len(self.u_guesses) == len(unknown) and all(x.is_zero for x in exact(field, moving, known)):
+                self.u = kept
+                return
+            rows = row_motions(self._motion(self.q, [ZERO if k in unknown else node for k, node in enumerate(self.u)]))
+            right = [as_node(row.phidot) for row in rows]
+            closed = self._solved(rows, right, {k: k for k in unknown}, self.begin.u)
+        except (NoClosedFormError, ExpressionError):
+            return
+        self.u = [(closed or {}).get(k, node) for k, node in enumerate(self.u)]
+
+    # --- both -----------------------------------------------------------------------------------------------------
+
+    def _solved(
+        self, rows: Sequence[RowMotion], missed: Sequence[Node], unknown: dict[int, int], values: Collection[float]
+    ) -> dict[int, Node] | None:
+        """Return the unknown (place: speed) with J unknown = -missed; None where these are not the values found."""
+        if not rows:
+            return None
+        field, known = self._field()
+        matrix = [exact(field, [as_node(row.jacobian[k]) for k in unknown.values()], known) for row in rows]
+        found = exact_solve(matrix, [-x for x in exact(field, missed, known)])
+        wanted = [list(values)[k] for k in unknown]
+        near = (
+            abs(float(x.sample) - value) <= _AS_DECLARED * max(1.0, abs(value))
+            for x, value in zip(found, wanted, strict=True)
+        )
+        return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
+
+
+# --- directions in which slip in space begins ----------------------------------------------------------------------
+
+
+def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState:
+    """Return a state with formulas in place of the directions in which something begins to slide in space.
+
+    They are along a tangent where nothing leads aside, else those in which it would slide without friction, as far as
+    these are the ones that were found; whether they stay so with friction is for `begins_along` to tell. A state
+    without such formulas is returned as it is.
+    """
+    found: dict[Node, Node] = {}
+    sample = {node: float(letter.sample) for node, letter in given.letters.items()}
+    for sliding in _beginning(mechanism):
+        assert sliding.starts is not None
+        numbers = evaluate_float(given.state.values(sliding.starts), sample)
+        if sorted(map(abs, numbers))[-2] <= _SYMBOLIC_START_ASIDE:
+            formulas = [as_node(round(x)) for x in numbers]
+        else:
+            formulas = _smooth_direction(mechanism, given, sliding)
+        values = evaluate_float(formulas, sample)
+        if formulas and max(abs(a - b) for a, b in zip(values, numbers, strict=True)) <= _SAME_DIRECTION:
+            found |= dict(zip(sliding.starts, formulas, strict=True))
+    if not found:
+        return given
+    unused = {given.state.slots[leaf] for leaf in found}
+    letters = {node: letter for node, letter in given.letters.items() if node not in unused}
+    return SymbolicState(replace(given.state, slots={**given.state.slots, **found}), letters)
+
+
+def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms) -> bool:
+    """Return whether all that begins to slide in space does so along its direction, whatever the parameters are."""
+    acting = Acting.at(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
+    for sliding in _beginning(mechanism):
+        assert sliding.starts is not None
+        rates = [as_node(acting.acceleration(row)) for row in sliding.rows]
+        pairs = combinations(zip(rates, given.state.values(sliding.starts), strict=True), 2)
+        try:
+            if not all(x.is_zero for x in forms.of([a * beside - b * along for (a, along), (b, beside) in pairs])):
+                return False
+        except NoClosedFormError:
+            return False
+    return True
+
+
+def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Sliding) -> list[Node]:
+    """Return where something would begin to slide without friction; nothing without a closed form."""
+
+    variant = with_coefficients(mechanism, lambda _: ZERO)
+    acting = Acting.at(Instant(motion_of(variant, given.state), *unknowns(variant)))
+    try:
+        forms = closed_forms(variant, given)
+        rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row)) for row in sliding.rows)]
+    except (NoClosedFormError, ExpressionError):
+        return []
+    length = functions.sqrt(sum((a * a for a in rates), ZERO))
+    return [a / length for a in rates]
+
+
+def _beginning(mechanism: Mechanism) -> Iterator[Sliding]:
+    """Yield what begins to slide in space from rest."""
+    for row in mechanism.rows:
+        for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+            if sliding.starts is not None:
+                yield sliding
+
+
+def _normalized(mechanism: Mechanism, q: list[Node]) -> list[Node]:
+    """Return coordinates with each quaternion divided by its length."""
+    normal = list(q)
+    for body in mechanism.bodies:
+        for places in body.quaternions:
+            length = functions.sqrt(sum((q[k] ** 2 for k in places), ZERO))
+            for k in places:
+                normal[k] = q[k] / length
+    return normal

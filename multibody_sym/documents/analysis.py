@@ -1,0 +1,368 @@
+"""Ranges of rest as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from math import isclose, pi
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.analysis.deviations import NO_EIGENVALUES
+from multibody_sym.analysis.equilibrium import TOUCHES, Equilibrium
+from multibody_sym.analysis.linearize import Linearization, Multipliers
+from multibody_sym.analysis.modes.record import Mode, Modes
+from multibody_sym.analysis.rest.range_of_rest import LeastForMotion, RangeOfRest, RestBound
+from multibody_sym.derivation.notation import escaped
+from multibody_sym.documents.formulas import latex_document
+from multibody_sym.documents.runs import shifts_text
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import SI, Units, Value, held
+
+_NOWHERE: Final = "rest is possible at no value of"
+
+
+def rest_text(found: RangeOfRest, units: Units = SI) -> str:
+    """Return the ranges for a person to read, in chosen units, each with its ends."""
+    lines = [_range(found, low, high, units) for low, high in found.ends]
+    if not lines:
+        why = f" ({', '.join(found.gives_way)})" if found.gives_way else ""
+        lines = [f"{_NOWHERE} {found.parameter}{why}"]
+    return "\n".join([*lines, *_notes(found, units)])
+
+
+def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) -> str:
+    name = found.parameter
+    if _is_all(found, low, high):
+        return f"rest is possible at every value of {name}"
+    if low.value is None or high.value is None:
+        end, sign = (high, "<=") if low.value is None else (low, ">=")
+        sign = sign[0] if end.open else sign
+        return f"rest is possible for {name} {sign} {told(end, found.unit, units)}"
+    first, last = (told(x, found.unit, units) + (", excluded" if x.open else "") for x in (low, high))
+    if units.said(low.value, found.unit) == units.said(high.value, found.unit):
+        return f"rest is possible only for {name} = {min(first, last, key=len)}"
+    return f"rest is possible for {name} from {first}\n  to {last}"
+
+
+def _is_all(found: RangeOfRest, low: RestBound, high: RestBound) -> bool:
+    """Return whether a range is all values that were looked at: without ends, or a whole turn."""
+    if low.value is None or high.value is None:
+        return low.value is high.value
+    return found.unit == "rad" and not low.gives_way + high.gives_way and isclose(high.value - low.value, 2 * pi)
+
+
+def told(bound: RestBound, unit: str, units: Units = SI) -> str:
+    """Return `formula = exact number = number unit (what gives way)`."""
+    assert bound.value is not None
+    number = units.said(bound.value, unit, error=bound.error)
+    forms = [text(form) for form in (bound.expression, bound.exact) if form is not None]
+    shown = [form for form in dict.fromkeys(forms) if form != f"{bound.value:.10g}"]
+    formula = " = ".join([*shown, number])
+    return f"{formula} ({', '.join(bound.gives_way)})" if bound.gives_way else formula
+
+
+def least_text(found: LeastForMotion, units: Units = SI) -> str:
+    """Return the least values that hold and that move and where they are least, in chosen units."""
+    pairs = [("the least that holds is", found.holds, found.holds_at), ("rest ends first at", found.value, found.at)]
+    lines = []
+    for words, value, at in pairs:
+        if value is not None and at is not None:
+            lines.append(f"{words} {found.least} = {told(value, found.unit, units)}")
+            lines.append(f"  where {found.vary} = {told(at, found.vary_unit, units)}")
+    return "\n".join(lines)
+
+
+def _notes(found: RangeOfRest, units: Units) -> list[str]:
+    """Return from where to where values were looked at, where that is not everywhere."""
+    low, high = found.searched
+    if low in (None, 0.0) and high is None:
+        return []
+    told = [units.said(x or 0.0, found.unit, 6) for x in (low, high)]
+    turn = found.unit == "rad" and low is not None and high is not None and isclose(high - low, 2 * pi)
+    return [f"note: looked for {'through a whole turn, ' if turn else ''}from {told[0]} to {told[1]}"]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Positions of equilibrium as text.
+
+
+_WORDS: Final = {True: "stable", False: "unstable", None: "indifferent"}
+
+
+def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
+    """Return the positions for a person to read, in chosen units."""
+    lines = []
+    told = [_position(found, number, units) for number in range(len(found.positions))]
+    each = zip(told, found.stable, found.free, found.beyond, found.one_sided, found.closed, strict=True)
+    for values, stable, free, beyond, one_sided, closed in each:
+        along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
+        past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
+        edge = "; a force has no real value on one side of it" if one_sided else ""
+        open_ = stable is None and TOUCHES in closed.values()
+        holding = "; " + ", ".join(f"{name} {word}" for name, word in closed.items()) if closed else ""
+        word = "not decided" if one_sided or open_ else _WORDS[stable] if values else "at rest"
+        lines.append(f"{word}: {values or 'nothing is free to move'}{holding}{along}{past}{edge}")
+    return "\n".join([*lines, *_statics_notes(found)])
+
+
+def _position(found: Equilibrium, number: int, units: Units) -> str:
+    """Return the coordinates of a position, with the digits that hold."""
+    position, errors, known = found.positions[number], found.errors[number], found.units
+    return ", ".join(f"{name} = {units.said(x, known[name], 9, errors[name])}" for name, x in position.items())
+
+
+def _statics_notes(found: Equilibrium) -> list[str]:
+    """Return what is not known of the answer, and what it leaves out."""
+    notes = []
+    if found.cut_short:
+        notes.append(f"note: cut short after {found.guesses} guesses, as its time was up: there may be others")
+    elif not found.complete:
+        notes.append(f"note: found from {found.guesses} guesses; it is not proved that there are no others")
+    count, every = found.sets
+    if count < every:
+        notes.append(f"note: {count} of {every} sets of contacts, ropes and stops that may be closed were tried")
+    if found.friction_left_out:
+        names = ", ".join(found.friction_left_out)
+        notes.append(f"note: without friction ({names}), which may hold positions beside these")
+    if found.speeds_left_out:
+        names = ", ".join(found.speeds_left_out)
+        notes.append(f"note: at rest, start speeds are left out ({names}); steady motion: `linearize`")
+    return notes
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Small motions as text and as a LaTeX document.
+
+
+_DIGITS: Final = 9
+"""Digits of an eigenvalue without error."""
+_MOVES_OFF: Final = "moves off uniformly (omega = 0)"
+_ORDER: Final = "frequencies are numbered by their size at the declared parameters"
+
+
+def modes_text(found: Modes, units: Units = SI) -> str:
+    """Return small motions for people to read, in chosen units."""
+    sections: dict[str, Sequence[str]] = {
+        "M": _matrix(found.mass),
+        "C": _matrix(found.rates) if _moves(found.rates) else [],
+        "K": _matrix(found.stiffness),
+        "roots in omega of": [found.characteristic] if found.characteristic else [],
+        "motions": list(_modes(found, units)),
+        "stability": _stability(found),
+        "eigenvalues, dampers included": _eigenvalues(found) if _moves(found.rates) else [],
+        "motion from the declared start, of its own amplitude": [] if found.period is None else [
+            f"T = {found.period.told(units)}"
+        ],
+        "notes": list(found.notes),
+    }
+    parts = [f"{title}\n" + "\n".join(f"  {line}" for line in lines) for title, lines in sections.items() if lines]
+    return "\n".join([*_head(found, units), *parts])
+
+
+def _head(found: Modes, units: Units) -> Iterator[str]:
+    yield f"{found.name}: small motions about {'an' if found.about == 'equilibrium' else 'a'} {found.about}"
+    place = ", ".join(f"{name} = {value.told(units)}" for name, value in found.at.items())
+    yield f"at {place}" + (" (found beside the declared start)" if found.found else "")
+    if found.held:
+        yield f"the momenta of {', '.join(found.held)} are held, and leave"
+    if found.mass:
+        terms = ["M x''", *(["C x'"] if _moves(found.rates) else []), "K x"]
+        yield f"{' + '.join(terms)} = 0 in x = ({', '.join(found.coordinates)})"
+
+
+def _moves(rows: Sequence[Sequence[Value]]) -> bool:
+    return any(x.value for row in rows for x in row)
+
+
+def _matrix(rows: Sequence[Sequence[Value]]) -> list[str]:
+    """Return rows of formulas in columns, or of numbers where there are none."""
+    cells = [[_short(x) for x in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in cells]
+
+
+def _short(value: Value) -> str:
+    told = value.as_json()
+    return str(told["expression"]) if told["expression"] is not None else value.digits
+
+
+def _modes(found: Modes, units: Units) -> Iterator[str]:
+    several = len(found.oscillating) > 1
+    swinging = 0
+    for mode in found.modes:
+        if mode.motion == "oscillates" and mode.frequency is not None and mode.period is not None:
+            swinging += 1
+            place = str(swinging) if several else ""
+            yield f"omega{place} = {mode.frequency.told(units)}"
+            yield f"  T{place} = {mode.period.told(units)}"
+            if mode.rate is not None and mode.rate.value:
+                yield f"  {'fades' if mode.rate.value < 0 else 'grows'} like exp({_exponent(mode.rate)})"
+        else:
+            yield _other(mode)
+        yield from _shape(mode, len(found.coordinates))
+    if several:
+        yield f"({_ORDER})"
+    if swinging:
+        place = "1" if several else ""
+        yield f"(expressions name omega{place} frequency(1), T{place} period(1))"
+
+
+def _exponent(rate: Value) -> str:
+    return f"{_short(rate)}*t"
+
+
+def _other(mode: Mode) -> str:
+    if mode.motion == "free":
+        return _MOVES_OFF
+    word = "grows" if mode.motion == "grows" else "fades"
+    swings = "" if mode.frequency is None else f" while it swings with omega = {mode.frequency}"
+    return f"{word} like exp(rate*t){swings}, rate = {mode.rate}"
+
+
+def _shape(mode: Mode, size: int) -> Iterator[str]:
+    """Yield the amplitudes, where there is more than one freedom."""
+    if size < 2:
+        return
+    yield f"  shape: {_amplitudes(mode.shape)}"
+    if mode.quarter:
+        yield f"  a quarter of a period ahead: {_amplitudes(mode.quarter)}"
+
+
+def _amplitudes(shape: Mapping[str, Value]) -> str:
+    return ", ".join(f"{name} {_short(value)}" for name, value in shape.items())
+
+
+def _stability(found: Modes) -> list[str]:
+    if found.stable is False:
+        where = f" where {' and '.join(found.conditions)}" if found.conditions else ""
+        return [f"unstable{where}"]
+    where = " where " + " and ".join(found.conditions) if found.conditions else ""
+    if found.stable is None and not found.oscillating:
+        return ["indifferent: nothing brings it back"]
+    return [f"stable{where}" if found.stable else f"oscillations are stable{where}; what moves off uniformly is not"]
+
+
+def _eigenvalues(found: Modes) -> list[str]:
+    lines = []
+    for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
+        real, imaginary = (held(part, error, _DIGITS) for part in (x.real, x.imag))
+        if imaginary == "0":
+            lines.append(f"{real} 1/s")
+        elif x.imag > 0.0:
+            lines.append(f"{real} +- {imaginary} i 1/s")
+    return lines
+
+
+def modes_document(found: Modes) -> str:
+    """Return small motions as a LaTeX document."""
+    body = "\n".join(
+        [
+            rf"Small motions about {'an' if found.about == 'equilibrium' else 'a'} {found.about}.",
+            r"\begin{align*}",
+            " \\\\\n".join(found.latex_lines()),
+            r"\end{align*}",
+            *(escaped(line) + r"\par" for line in (*_stability(found), *found.notes)),
+        ]
+    )
+    return latex_document(found.name, body)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A linearisation as text: eigenvalues as people read them, then the matrices.
+
+
+_FEW: Final = 4
+"""Digits of an eigenvalue, and of its frequency and damping ratio, without error."""
+_ROUNDING: Final = 1e-9
+_ZERO: Final = 1e-12
+"""What a position that was looked for is near to zero at best."""
+
+
+def linearization_text(found: Linearization, units: Units = SI) -> str:
+    """Return the linearisation for a person to read.
+
+    The rates that A and B give are those of the states in their chosen units, in a second.
+    """
+    if not found.states:
+        return "nothing is free to move: there are no states"
+    begun = [*_place(found, units), *shifts_text(found.shifts, found.units, units)]
+    lines = [f"linearised in {_named(found, found.states, units)}", *begun, *_linearization_notes(found, units)]
+    if found.steady:
+        lines += [f"eigenvalues in {units.of('1/s')}", *(f"  {text}" for text in _linear_eigenvalues(found, units))]
+    states, inputs = (_sizes(found, names, units) for names in (found.states, found.inputs))
+    lines += ["A", *_linearization_matrix((found.A * states / states[:, None]).tolist())]
+    if found.inputs:
+        by = _named(found, found.inputs, units)
+        lines += [f"B (by {by})", *_linearization_matrix((found.B * inputs / states[:, None]).tolist())]
+    return "\n".join(lines)
+
+
+def _named(found: Linearization, names: Sequence[str], units: Units) -> str:
+    return ", ".join(units.named(name, found.units[name]) for name in names)
+
+
+def _sizes(found: Linearization, names: Sequence[str], units: Units) -> Floats:
+    """Return how large the units are in which these are told, in SI units."""
+    return np.array([units.size(found.units[name]) for name in names])
+
+
+def multipliers_text(found: Multipliers, units: Units = SI) -> str:
+    """Return the multipliers over one period, pure numbers, for a person to read."""
+    period = units.said(found.period, "s", 6)
+    lines = [f"in {', '.join(found.states)}, over one period of {period}", "multipliers"]
+    for x in found.multipliers:
+        if abs(x.imag) <= _ROUNDING * abs(x):
+            lines.append(f"  {x.real:.6g}")
+        elif x.imag > 0.0:
+            lines.append(f"  {x.real:.6g} +- {x.imag:.6g} i   (size {abs(x):.6g})")
+    return "\n".join(lines)
+
+
+def _place(found: Linearization, units: Units) -> list[str]:
+    """Return the state about which the system was linearised."""
+    clear = {name: x if abs(x) > _ZERO else 0.0 for name, x in found.at.items()}
+    told = [f"{name} = {units.said(x, found.units[name], 6)}" for name, x in clear.items()]
+    return [f"about {', '.join(told)}"] if told else []
+
+
+def _linearization_notes(found: Linearization, units: Units) -> list[str]:
+    """Return what to know of the state and of what was held."""
+    notes = []
+    independent = {name: x for name, x in found.accelerations.items() if not found.steady or name in found.states}
+    rates = {name: units.said(x, f"{found.units[name]}^2", 6) for name, x in independent.items()}
+    moving = ", ".join(f"{name}' = {rates[name]}" for name, x in independent.items() if abs(x) > _ROUNDING)
+    if not found.steady:
+        notes.append(f"note: {NO_EIGENVALUES} ({moving}): its eigenvalues are not given")
+    elif moving:
+        notes.append(f"note: the state is no equilibrium and no steady motion, but A is constant: {moving}")
+    if found.left_out:
+        names = ", ".join(found.left_out)
+        notes.append(f"note: left out, as nothing depends on them and their rates are not constant: {names}")
+    if found.held_inputs:
+        notes.append(f"note: held at the values of t = 0, although they change: {', '.join(found.held_inputs)}")
+    if found.driving_inputs:
+        names = ", ".join(found.driving_inputs)
+        notes.append(f"note: without a column in B, as motions and constraints follow their rates too: {names}")
+    return notes
+
+
+def _linear_eigenvalues(found: Linearization, units: Units) -> list[str]:
+    """Return one line for each real eigenvalue and for each pair, with frequency and damping ratio."""
+    lines, size = [], units.size("1/s")
+    for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
+        real, imaginary = (held(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
+        if imaginary == "0":
+            lines.append(real)
+        elif x.imag > 0.0:
+            frequency = held(abs(x) / (2 * math.pi), error / (2 * math.pi), _FEW)
+            damping = held(0.0 - x.real / abs(x), error / abs(x), _FEW)
+            decays = f"{real} " if x.real else ""
+            lines.append(f"{decays}+- {imaginary} i   ({frequency} Hz, damping ratio {damping})")
+    return lines
+
+
+def _linearization_matrix(rows: Sequence[Sequence[float]]) -> list[str]:
+    return ["  " + " ".join(f"{x:12.6g}" for x in row) for row in rows]

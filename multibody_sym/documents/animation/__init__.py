@@ -1,0 +1,1 @@
+"""Animations: pages that play, and films."""

@@ -1,0 +1,156 @@
+"""A run as frames: its scene, placed at samples, and the projection into which all of them fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.errors import InputError
+from multibody_sym.motion.results.samples import Samples
+from multibody_sym.pictures.marks.sheet import extent
+from multibody_sym.pictures.page.picture import Projection, view_of
+from multibody_sym.pictures.scene.items import ZERO, Anchor, Axes, Face, Placed, PlacedStrand, Rail, Symbol, vector
+from multibody_sym.pictures.scene.scene import Scene, scene_of
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+MOST: Final = 1000
+"""So many samples are placed at most; a page goes smoothly from one to the next."""
+_LOOKED_AT: Final = 60
+"""So many frames say how much room all of them need."""
+_ARC: Final = 9
+"""Points of a rope's arc on a wheel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """A `scene` and where it is (`placed`) at `times` (m,)."""
+
+    scene: Scene
+    times: Floats
+    placed: tuple[Placed, ...]
+
+    @cached_property
+    def looked_at(self) -> tuple[Placed, ...]:
+        """Some frames, which say how far the motion goes."""
+        step = max(1, len(self.placed) // _LOOKED_AT)
+        return self.placed[::step]
+
+    def projection(self, view: str | Sequence[float] | None = None) -> Projection:
+        """Return the view that is natural, or asked for, at the scale into which the whole motion fits."""
+        usual = Projection(self.scene.view.right, self.scene.view.up, 1.0, self.scene.plane)
+        normal = self.scene.view.towards if self.scene.plane else None
+        return view_of(view, usual, self.scene.up, normal).scaled(self.extent)
+
+    @cached_property
+    def extent(self) -> Floats:
+        """Points (n, 3) that bound the motion."""
+        return np.vstack([extent(self.scene, placed) for placed in self.looked_at])
+
+    @cached_property
+    def near(self) -> float:
+        """How far apart all that moves is at most at one instant (m)."""
+        moving = [item for item in self.scene.items if item.body >= 0 and not isinstance(item.form, (Axes, Face, Rail))]
+        found = [0.0]
+        for placed in self.looked_at if moving else ():
+            points = np.vstack([placed.world(item.body, item.form.bounds) for item in moving])
+            found.append(float(np.linalg.norm(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0))))
+        return max(found)
+
+    @property
+    def faces(self) -> list[Face]:
+        """The faces of ground."""
+        return [item.form for item in self.scene.items if item.body < 0 and isinstance(item.form, Face)]
+
+    @property
+    def follows(self) -> bool:
+        """Whether what moves can be followed: nothing on ground is left behind but endless faces, of which one is near.
+
+        What flies off would be seen nowhere.
+        """
+        held = [i for i in self.scene.items if i.body < 0 and i.role in ("joint", "guide", "surface", "pulley")]
+        if not all(isinstance(item.form, (Axes, Face)) and getattr(item.form, "ends", None) is None for item in held):
+            return False
+        middles = np.array([placed.poses[:-1, :, 3].mean(axis=0) for placed in self.looked_at])
+        away = [np.abs((middles - np.array(face.through)) @ np.array(face.normal)) for face in self.faces]
+        return not away or float(np.min(away, axis=0).max()) <= self.near
+
+    def traced(self, names: Sequence[str] | None) -> list[Anchor]:
+        """Return the points to be traced: of bodies by name (their centres) and `body.point`. Raises InputError.
+
+        Without names they are the centres of the last three bodies at most.
+        """
+        known = self._points
+        for name in names or ():
+            if name not in known:
+                raise InputError(f"there is no point {name!r} to trace", word=name, known=known)
+        return [known[name] for name in (self._last if names is None else names)]
+
+    @property
+    def _last(self) -> list[str]:
+        return [body.name for body in self.scene.mechanism.bodies if not (body.is_double or body.is_foot)][-3:]
+
+    @cached_property
+    def _points(self) -> dict[str, Anchor]:
+        """The points that can be traced: origins of bodies, in their place what is drawn there, and points."""
+        found = {name: Anchor(k, ZERO) for k, name in enumerate(self.scene.bodies)}
+        for role in ("body", "mass centre", "point"):
+            items = (item for item in self.scene.items if item.role == role and isinstance(item.form, Symbol))
+            found.update((item.name, Anchor(item.body, vector(item.form.bounds[0]))) for item in items)
+        return found
+
+
+def frames_of(run: Samples) -> Frames:
+    """Return the frames of a run. Raises InputError for a run without samples."""
+    if not len(run):
+        raise InputError("the run has no samples: there is nothing to show")
+    scene = scene_of(run.ready.system)
+    step = -(-len(run) // MOST)
+    chosen = sorted({*range(0, len(run), step), len(run) - 1})
+    finite = [k for k in chosen if np.isfinite(run.q[k]).all()]
+    placed = tuple(scene.at(run.q[k], run.u[k], run.t[k], run.parameters) for k in finite)
+    return Frames(scene, run.t[finite], placed)
+
+
+def strand_points(along: Sequence[PlacedStrand]) -> Floats:
+    """Return points along a strand at each instant (m, n, 3), arcs on wheels as short lines."""
+    return alike([_points_of(placed) for placed in along])
+
+
+def alike(each: Sequence[Floats]) -> Floats:
+    """Return lines (n, dimensions) with the same number of points, as many as the longest list has."""
+    most = max(len(points) for points in each)
+    return np.array([points if len(points) == most else _resampled(points, most) for points in each])
+
+
+def _resampled(points: Floats, count: int) -> Floats:
+    """Return as many points along a line as are asked for (count, dimensions)."""
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    at = np.linspace(0.0, way[-1], count)
+    return np.column_stack([np.interp(at, way, column) for column in points.T])
+
+
+def _points_of(placed: PlacedStrand) -> Floats:
+    found = []
+    for k, piece in enumerate(placed.pieces):
+        found.append(piece)
+        if k < len(placed.bows):
+            found.append(_arc(placed, k))
+    return np.vstack(found)
+
+
+def _arc(placed: PlacedStrand, k: int) -> Floats:
+    bow = placed.bows[k]
+    angles = np.linspace(0.0, bow.angle, _ARC)[:, None]
+    e1 = np.array(bow.start) - np.array(bow.centre)
+    e2 = np.cross(bow.axis, e1)
+    found: Floats = np.array(bow.centre) + np.cos(angles) * e1 + np.sin(angles) * e2
+    return found
+
+
+def side_by_side(each: Sequence[Floats], rows: int) -> Floats:
+    """Return arrays (rows, ..) as columns beside each other (rows, n)."""
+    return np.concatenate([part.reshape(rows, -1) for part in each], axis=1) if each else np.zeros((rows, 0))

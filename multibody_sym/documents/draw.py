@@ -1,0 +1,193 @@
+"""`draw`: the figure of a system at its start, or where its motion has brought it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.redundancy import redundancy
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.start.number_checks import numbers_of
+from multibody_sym.errors import ArgumentError, InputError, Where
+from multibody_sym.errors import at as within
+from multibody_sym.errors import shown as shown_value
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.argument_checks import callback, flag
+from multibody_sym.model.fields import scalar
+from multibody_sym.model.system import System
+from multibody_sym.pictures.draw import Figure, Shown, ending_of
+from multibody_sym.pictures.draw import draw as draw_scene
+from multibody_sym.pictures.scene.items import ArrowItem, Path
+from multibody_sym.pictures.scene.scene import Scene, scene_of
+
+if TYPE_CHECKING:  # a figure at the start needs no run
+    from multibody_sym.motion.results.trajectory import Trajectory
+
+_SECTIONS: Final = ("bodies", "joints", "constraints", "forces", "contacts", "pulleys")
+_MOMENT: Final = 1e-9
+"""How long (s) a run lasts from which the forces at the start are taken."""
+
+
+def draw(
+    system: System,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    at: Any = 0.0,
+    view: str | Sequence[float] | None = None,
+    forces: bool = False,
+    reactions: bool = False,
+    names: bool = True,
+    redundant: bool = False,
+    mark: Mapping[str, str] | Sequence[str] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    on_progress: Callable[[float], None] | None = None,
+) -> Figure:
+    """Return the figure of a system, which a notebook shows; written to `path` (.svg, .png, .pdf, .tex) if it is given.
+
+    Arguments: `at`, a time (s, or text such as `0.5 s`) to which the system is simulated; `view`: front, back, top,
+    right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
+    declared forces and torques are always shown; `forces` add weights, pulls of springs and drags, `reactions` what
+    joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps (the description of the
+    figure says which are not unique); `names` are letters of bodies, joints and lengths; `redundant` marks joints and
+    constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
+    word each if it is a mapping;
+    `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run,
+    of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
+    Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
+    """
+    options = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
+    wanted = {name: flag(name, value) for name, value in options.items()}
+    if path is not None:
+        ending_of(path)
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(asked):
+        scene = scene_of(asked)
+        run = _run(asked, at, formalism, callback("on_progress", on_progress), reactions=wanted["reactions"])
+        motion = scene.motion() if run is None else _reached(scene, run)
+        shown = Shown(names=wanted["names"], forces=wanted["forces"], marked=_marked(asked, mark))
+        if wanted["forces"] or wanted["reactions"]:
+            shown = replace(shown, reactions=_acting(asked, scene, motion, run, wanted))
+        if wanted["reactions"] and run is not None:
+            shown = _with_open(shown, run, scene)
+        if wanted["redundant"]:
+            shown = replace(shown, marked={**_redundant(asked, scene), **shown.marked})
+        figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
+    if path is not None:
+        figure.write(path)
+    return figure
+
+
+def _run(
+    system: System, at: Any, formalism: str | None, on_progress: Callable[[float], None] | None, *, reactions: bool
+) -> Trajectory | None:
+    """Return the run that leads to a time, a moment at the start where forces are asked for there; else none.
+
+    Raises InputError where the run ends before that time.
+    """
+    with within("at"):
+        time = scalar(at, "s").shadow
+    if time is not None and not time >= 0.0:
+        raise InputError(f"expected a time from 0 on, got {shown_value(at)}", where=Where(path=("at",)))
+    if time == 0.0 and not reactions:
+        return None
+    from multibody_sym.motion.simulate import simulate
+
+    try:
+        run = simulate(
+            system,
+            t_end=at if time != 0.0 else _MOMENT,
+            samples=2,
+            formalism=formalism,
+            on_progress=None if on_progress is None else lambda _samples, part: on_progress(part),
+        )
+    except InputError as error:
+        if error.where.path[-1:] == ("t_end",):
+            error.where = replace(error.where, path=("at",))
+        raise
+    if run.interrupted:
+        raise KeyboardInterrupt(f"the run had come to t = {run.t_final:g} s: nothing is drawn")
+    if time != 0.0 and run.stop is not None:
+        message = f"the motion ends at t = {run.t[-1]:g} s ({run.stop['element']}), before the time that is asked for"
+        raise InputError(message, where=Where(path=("at",)))
+    return run
+
+
+def _acting(
+    system: System, scene: Scene, motion: Motion, run: Trajectory | None, wanted: Mapping[str, bool]
+) -> tuple[ArrowItem, ...]:
+    """Return what acts on the bodies beside declared forces: weights and springs, and the reactions at a run's end."""
+    from multibody_sym.answers.free_bodies import CutFree, applied_arrows, at_end, reaction_arrows
+
+    if run is None or not wanted["reactions"]:
+        return applied_arrows(CutFree(system, scene, motion, {}))
+    cut = CutFree(system, scene, motion, *at_end(run))
+    return (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
+
+
+def _with_open(shown: Shown, run: Trajectory, scene: Scene) -> Shown:
+    """Return what is shown with what is not unique: the elements, each once, whether they are drawn and how."""
+    from multibody_sym.answers.free_bodies import shown_components
+    from multibody_sym.derivation.force_letters import component_label
+    from multibody_sym.text.parser import force_name
+
+    seen, dashed = shown_components(scene), {arrow.name for arrow in shown.reactions if arrow.open}
+    elements = {row.name: element for element in run.ready.mechanism.one_way for row in element.rows}
+    told: dict[str, str] = {}
+    undrawn: list[str] = []
+    for name, components in run.redundancy.ambiguous.items():
+        element = elements.get(name)
+        kept = [each for each in components if seen(each[0] == "m", np.eye(3)["xyz".index(each[1])])]
+        if element is not None and element.kind != "rope":
+            word = "dashed" if element.path[1] in dashed else "their sum is drawn"
+            told[element.name] = f"{element.name} ({word})"
+        elif kept or not components:
+            told[name] = f"{', '.join([force_name(name, each) for each in kept]) or name} (not drawn)"
+            undrawn += [component_label(name, each).text for each in kept] or [name]
+    return replace(shown, not_unique=tuple(told.values()), undrawn=tuple(undrawn))
+
+
+def _reached(scene: Scene, run: Trajectory) -> Motion:
+    """Return the motion where a run has led, which for a moment after the start is where it began."""
+    k = 0 if run.t[-1] <= _MOMENT else -1
+    return scene.motion(run.q[k], run.u[k], float(run.t[k]))
+
+
+def _marked(system: System, marked: Mapping[str, str] | Sequence[str] | None) -> dict[Path, str]:
+    """Return paths with words of what is to stand out. Raises InputError for a place that the model does not have."""
+    if isinstance(marked, str):
+        marked = [marked]
+    if marked is not None and not isinstance(marked, (Mapping, list, tuple)):
+        raise ArgumentError(f"mark: expected places such as joints.A, got {shown_value(marked)}").under("mark")
+    words = dict(marked) if isinstance(marked, Mapping) else {str(place): "" for place in marked or ()}
+    known = {".".join(path): path for path in _paths(system)}
+    for place in words:
+        if place not in known:
+            message = f"there is nothing at {shown_value(place)}"
+            raise InputError(message, where=Where(path=("mark",)), word=str(place), known=known)
+    return {known[place]: str(word) for place, word in words.items()}
+
+
+def _paths(system: System) -> Iterator[Path]:
+    for section in _SECTIONS:
+        for name in getattr(system, section):
+            yield section, name
+
+
+def _redundant(system: System, scene: Scene) -> Mapping[Path, str]:
+    """Return the paths of joints and constraints that have rows left over."""
+    mechanism = scene.mechanism
+    state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
+    found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+    names = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
+    return {path: "redundant" for path in _paths(system) if path[1] in names}

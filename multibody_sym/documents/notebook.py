@@ -1,0 +1,226 @@
+"""What notebooks show of results: figures, formulas and tables, by the type of each.
+
+`SHOWN` is registered with IPython by the names of types, so that no layer below knows how it is written.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Iterable, Mapping
+from html import escape
+from typing import Any, Final, NamedTuple
+
+from multibody_sym.derivation.notation import dotted, latex_name
+from multibody_sym.errors import MultibodyError
+from multibody_sym.pictures.page.svg import svg
+from multibody_sym.text.values import Value
+
+_ROUNDING: Final = 1e-12
+_LONGEST: Final = 400
+"""A formula longer than this is left out for its number: nobody would read it."""
+
+
+class Shown(NamedTuple):
+    """How a type is shown: as text/html or text/markdown, by the function of this module with that name."""
+
+    module: str
+    name: str
+    kind: str
+    function: str
+
+
+SHOWN: Final = (
+    Shown("multibody_sym.model.system", "System", "text/html", "system_html"),
+    Shown("multibody_sym.motion.results.trajectory", "Trajectory", "text/html", "run_html"),
+    Shown("multibody_sym.text.tables", "Table", "text/html", "table_html"),
+    Shown("multibody_sym.answers.records", "Solution", "text/markdown", "solution_markdown"),
+    Shown("multibody_sym.analysis.linearize", "Linearization", "text/markdown", "linearization_markdown"),
+    Shown("multibody_sym.analysis.equilibrium", "Equilibrium", "text/markdown", "equilibrium_markdown"),
+    Shown("multibody_sym.dynamics.constraints.redundancy", "Redundancy", "text/html", "redundancy_html"),
+    Shown("multibody_sym.analysis.rest.range_of_rest", "RangeOfRest", "text/html", "rest_html"),
+    Shown("multibody_sym.analysis.check", "CheckReport", "text/html", "check_html"),
+)
+
+
+def register(formatters: Mapping[str, Any]) -> None:
+    """Register what is shown with the formatters of an IPython shell, by the kind of output."""
+    for each in SHOWN:
+        formatters[each.kind].for_type_by_name(each.module, each.name, _called(each.function))
+
+
+def _called(name: str) -> Callable[[Any], str | None]:
+    def show(found: Any) -> str | None:
+        function: Callable[[Any], str | None] = globals()[name]
+        return function(found)
+
+    return show
+
+
+# --- figures and text ------------------------------------------------------------------------------------------------
+
+
+def system_html(system: Any) -> str:
+    """Return the figure of a system at its start; where there is none, what it has."""
+    from multibody_sym.documents.draw import draw
+
+    try:
+        figure = draw(system)
+    except MultibodyError:
+        return _text(repr(system))
+    return svg(figure.picture, alone=False)
+
+
+def run_html(run: Any) -> str:
+    """Return the summary of a run and, where matplotlib is there, its plot."""
+    from multibody_sym.documents.runs import run_summary
+
+    told = _text(run_summary(run))
+    try:
+        image = base64.b64encode(run.plot()._repr_png_()).decode()
+    except MultibodyError:
+        return told
+    return f'{told}<img alt="{escape(run.ready.told.name)} over time" src="data:image/png;base64,{image}">'
+
+
+def table_html(table: Any) -> str:
+    """Return the first and last rows of a table, with units."""
+    rows = table.labelled()
+    names, count = list(rows.columns), len(rows)
+    shown = [*range(min(5, count)), *range(max(5, count - 5), count)]
+    lines = [[f"{rows.columns[name][k]:.6g}" for name in names] for k in shown]
+    if count > len(shown):
+        lines.insert(5, ["..."] * len(names))
+    cells = "".join(f"<tr>{''.join(f'<td>{x}</td>' for x in line)}</tr>" for line in lines)
+    head = "".join(f"<th>{escape(name)}</th>" for name in names)
+    return f"<table><tr>{head}</tr>{cells}</table><p>{count} rows</p>"
+
+
+def redundancy_html(found: Any) -> str:
+    """Return which constraints are redundant."""
+    from multibody_sym.documents.runs import redundancy_lines
+
+    return _text("\n".join(redundancy_lines(found)) or f"no redundant constraints (rank {found.rank})")
+
+
+def rest_html(found: Any) -> str:
+    """Return the values of a parameter at which rest is possible."""
+    from multibody_sym.documents.analysis import rest_text
+
+    return _text(rest_text(found))
+
+
+def check_html(found: Any) -> str:
+    """Return the report of a check."""
+    from multibody_sym.documents.solution import check_text
+
+    return _text(check_text(found))
+
+
+def _text(lines: str) -> str:
+    return f"<pre>{escape(lines)}</pre>"
+
+
+# --- formulas --------------------------------------------------------------------------------------------------------
+
+
+def solution_markdown(found: Any) -> str:
+    """Return accelerations, forces, conditions and answers as formulas with their numbers."""
+    dots = {name: "ddot" if name in found.coordinates else "dot" for name in found.accelerations}
+    lines = {
+        "Accelerations": [(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()],
+        "Forces": [(_force(name, part), x) for name, part, x in _forces(found)],
+        "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
+        "Where": [(latex_name(name), _defined(one)) for name, one in found.where.items()],
+    }
+    sections = {title: [_equation(left, x, found.labels) for left, x in each] for title, each in lines.items()}
+    state = [f"*{_plain(', '.join(found.found))}*"] if found.found else []
+    where = [f"**Conditions**: {', '.join(f'`{each}`' for each in found.conditions)}"] if found.conditions else []
+    if found.impact is not None:
+        from multibody_sym.documents.solution import solution_text
+
+        return f"```\n{solution_text(found)}\n```"
+    blocks = [f"**{title}**\n\n{_aligned(lines)}" for title, lines in sections.items() if lines]
+    equations = [f"`{name}` from `{one.formula}`" for name, one in found.where.items() if one.equation is not None]
+    blocks += [", ".join(equations)] if equations else []
+    return "\n\n".join([f"**{_plain(found.name)}** at t = 0", *state, *blocks, *where])
+
+
+def _defined(one: Any) -> Value:
+    return Value(one.value, one.expression, one.unit)
+
+
+def _forces(found: Any) -> Iterable[tuple[str, str, Value]]:
+    each = [(name, part, x) for name, parts in found.reactions.items() for part, x in parts.items()]
+    least = _ROUNDING * max((abs(x.value or 0.0) for *_, x in each), default=0.0)
+    return [(name, part, x) for name, part, x in each if abs(x.value or 0.0) > least or not x.unique]
+
+
+def _force(name: str, part: str) -> str:
+    return rf"\text{{{_plain(name)}}}\ \text{{{_plain(part.replace('_', ' '))}}}"
+
+
+def _equation(left: str, value: Value, labels: Mapping[str, str]) -> str:
+    from multibody_sym.analysis.modes.record import node_latex
+
+    number = str(Value(value.value, None, "", value.unique))
+    parts = [rf"{number}\ \mathrm{{{value.unit}}}" if value.unit else rf"\text{{{number}}}"]
+    formula = "" if value.expression is None else node_latex(value.expression, labels)
+    if formula and len(formula) <= _LONGEST and formula != number:
+        parts.insert(0, formula)
+    return f"{left} &= {' = '.join(parts)}"
+
+
+def _aligned(lines: Iterable[str]) -> str:
+    return r"$$\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$$"
+
+
+def linearization_markdown(found: Any) -> str:
+    """Return x' = A x + B w with the matrices, and the eigenvalues."""
+    if not found.states:
+        return "nothing is free to move: there are no states"
+    x, A = _column(latex_name(name) for name in found.states), _matrix(found.A.tolist())
+    by = rf" + {_matrix(found.B.tolist())} {_column(latex_name(name) for name in found.inputs)}" if found.inputs else ""
+    rates = rf"$$\frac{{d}}{{dt}} {x} = {A} {x}{by}$$"
+    if not found.steady:
+        return f"{rates}\n\nA is not constant: it has no eigenvalues that tell the motion"
+    values = ", ".join(f"${_complex(value)}$" for value in found.eigenvalues if value.imag >= 0)
+    return f"{rates}\n\nEigenvalues in 1/s: {values}"
+
+
+def equilibrium_markdown(found: Any) -> str:
+    """Return the positions of equilibrium as a table."""
+    from multibody_sym.documents.analysis import equilibrium_text
+
+    if not found.positions:
+        return f"```\n{equilibrium_text(found)}\n```"
+    names = list(found.positions[0])
+    words = {True: "stable", False: "unstable", None: "indifferent"}
+    head = ["", *(f"${latex_name(name)}$ {_unit(found.units.get(name, ''))}".rstrip() for name in names)]
+    rows = [
+        [words[stable], *(f"{position[name]:.6g}" for name in names)]
+        for position, stable in zip(found.positions, found.stable, strict=True)
+    ]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows))
+
+
+def _unit(unit: str) -> str:
+    return f"[{unit}]" if unit else ""
+
+
+def _column(names: Iterable[str]) -> str:
+    return r"\begin{bmatrix}" + r" \\ ".join(names) + r"\end{bmatrix}"
+
+
+def _matrix(rows: Iterable[Iterable[float]]) -> str:
+    return _column(" & ".join(f"{x:.4g}" for x in row) for row in rows)
+
+
+def _complex(x: complex) -> str:
+    if not x.imag:
+        return f"{x.real:.5g}"
+    return rf"{f'{x.real:.5g} ' if x.real else ''}\pm {x.imag:.5g}\,i"
+
+
+def _plain(text: str) -> str:
+    """Return text that neither Markdown nor LaTeX reads as more than text."""
+    return "".join(c if c.isalnum() or c in " .,:=()-'" else f"\\{c}" if c in "_#%&$" else " " for c in text)

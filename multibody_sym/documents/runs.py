@@ -1,0 +1,401 @@
+"""What a run came to, in a few lines."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.mechanics.mode_words import SEVERAL
+from multibody_sym.motion.integrator.flow import Status
+from multibody_sym.motion.results.remarks import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.text.parser import force_name
+from multibody_sym.text.printer import FORCE_NAMES
+from multibody_sym.text.values import SI, Units
+
+if TYPE_CHECKING:
+    from multibody_sym.analysis.check import CheckReport
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Redundant constraints in words: which rows are left over, why, and which forces nobody can tell.
+
+
+_ALONG: Final = {"x": "fx", "y": "fy", "z": "fz", "rx": "mx", "ry": "my", "rz": "mz"}
+"""The components of a joint's reaction along the rows of a cut joint."""
+_WHOLE: Final = ("force", "multiplier")
+"""The forces of a row that is an element of its own, such as a stop."""
+
+
+def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
+    """Return what redundant rows mean for the model and its author; nothing where there are none.
+
+    Rows against which nothing could move anyway, as in every planar model with hinges, are no fault: two lines.
+    """
+    if not found.redundant:
+        return []
+    named, count = _forces_of(found.redundant, found), len(found.redundant)
+    if all(len(circuit) == 1 for circuit in found.dependencies) and found.dependencies:
+        rows = "1 row" if count == 1 else f"{count} rows"
+        why = f"({rows}, against which nothing could move anyway; the motion is unique)"
+        forces = _listed(found.ambiguous_forces)
+        told = [f"forces that are not unique: {forces}; all others are"] if forces else []
+        return [f"redundant constraints: {named} {why}", *told]
+    rows = "1 row is" if count == 1 else f"{count} rows are"
+    moved = "the motion is unique all the same" if found.ambiguous_forces else "with friction what slides moves by them"
+    lines = [f"redundant constraints: {named} ({rows} left over; {moved})"]
+    alone = [circuit[0] for circuit in found.dependencies if len(circuit) == 1]
+    if alone:
+        lines.append(f"  nothing could move against {_forces_of(alone, found)} anyway")
+    for circuit in dict.fromkeys(circuit for circuit in found.dependencies if len(circuit) > 1):
+        lines.append(f"  each of {_forces_of(circuit, found)} follows from the others")
+    return [*lines, *_forces(found)]
+
+
+def _forces(found: Redundancy | CheckReport) -> list[str]:
+    named = _listed(found.ambiguous_forces)
+    if not named:
+        return []
+    return [
+        f"forces that are not unique: {named}",
+        "  only elasticity could tell them: to make them definite leave a row out, let a joint go in such a direction "
+        "(spherical or cylindrical in place of revolute), or put a spring in place of a constraint",
+    ]
+
+
+def _forces_of(rows: Iterable[str], found: Redundancy | CheckReport) -> str:
+    """Return the constraints that rows are, or their forces, as expressions name them: `rod, fz(C)`."""
+    return _listed([_force_of(row, found.ambiguous_forces) for row in rows])
+
+
+def _force_of(row: str, forces: Sequence[str]) -> str:
+    """Return the name of the force of a row among some; a constraint of one row keeps its own name."""
+    owner, _, along = row.rpartition(".")
+    if not owner:
+        return row
+    word = along.rstrip("0123456789")
+    parts = (_ALONG.get(along, ""), word, f"{word}_{along[len(word) :]}")
+    names = [force_name(owner, part) for part in parts if part in FORCE_NAMES]
+    return next((name for name in (*names, *(force_name(row, x) for x in _WHOLE)) if name in forces), row)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Withheld reactions in words: of which joints, which components, and what to declare so that they are determined.
+
+
+def withheld_lines(withheld: Mapping[str, Sequence[str]], reasons: Sequence[str]) -> list[str]:
+    """Return the names of joints' reactions that are not determined, then why; nothing for none."""
+    if not withheld:
+        return []
+    named = (force_name(name, component) for name, components in withheld.items() for component in components)
+    return [", ".join(named), *reasons]
+
+
+def withheld_text(withheld: Mapping[str, Sequence[str]], reasons: Sequence[str]) -> list[str]:
+    """Return the same as lines under a word of their own."""
+    first, *others = withheld_lines(withheld, reasons) or [""]
+    return [f"withheld: {first}", *(f"  {line}" for line in others)] if withheld else []
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What constraints changed of the start values that were given, as text.
+
+
+_MOST: Final = 6
+
+
+def shifts_text(shifts: Mapping[str, float], known: Mapping[str, str], units: Units = SI) -> list[str]:
+    """Return one line with the largest changes, none where nothing changed; `known` is the SI unit of each by name."""
+    if not shifts:
+        return []
+    largest = sorted(shifts.items(), key=lambda item: -abs(item[1]))
+    named = ", ".join(f"{name} by {units.said(change, known[name], 3)}" for name, change in largest[:_MOST])
+    more = f" and {len(shifts) - _MOST} more by less" if len(shifts) > _MOST else ""
+    return [f"given start values were changed to satisfy the constraints: {named}{more}"]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_MOST_LINES: Final = 20
+_MOST_NAMED: Final = 6
+_GROWN: Final = 100
+"""By how much errors of a run are larger than the tolerances of its steps; sensitive motions have more."""
+_UNRESOLVED: Final = 1e-3
+"""The part of a run's absolute tolerance that is told as nothing: the run does not tell it from zero."""
+_OF_STEPS: Final = 6
+"""Digits of a run with steps of a given length."""
+_OF_TIMES: Final = 6
+_ROUNDING: Final = 1e-14
+"""The part of the largest kinetic energy that a sum of energies has from rounding."""
+_TAKEN: Final = 1e-13
+"""The part of the largest kinetic energy up to which what friction or impacts took in all is rounding, as _ROUNDING."""
+_SINGULAR: Final = "singular position"
+
+
+def run_summary(run: Trajectory, units: Units = SI) -> str:
+    """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
+    started = shifts_text(run.ready.shifts, run.ready.told.state_units, units)
+    kept = [*_energy(run, units), *_constraints(run), *_withheld(run)]
+    return "\n".join([_headline(run, units), *started, *_stop(run), *_end(run, units), *kept, *_events(run, units)])
+
+
+def _headline(run: Trajectory, units: Units) -> str:
+    problem, taken, ready = run.problem, run.integration.statistics, run.ready
+    accuracy = f"step {_time(problem.step, units)}" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
+    if problem.step and problem.step > problem.t_end - problem.t0:
+        accuracy += ", longer than the run"
+    code = {"c": "C", "python": "Python"}[ready.compiled.backend]
+    done = "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
+    if run.integration.failure is not None:
+        done = "interrupted" if run.interrupted else "failed"
+    jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
+    ended, whole = _end_time(run, units), _time(problem.t_end, units)
+    return (
+        f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
+        f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
+        f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
+    )
+
+
+def _stop(run: Trajectory) -> list[str]:
+    if run.stop is None or run.stop["t"] > run.problem.t0:
+        return []
+    return [f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start"]
+
+
+def _time(t: float, units: Units) -> str:
+    return units.said(t, "s", _OF_TIMES)
+
+
+def _found_time(run: Trajectory, t: float, units: Units) -> str:
+    """Return a time at which something happened: all times of a run have as many digits as its tolerance leaves."""
+    if _is_nothing(run, t):
+        return units.said(0.0, "s")
+    known = 1.0 if run.problem.step else 2.0 * _GROWN * run.problem.rtol * 10.0**_OF_TIMES
+    return units.said(t, "s", max(1, _OF_TIMES - math.ceil(math.log10(max(known, 1.0)))))
+
+
+def _end_time(run: Trajectory, units: Units) -> str:
+    return _time(run.t_final, units) if run.stop is None else _found_time(run, run.t_final, units)
+
+
+def _end(run: Trajectory, units: Units) -> list[str]:
+    known = run.ready.told.state_units
+    values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
+    width = max(map(len, values), default=0)
+    errors = _end_errors(run, values, known)
+    told = {name: _number(run, value, known[name], errors.get(name), units) for name, value in values.items()}
+    lines = [f"  {name:{width}} {text if text[0] == '-' else f' {text}'}" for name, text in told.items()]
+    more = [f"  ... {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else []
+    return [f"at t = {_end_time(run, units)}:", *lines[:_MOST_LINES], *more]
+
+
+def _end_errors(run: Trajectory, values: Mapping[str, float], known: Mapping[str, str]) -> Mapping[str, float]:
+    """Return by how much values at the end may be off, as a coarser run shows it; what that changes wholly is zero.
+
+    Without such a run by the tolerances of steps, whose errors grow over a run; steps of a given length have none.
+    """
+    changes = run.end_changes
+    if changes is not None:
+        pairs = zip(values.items(), [*changes.q.tolist(), *changes.u.tolist()], strict=True)
+        return {name: change if abs(value) <= change else changes.part * change for (name, value), change in pairs}
+    if run.problem.step:
+        return {}
+    largest: dict[str, float] = {}
+    for name, value in values.items():
+        largest[known[name]] = max(largest.get(known[name], 0.0), abs(value))
+    allowed = {unit: _GROWN * (run.problem.rtol * size + run.problem.atol) for unit, size in largest.items()}
+    return {name: min(allowed[known[name]], abs(value) / 2) for name, value in values.items()}
+
+
+def _number(run: Trajectory, value: float, unit: str, error: float | None, units: Units) -> str:
+    """Return a number of a run with the digits that hold, zero for what the run does not tell from it."""
+    if _is_nothing(run, value):
+        return units.said(0.0, unit)
+    return units.said(value, unit, _OF_STEPS) if error is None else units.said(value, unit, error=error)
+
+
+def _is_nothing(run: Trajectory, value: float) -> bool:
+    return not run.problem.step and abs(value) <= _UNRESOLVED * run.problem.atol
+
+
+def _energy(run: Trajectory, units: Units) -> list[str]:
+    if len(run) == 0:
+        return []
+    begin = 0.0 if abs(run.energy_at_start) <= _ROUNDING * _moving(run) else run.energy_at_start
+    closes = math.isfinite(run.energy_residual)
+    told = _account(run, units) if closes else f"; {_change(run, units)}"
+    return [f"total energy {units.said(begin, 'J', 6)} at the start{told}", *_taken(run, units)]
+
+
+def _moving(run: Trajectory) -> float:
+    """Return the largest kinetic energy of the samples, 0 without one."""
+    return float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
+
+
+def _beyond_rounding(run: Trajectory, taken: Mapping[str, float]) -> dict[str, float]:
+    """Return what was taken by name, without what is rounding beside the energy that moved."""
+    least = _TAKEN * _moving(run)
+    return {name: x for name, x in taken.items() if abs(x) > least}
+
+
+def _change(run: Trajectory, units: Units) -> str:
+    """Return by how much the energy changed, and what may have done it."""
+    if run.ready.told.drives:
+        drives = ", ".join(run.ready.told.drives)
+        return f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
+    told = f"it changed by at most {units.said(run.drift['energy'], 'J', 2)}"
+    rubbing = _beyond_rounding(run, {name: work.total for name, work in run.friction_work.items() if work.total < 0.0})
+    lost = _beyond_rounding(run, run.impact_losses)
+    acting = _named(list(dict.fromkeys((*run.ready.told.working, *rubbing, *lost))))
+    return f"{told}, the work of {acting} included" if acting else told
+
+
+def _account(run: Trajectory, units: Units) -> str:
+    """Return the energy at the end, who took it or gave it, and what that leaves over."""
+    assert run.modes is not None
+    account = run.modes.account
+    rubbing = _beyond_rounding(run, {name: work.total for name, work in account.friction.items()})
+    lost, acting = _beyond_rounding(run, run.impact_losses), run.ready.told.working
+    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', 6)} at {_named(rubbing)}"] if rubbing else []
+    told += [f"impacts took {units.said(sum(lost.values()), 'J', 6)} at {_named(lost)}"] if lost else []
+    told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', 6)}"] if acting else []
+    left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', 2)}"
+    return "; ".join([f", {units.said(float(run.energy[-1]), 'J', 6)} at the end", *told, left])
+
+
+def _named(names: Collection[str]) -> str:
+    """Return the first of some names and how many more there are."""
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(list(names)[:_MOST_NAMED]) + more
+
+
+def _taken(run: Trajectory, units: Units) -> list[str]:
+    """Return what friction and impacts took."""
+    lines = []
+    for name, work in run.friction_work.items():
+        bodies = _beyond_rounding(run, work.bodies)
+        if bodies or _beyond_rounding(run, {name: work.total}):
+            shares = [f"{units.said(x, 'J', 6)} on {body}" for body, x in bodies.items()]
+            told = f" ({', '.join(shares)})" if len(shares) > 1 else ""
+            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', 6)}{told}")
+    lost = _beyond_rounding(run, run.impact_losses)
+    lines += [f"  impact of {name} took {units.said(x, 'J', 6)}" for name, x in lost.items()]
+    return [*lines[:_MOST_LINES], f"  ... {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else lines
+
+
+def _constraints(run: Trajectory) -> list[str]:
+    drift, lines = run.drift, []
+    if run.ready.told.rows:
+        how = "projection after each step" if run.statistics["projection"] else "nothing"
+        if run.problem.index_2:
+            how = "equations of index 2"
+        if run.baumgarte is not None and any(run.baumgarte.values()):
+            how = "Baumgarte with alpha = {alpha:.4g}/s, beta = {beta:.4g}/s".format(**run.baumgarte)
+        reached = f"|phi| <= {drift['position']:.2g}, |phidot| <= {drift['velocity']:.2g}"
+        kept = "left, not kept" if run.integration.status is Status.LEFT else "kept"
+        lines += [f"constraints {kept} by {how}: {reached}", *redundancy_lines(run.redundancy)]
+    if drift["quaternion"]:
+        lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
+    return lines
+
+
+def _withheld(run: Trajectory) -> list[str]:
+    lines = withheld_text(run.withheld, run.withheld_reasons)
+    untold = run.ready.told.untold
+    return [*lines, f"  outputs without a value for that: {', '.join(untold)}"] if untold else lines
+
+
+def _events(run: Trajectory, units: Units) -> list[str]:
+    changes = [*run.begun, *run.changes]
+    told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
+    warnings = [_warning(event["kind"], event["element"], _found_time(run, event["t"], units)) for event in told]
+    return [*_changes(run, changes, units), *_singular(run, units), *warnings]
+
+
+def _changes(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
+    """Return what began to stick, slide, open or close, and when."""
+    told = [f"  t = {_found_time(run, x['t'], units)}: {x['element']} {_change_word(x)}" for x in changes]
+    more = [f"  ... {len(told) - _MOST_LINES} more"] if len(told) > _MOST_LINES else []
+    return ["changes of what holds one way only:", *told[:_MOST_LINES], *more] if told else []
+
+
+def _change_word(event: Mapping[str, Any]) -> str:
+    if event["kind"] != SEVERAL:
+        return str(event["kind"])
+    return f"{event['taken']}, one of {SEVERAL}: the laws leave several motions, and nothing says which one happens"
+
+
+def _singular(run: Trajectory, units: Units) -> list[str]:
+    times = [_found_time(run, t, units).partition(" ")[0] for t in run.integration.singular]
+    if not times:
+        return []
+    shown = ", ".join(times if len(times) <= _MOST_LINES else [*times[:_MOST_LINES], "..."])
+    named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
+    return [f"passed {named}, in which constraints depend on each other, at t = {shown} {units.of('s')}"]
+
+
+def _warning(kind: str, element: str, t: str) -> str:
+    if kind.endswith("limit"):
+        return f"warning: joint {element} passes its {kind} at t = {t}; nothing stops it there"
+    said = {
+        PUSHING: f"from t = {t} on rope {element} would have to push; a real one goes slack there",
+        PULLING: f"from t = {t} on {force_name(element, 'multiplier')} is negative: the plane would have to pull; a "
+        "real wheel lifts off",
+        EDGES_CROSS: f"at t = {t} an edge of one box of contact {element} leads through the other: corners and faces "
+        "touch, edges only where a contact names both (between: [a.bottom_front, b.top_right])",
+        NO_VALUE: f"output {element} has no finite value, at t = {t} for the first time",
+        ENERGY: f"from t = {t} on the energy grows from nowhere: steps that are too long, or what drives what it "
+        "should brake (a negative damping, mass or stiffness); try a tighter tolerance or shorter steps first",
+        TOO_FAR: f"coordinate {element} is so large, from t = {t} on, that it moves by less than its own spacing (the "
+        "way to the next float) in a step, and may stand still: let it start nearer to 0",
+    }
+    return f"warning: {said[kind]}"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A progress bar on standard error, for runs that last and terminals that show it.
+
+
+_PATIENCE: Final = 0.5  # seconds before the bar appears
+_WIDTH: Final = 40
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[float], None]]:
+    """Give a function that shows a part from 0 to 1; what it drew is wiped at the end."""
+    begin, drawn = time.monotonic(), 0
+    stream = sys.stderr if sys.stderr is not None and sys.stderr.isatty() else None
+
+    def show(part: float) -> None:
+        nonlocal drawn
+        elapsed = time.monotonic() - begin
+        if stream is not None and elapsed > _PATIENCE and 0.0 < part < 1.0:
+            line = bar(part, elapsed)
+            stream.write("\r" + line.ljust(drawn))
+            stream.flush()
+            drawn = len(line)
+
+    try:
+        yield show
+    finally:
+        if drawn and stream is not None:
+            stream.write("\r" + " " * drawn + "\r")
+            stream.flush()
+
+
+def bar(part: float, elapsed: float) -> str:
+    """Return a bar with the part that is done and the time that is left, in s."""
+    full = round(part * _WIDTH)
+    return f"[{'#' * full}{'.' * (_WIDTH - full)}] {100 * part:3.0f} %, {elapsed * (1 - part) / part:.0f} s left"

@@ -1,0 +1,500 @@
+"""From a mechanism in motion, in numbers, to the problem of its one-way laws, and from what is found back to a mode."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.contact_laws.problem import (
+    INACTIVE,
+    STICKS,
+    Equality,
+    Found,
+    Friction,
+    FrictionLaw,
+    Law,
+    LawMode,
+    LawProblem,
+    LawState,
+    Unilateral,
+)
+from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics, massless_speeds
+from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
+from multibody_sym.mechanics.contact_rows import ContactRow
+from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.modes import every_row, friction_parts
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.points import position, velocity
+from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
+from multibody_sym.mechanics.row_records import Row
+from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.limits import creeping
+from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.rank import least_squares
+
+TOUCHING: Final = 1e-9
+"""The part of the model's size, and of its largest speed, up to which things touch, or do not move along each other."""
+ULPS: Final = 4.0
+"""Roundings that what cancels may be off by."""
+_LITTLE: Final = 1e-6
+"""The part of the time that the fastest needs for the model's size over which rates are taken."""
+_OF_FALLING: Final = 1e-3
+"""No speed is the largest that is below this part of that after a fall through the model's size."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How large a model is (m) and how fast it moves (m/s): what small gaps and speeds are measured by.
+
+    Slip in space that is slower than `unseen` (m/s) has no direction, since a run does not tell it from rest. `rtol`
+    and `atol` are the tolerances of a method whose steps do not tell lower bounces from rest; `steps` is the part of
+    lengths by which those of any method may err.
+    """
+
+    length: float
+    speed: float
+    unseen: float = 0.0
+    rtol: float = 0.0
+    atol: float = 0.0
+    steps: float = 0.0
+
+    @property
+    def turning(self) -> float:
+        """The angular velocity (rad/s) that goes with the speed."""
+        return self.speed / self.length
+
+    @property
+    def time(self) -> float:
+        """The time (s) in which the fastest passes the model's size; 1 s where nothing moves and nothing falls."""
+        return self.length / self.speed if self.speed else 1.0
+
+
+def scale_of(motion: Motion) -> Scale:
+    """Return how far a body or named point is from the origin (1 m where all are at it), and how fast the fastest is.
+
+    Speeds count as no less than a thousandth of that after a fall through the model's size.
+    """
+    points = [np.array(position(motion, x), dtype=float) for x in motion.mechanism.markers.values()]
+    points += [np.array(p, dtype=float) for _, p in motion.poses]
+    length = max((float(np.linalg.norm(p)) for p in points), default=0.0) or 1.0
+    moving = [np.array(velocity(motion, x), dtype=float) for x in motion.mechanism.markers.values()]
+    moving += [np.array(body.v_WB, dtype=float) for body in motion.bodies]
+    turning = [length * np.array(body.w_WB, dtype=float) for body in motion.bodies]
+    fastest = max((float(np.linalg.norm(v)) for v in (*moving, *turning)), default=0.0)
+    falling = float(np.sqrt(np.linalg.norm(np.array(motion.gravity, dtype=float)) * length))
+    return Scale(length, max(fastest, _OF_FALLING * falling))
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """The rows, elements and friction parts of a mechanism in no mode, by their numbers."""
+
+    mechanism: Mechanism
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """The place of each row by its name."""
+        return {row.name: k for k, row in enumerate(every_row(self.mechanism))}
+
+    @cached_property
+    def elements(self) -> dict[str, int]:
+        """The number of each element by its name."""
+        return {element.name: k for k, element in enumerate(self.mechanism.one_way)}
+
+    @cached_property
+    def two_sided(self) -> tuple[str, ...]:
+        """The names of the elements that do not only press: they may act at any time."""
+        return tuple(element.name for element in self.mechanism.one_way if not element.unilateral)
+
+    def named(self, names: Iterable[str]) -> list[OneWay]:
+        """Return the elements of these names, in order."""
+        numbers = {self.elements[name] for name in names if name in self.elements}
+        return [self.mechanism.one_way[k] for k in sorted(numbers)]
+
+    @cached_property
+    def turning(self) -> frozenset[str]:
+        """The stops whose gap is an angle."""
+        units = {coordinate.joint: coordinate.unit for coordinate in self.mechanism.coordinates}
+        stops = (x for x in self.mechanism.one_way if x.kind == "stop")
+        return frozenset(x.name for x in stops if units.get(x.group) == "rad")
+
+    @cached_property
+    def slides(self) -> Floats:
+        """Of each speed (nu,) 1 where it is in m/s, else 0."""
+        return np.array([float(speed.unit == "m/s") for speed in self.mechanism.speeds])
+
+    @cached_property
+    def parts(self) -> dict[str, int]:
+        """The number of each friction part that rubs by its name."""
+        return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
+
+
+@dataclass(frozen=True, eq=False)
+class RowNumbers(ABC):
+    """All rows of a mechanism and of its one-way elements at an instant, whether they act or not, in numbers.
+
+    `scale` is that of the run.
+    """
+
+    laws: Numbered
+    scale: Scale
+
+    @abstractmethod
+    def phi(self, row: Row) -> float:
+        """Return phi of a row."""
+
+    @abstractmethod
+    def phidot(self, row: Row) -> float:
+        """Return the speed along a row."""
+
+    @abstractmethod
+    def jacobian(self, row: Row) -> Floats:
+        """Return H (nu,) of a row."""
+
+    @abstractmethod
+    def reach(self, element: OneWay) -> float:
+        """Return how far what may touch is inside the end of a face, negative beyond it."""
+
+    @abstractmethod
+    def past_end(self, element: OneWay) -> float:
+        """Return how far (m) beyond the end of a face counts as there at most."""
+
+    @abstractmethod
+    def coefficients(self, part: FrictionPart) -> tuple[float, float]:
+        """Return the static and the kinetic coefficient of a part; of one that creeps both are what it has now."""
+
+    @abstractmethod
+    def restitution(self, element: OneWay) -> float:
+        """Return how much of its impulse of compression an element gives back."""
+
+    @abstractmethod
+    def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return A, C, D and r of the rows at some places."""
+
+    def gap(self, element: OneWay) -> float:
+        """Return phi of an element that holds one way only."""
+        return self.phi(element.normals[0])
+
+    def rate(self, element: OneWay) -> float:
+        """Return the speed at which an element opens."""
+        return self.phidot(element.normals[0])
+
+    def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
+        """Return the gap up to which an element counts as closed; of stops of turning joints it is an angle."""
+        return part * (1.0 if element.name in self.laws.turning else self.scale.length)
+
+    def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
+        """Return the speed along a row up to which it counts as being at rest: where all speeds cancel, rounding."""
+        slides = self.laws.slides
+        sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
+        return max(part * float(np.abs(self.jacobian(row)) @ sizes), ULPS * EPSILON * self.scale.speed)
+
+    def allowed_slip(self, part: FrictionPart, of_speed: float = TOUCHING) -> float:
+        """Return the speed of slip up to which a friction part counts as being at rest."""
+        seen = self.scale.unseen if len(part.rows) > 1 else 0.0
+        return max(seen, *(self.allowed_speed(row, of_speed) for row in part.rows))
+
+    def reaches(self, element: OneWay) -> bool:
+        """Return whether what may touch is above the part of a face that there is, or as near as to touch its end."""
+        return self.reach(element) >= -min(self.allowed_gap(element), self.past_end(element))
+
+    def standing(self, element: OneWay) -> str:
+        """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
+        gap, allowed = self.gap(element), self.allowed_gap(element)
+        if gap > allowed or not self.reaches(element):
+            return "open"
+        if gap < -allowed:
+            return "inside"
+        return ("closing", "touching", "leaving")[1 + self.sense(element)]
+
+    def sense(self, element: OneWay) -> int:
+        """Return 1 where the gap of an element opens, -1 where it closes, 0 at rest."""
+        rate = self.rate(element)
+        return 0 if abs(rate) <= self.allowed_speed(element.normals[0]) else 1 if rate > 0.0 else -1
+
+    def touching(self, closed: Collection[str] = ()) -> list[str]:
+        """Return the unilateral elements that touch: those `closed` unless they leave, and those that stand so."""
+        standing = {x.name: self.standing(x) for x in self.laws.mechanism.one_way if x.unilateral}
+        stays = {"touching", "closing"}
+        return [x for x, how in standing.items() if how in stays or (x in closed and how != "leaving")]
+
+    def wedged(self, touching: Iterable[OneWay], found: Found) -> bool:
+        """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.
+
+        Some of it collides, and each can be moved: impulses may stop its slip.
+        """
+        if found.states or not found.proved:
+            return False
+        elements = list(touching)
+        rest = all(self.standing(x) == "touching" and self.allowed_speed(x.normals[0]) > 0.0 for x in elements)
+        rubs = any(part.rubs for x in elements for part in x.frictions)
+        return rest and rubs and any(x.collides for x in elements)
+
+    def posed(self, closed: Collection[str]) -> PosedLaws:
+        """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
+        mechanism = self.laws.mechanism
+        elements = tuple(self.laws.named({*closed, *self.laws.two_sided}))
+        rubbing = [[part for part in x.frictions if part.name in self.laws.parts] for x in elements]
+        names = [row.name for row in mechanism.rows]
+        for element, parts in zip(elements, rubbing, strict=True):
+            names += [row.name for row in (*element.normals, *(row for part in parts for row in part.rows))]
+        found = {name: k for k, name in enumerate(names)}
+        laws = element_laws(zip(elements, rubbing, strict=True), found, self._friction_law)
+        problem = LawProblem(*self.matrices([self.laws.places[name] for name in names]), *laws)
+        return PosedLaws(mechanism, problem, elements, tuple(part for parts in rubbing for part in parts), tuple(names))
+
+    def _friction_law(self, element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
+        law = friction_law(element, part, places, self.coefficients(part))
+        return replace(law, velocity=self._slip(part), held=part.enough and not element.unilateral)
+
+    def _slip(self, part: FrictionPart) -> tuple[float, ...]:
+        """Return the velocity of a part along its rows, zeros where it counts as being at rest."""
+        velocity = tuple(self.phidot(row) for row in part.rows)
+        allowed = self.allowed_slip(part) if part.regularised is None else 0.0
+        return (0.0,) * len(velocity) if float(np.linalg.norm(velocity)) <= allowed else velocity
+
+
+def element_laws(
+    elements: Iterable[tuple[OneWay, Sequence[FrictionPart]]],
+    places: Mapping[str, int],
+    friction: Callable[[OneWay, FrictionPart, Mapping[str, int]], FrictionLaw],
+) -> tuple[tuple[Law, ...], tuple[FrictionLaw, ...]]:
+    """Return the laws of rows, by their places, and those of the friction of elements, of the given parts."""
+    laws: list[Law] = [Equality() for _ in places]
+    frictions: list[FrictionLaw] = []
+    for element, parts in elements:
+        if element.unilateral:
+            laws[places[element.normals[0].name]] = Unilateral()
+        for part in parts:
+            for component, row in enumerate(part.rows):
+                laws[places[row.name]] = Friction(len(frictions), component)
+            frictions.append(friction(element, part, places))
+    return tuple(laws), tuple(frictions)
+
+
+def friction_law(
+    element: OneWay, part: FrictionPart, places: Mapping[str, int], coefficients: tuple[float, float]
+) -> FrictionLaw:
+    """Return the law of a part at rest, of rows at some places."""
+    return FrictionLaw(
+        tuple(places[row.name] for row in part.rows),
+        tuple(places[row.name] for row in element.normals_of(part)),
+        *coefficients,
+        (0.0,) * len(part.rows),
+        part.norm,
+        part.enough,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class OneWayRows(RowNumbers):
+    """These rows over floats; `motion` is of the mechanism with the elements' rows after its own."""
+
+    motion: Motion
+    rows: tuple[RowMotion, ...]
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism, in no mode."""
+        return self.laws.mechanism
+
+    @cached_property
+    def dynamics(self) -> TreeDynamics:
+        """The dynamics of the mechanism in floats."""
+        return tree_dynamics_of(self.mechanism, self.motion.state)
+
+    def of(self, rows: Sequence[Row]) -> list[RowMotion]:
+        """Return some rows."""
+        return [self.rows[self.laws.places[row.name]] for row in rows]
+
+    def phi(self, row: Row) -> float:
+        return float(self.of([row])[0].phi)
+
+    def phidot(self, row: Row) -> float:
+        return float(self.of([row])[0].phidot)
+
+    def jacobian(self, row: Row) -> Floats:
+        return np.array(self.of([row])[0].jacobian, dtype=float)
+
+    def reach(self, element: OneWay) -> float:
+        row = element.normals[0]
+        ways = reach(row, self.motion) if isinstance(row, ContactRow) else []
+        return min(map(float, ways), default=np.inf)
+
+    def past_end(self, element: OneWay) -> float:
+        row = element.normals[0]
+        found = allowed_past_end(row, self.motion) if isinstance(row, ContactRow) else []
+        return min(map(float, found), default=np.inf)
+
+    def coefficients(self, part: FrictionPart) -> tuple[float, float]:
+        static, kinetic = map(float, coefficients(self.motion, part.rows, [part.static, part.kinetic]))
+        if part.regularised is None:
+            return static, kinetic
+        velocity = [self.phidot(row) for row in part.rows]
+        now = float(creeping(kinetic, velocity, *self.motion.state.values([part.regularised])))
+        return now, now
+
+    def restitution(self, element: OneWay) -> float:
+        return float(*self.motion.state.values([element.restitution]))
+
+    def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
+        if not places:
+            nothing = np.zeros((0, len(self.mechanism.speeds)))
+            return nothing, nothing, np.zeros((0, 0)), np.zeros(0)
+        return weighted_rows(self.dynamics, [self.rows[k] for k in places], places)
+
+    def later(self, step: float, udot: Floats) -> OneWayRows:
+        """Return the rows a little later, to first order."""
+        state = self.motion.state
+        q, u = np.array(state.q, dtype=float), np.array(state.u, dtype=float)
+        rates = np.array(coordinate_rates(self.mechanism, state.q, state.u), dtype=float)
+        parameters = [state.slots[slot("parameters", k)] for k in range(len(self.mechanism.parameters))]
+        t = float(state.slots[TIME]) + step
+        moved = state_of(self.mechanism, float, t, (q + step * rates).tolist(), (u + step * udot).tolist(), parameters)
+        return one_way_rows(self.mechanism, motion_of(self.mechanism, moved), self.scale)
+
+
+def one_way_rows(mechanism: Mechanism, motion: Motion, scale: Scale | None = None) -> OneWayRows:
+    """Return the rows of a mechanism in no mode and of all its one-way elements; `scale` is that of the run."""
+    whole = replace(motion, mechanism=replace(mechanism, rows=every_row(mechanism)))
+    return OneWayRows(Numbered(mechanism), scale or scale_of(whole), whole, tuple(row_motions(whole)))
+
+
+@dataclass(frozen=True, eq=False)
+class PosedLaws:
+    """The problem of the laws of a mechanism's one-way elements, and what its rows and parts are.
+
+    `elements` are those that take part: touching ones and all friction in joints; `parts` their friction parts.
+    `names` are those of the problem's rows.
+    """
+
+    mechanism: Mechanism
+    problem: LawProblem
+    elements: tuple[OneWay, ...]
+    parts: tuple[FrictionPart, ...]
+    names: tuple[str, ...]
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """The place of each row by its name."""
+        return {name: k for k, name in enumerate(self.names)}
+
+    def mode(self, state: LawState) -> Mode:
+        """Return the mode of a state that was found; elements that take no part are inactive."""
+        sides = dict.fromkeys((element.name for element in self.mechanism.one_way), INACTIVE)
+        found = state.mode
+        for element in self.elements:
+            own = {row.name: found.sides[self.places[row.name]] for row in element.normals}
+            if len(own) == 1:
+                sides[element.name] = next(iter(own.values()))
+            else:
+                sides |= own
+                sides[element.name] = own[element.normals[0].name] if element.unilateral else ACTIVE
+        pairs = list(zip(self.parts, found.slips, found.directions, strict=True))
+        acting = {part.name for element in self.elements if sides[element.name] for part in element.frictions}
+        return Mode(
+            sides,
+            {part.name: slip for part, slip, _ in pairs if part.name in acting},
+            {part.name: way for part, _, way in pairs if way is not None and part.name in acting},
+        )
+
+    def law_mode(self, mode: Mode) -> LawMode:
+        """Return a mode as one of the problem's rows and parts, to begin a search with."""
+        sides = [1] * len(self.names)
+        for element in self.elements:
+            for row in element.normals:
+                sides[self.places[row.name]] = mode.side(element, row)
+        slips = tuple(map(mode.slip, self.parts))
+        for part, slip in zip(self.parts, slips, strict=True):
+            for row in part.rows:
+                sides[self.places[row.name]] = int(slip == STICKS)
+        return LawMode(tuple(sides), slips, tuple(mode.directions.get(part.name) for part in self.parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Posed(PosedLaws):
+    """The same with all `rows` of the mechanism in no mode at that state."""
+
+    rows: OneWayRows
+
+    @classmethod
+    def at(cls, rows: OneWayRows, closed: Collection[str]) -> Posed:
+        """Return the problem in which the elements named `closed` may act."""
+        return cls(**vars(rows.posed(closed)), rows=rows)
+
+    @property
+    def dynamics(self) -> TreeDynamics:
+        """The dynamics of the mechanism in no mode, in floats."""
+        return self.rows.dynamics
+
+    @property
+    def without_freedom(self) -> list[OneWay]:
+        """The unilateral elements that no motion opens or closes, since joints and constraints determine their gaps."""
+        speeds = self.mechanism.speeds
+        sizes = np.array([1.0 if speed.unit == "m/s" else 1.0 / self.rows.scale.length for speed in speeds])
+        held = sizes[:, None] * _jacobian(self.rows.of(self.mechanism.rows), len(speeds)).T
+        found = []
+        for element in self.elements if len(speeds) else ():
+            normal = sizes * _jacobian(self.rows.of(element.normals[:1]), len(speeds))[0]
+            left = normal - held @ least_squares(held, normal)
+            if element.unilateral and np.abs(left).max() <= TOUCHING:
+                found.append(element)
+        return found
+
+    def drift(self, state: LawState) -> Floats:
+        """Return the rates (m) at which what is left of the rows changes along the motion while multipliers do not.
+
+        A difference quotient between the state and one a little later; exactly zero where nothing changes.
+        """
+        step = _LITTLE * self.rows.scale.time
+        udot = accelerations_of(self.dynamics, state.x)
+        rows = self.rows.later(step, udot)
+        places = [rows.laws.places[name] for name in self.names]
+        later = rows.matrices(places)
+        now = self.problem.matrix, self.problem.exerted, self.problem.coupling, self.problem.right
+        left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
+        found: Floats = (left[1] - left[0]) / step
+        return found
+
+
+def tree_dynamics_of(mechanism: Mechanism, state: State) -> TreeDynamics:
+    """Return the dynamics in floats by the formalism that is linear in the bodies, where no freedom is massless."""
+    return (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)
+
+
+def accelerations_of(dynamics: TreeDynamics, x: Floats) -> Floats:
+    """Return the accelerations (nu,), or the jumps of an impact, that weighted coordinates x (n,) stand for."""
+    free = np.array(dynamics.bias_acceleration, dtype=float)
+    found: Floats = free + np.array(dynamics.factors.unweighted(x.tolist()), dtype=float)
+    return found
+
+
+def weighted_rows(
+    dynamics: TreeDynamics, rows: Sequence[RowMotion], places: Sequence[int]
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return A, C, D and r of some rows, which are at some places among those that their couplings count."""
+    size, count = len(dynamics.forcing), len(rows)
+    weighted, free = dynamics.factors.weighted, np.array(dynamics.bias_acceleration, dtype=float)
+    matrix = np.array([weighted(row.jacobian) for row in rows], dtype=float).reshape(count, size)
+    exerted = matrix.copy()
+    for k, row in enumerate(rows):
+        if row.exerts is not None:
+            exerted[k] = weighted(row.exerts)
+    coupling = np.array([[row.coupling.get(k, 0.0) for k in places] for row in rows], dtype=float).reshape(count, count)
+    jacobian = _jacobian(rows, size)
+    right = np.array([row.gamma for row in rows], dtype=float) - jacobian @ free
+    return matrix, exerted, coupling, right
+
+
+def _jacobian(rows: Sequence[RowMotion], size: int) -> Floats:
+    return np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)

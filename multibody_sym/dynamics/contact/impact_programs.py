@@ -1,0 +1,618 @@
+"""The Program of an impact: (t, q, u, parameters) -> u after, impulses of its rows, impulses in joints.
+
+What strikes is decided beforehand. Of one contact that rubs in a plane the Program goes all ways itself, by each law of
+restitution (`plane_course`). Elsewhere it is in one mode, in which Newton's coefficient, by which all laws are the same
+there, reverses the normal speeds, and tells whether that mode `holds`. Trees of like bodies are scanned (`scanned`),
+all others are written out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+
+from multibody_sym.contact_laws.impact_problem import ImpactLaw
+from multibody_sym.dynamics.contact.impact_problem import (
+    Blow,
+    StruckRows,
+    both_ways,
+    plane_contact,
+    plane_course,
+    plane_element,
+    rubbing,
+)
+from multibody_sym.dynamics.formalisms.articulated_body import eliminated, inward, outward
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.constrained import constrained
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
+from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.programs.repeated_bodies import Kind, packed, unpacked, vectors, worth_scanning
+from multibody_sym.dynamics.programs.system import friction_of
+from multibody_sym.mechanics.impact_records import JumpRow, MeetingRow
+from multibody_sym.mechanics.impacts import after_impact, at_rest, resting
+from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.load_records import BodyTorque, PointForce
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import (
+    BodyMotion,
+    Motion,
+    body_mass,
+    body_motion,
+    body_pose,
+    from_parent,
+    motion_of,
+    moving_parent,
+    pose,
+)
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench, to_parent
+from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
+from multibody_sym.mechanics.row_records import Row, SlidingRow
+from multibody_sym.mechanics.state import State, arrays, slot_state
+from multibody_sym.model.fields import Point
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Solve
+from multibody_sym.program.trace import Trace
+from multibody_sym.program.tree_passes import Bodies, Pass, Result, Values, scan_tree
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves, where
+from multibody_sym.scalars.functions import absolute, evaluate
+from multibody_sym.scalars.limits import room
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, slot
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    product,
+    scale,
+    subtract,
+    transpose,
+)
+from multibody_sym.text.printer import COMPONENTS
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The Program of an impact on a tree of like bodies, by scans: linear in the bodies, with one kernel for each kind.
+#
+# Given impulses, and a unit impulse of each row that strikes, are columns of right sides of one recursion: inward
+# articulated inertias and what is left of the impulses, outward the jumps, and with them the impulses in joints. What
+# strikes is solved for at the end, from the power of each row's impulse in all columns, and the columns are added up.
+
+
+@dataclass(frozen=True)
+class _Push:
+    """A wrench of a column on one body: a `force` at a `point` (body axes) or a moment, along ground's axes.
+
+    Without a column it does not act, and its power alone is asked for.
+    """
+
+    column: int | None
+    row: int | None
+    vector: Point
+    point: Point | None
+    factor: Node = ONE
+
+
+Speeds = Mapping[str, S]
+Judge = Callable[[Speeds, Speeds, Speeds], Sequence[Node]]
+"""From the impulses of rows and their speeds as they strike and afterwards, by name, to what is positive in a mode."""
+
+
+def scanned_impact(blow: Blow, struck: StruckRows, judge: Judge) -> Program | None:
+    """Return the Program, None for what is not a tree of like bodies that meets points, or is pushed at them.
+
+    Its output `holds` is what `judge` says, of the rows that strike and of those of `watched`.
+    """
+    if blow.mechanism.rows or blow.impact.jumps or struck.joints or struck.given:
+        return None
+    like = worth_scanning(replace(at_rest(blow.mechanism, ()), bodies=blow.mechanism.bodies))
+    rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]
+    seen = watched(blow, struck)
+    pushes = _pushes(blow, rows, seen) if like is not None else None
+    if like is None or pushes is None:
+        return None
+    return _Scan(blow, struck, like.kinds, like.bodies, pushes, len(rows), tuple(seen), judge).program()
+
+
+def watched(blow: Blow, struck: StruckRows) -> dict[str, Row]:
+    """Return the rows without an impulse of their own whose speeds decide whether a mode holds, by name."""
+    resting = {x.normals[0].name: x.normals[0] for x in blow.elements if x not in struck.acting}
+    own = {row.name for row in struck.mechanism.rows}
+    along = (row for x in struck.acting for part in rubbing(x) for row in part.rows)
+    return resting | {row.name: row for row in along if row.name not in own}
+
+
+def _pushes(blow: Blow, rows: Sequence[Row], seen: Mapping[str, Row]) -> dict[int, list[_Push]] | None:
+    """Return what acts on each body: given impulses in column 0, then the rows; None where one has another form.
+
+    Those that are only `seen` have no column.
+    """
+    found: dict[int, list[_Push]] = {}
+    for load in blow.impact.loads:
+        if isinstance(load, PointForce) and load.axes < 0:
+            found.setdefault(load.at.body, []).append(_Push(0, None, load.value, load.at.pose.position))
+        elif isinstance(load, BodyTorque) and load.axes < 0:
+            found.setdefault(load.body, []).append(_Push(0, None, load.value, None))
+        else:
+            return None
+    for k, row in enumerate((*rows, *seen.values())):
+        sliding = row.frictions if isinstance(row, SlidingRow) else ()
+        parts: list[tuple[Row, Node, int | None]] = [(row.normal if isinstance(row, SlidingRow) else row, ONE, k)]
+        for friction in sliding:
+            parts += [(along, as_node(-friction.sense * friction.coefficient), None) for along in friction.rows]
+        for part, factor, measured in parts:
+            if not isinstance(part, MeetingRow) or part.frame.body >= 0:
+                return None
+            if any(leaf.data[0] != "parameters" for leaf in leaves([*part.axis, factor], "slot")):
+                return None
+            for end, sense in zip(part.ends, (ONE, as_node(-1)), strict=True):
+                if end.body >= 0:
+                    column, point = k + 1 if k < len(rows) else None, end.pose.position
+                    push = _Push(column, measured, part.axis, point, as_node(sense * factor))
+                    found.setdefault(end.body, []).append(push)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Scan:
+    blow: Blow
+    struck: StruckRows
+    kinds: Sequence[Kind]
+    bodies: Bodies
+    pushes: Mapping[int, list[_Push]]
+    rows: int
+    seen: tuple[str, ...]
+    judge: Judge
+
+    @property
+    def measured(self) -> int:
+        """How many rows' speeds are told."""
+        return self.rows + len(self.seen)
+
+    @property
+    def columns(self) -> int:
+        return self.rows + 1
+
+    def program(self) -> Program:
+        """Return the Program."""
+        base = self.blow.mechanism
+        trace = Trace("impact", arrays(base))
+        given = [trace[array.name] for array in trace.inputs]
+        kinds, pushed, bodies = self._struck_kinds()
+        parents, c = tuple(body.parent for body in base.bodies), self.columns
+        flat = tuple(as_node(x) for row in UNIT_MATRIX for x in row)
+        passes = [
+            Pass("motion", parents, 18, (*(ZERO,) * 6, *flat, *(ZERO,) * 3)),
+            Pass("carried", parents, 6 * c + 21),
+            Pass("reached", parents, 6 * c, (ZERO,) * (6 * c)),
+        ]
+        count = len(base.bodies)
+        first = tuple(min(body.u, default=0) for body in base.bodies)
+        once = (0,) * count
+        results = [Result(_called("jump", j), len(base.speeds), first) for j in range(c)]
+        results += [Result(_called("told", j), 6 * count, tuple(range(0, 6 * count, 6))) for j in range(c)]
+        results += [Result(_called("power", k), c + 1, once, adds=True) for k in range(self.measured)]
+        found = scan_tree(trace, given, bodies, passes, results, partial(self._step, kinds, pushed))
+        powers = [found[_called("power", k)] for k in range(self.measured)]
+        impulses = self._impulses(trace, powers[: self.rows])
+        after, joints = self._added(trace, found, impulses, first)
+        holds = self._holds(impulses, powers)
+        return trace.finish(
+            {
+                "after": ((len(after),), after),
+                "impulses": ((self.rows,), impulses),
+                "joints": ((count, len(COMPONENTS)), joints),
+                "holds": ((len(holds),), holds),
+            }
+        )
+
+    def _holds(self, impulses: Sequence[Node], powers: Sequence[Sequence[Node]]) -> list[Node]:
+        """Return what is positive where the mode holds."""
+        names = [row.name for row in self.struck.mechanism.rows]
+        first: list[S] = [power[self.columns] + power[0] for power in powers]
+        after: list[S] = [
+            sum((p * x for p, x in zip(impulses, power[1 : self.columns], strict=True)), v)
+            for v, power in zip(first, powers, strict=True)
+        ]
+        speeds = [dict(zip((*names, *self.seen), each, strict=True)) for each in (first, after)]
+        return list(self.judge(dict(zip(names, impulses, strict=True)), *speeds))
+
+    def _struck_kinds(self) -> tuple[list[Kind], dict[int, list[_Push]], Bodies]:
+        """Return the kinds with one more for each body that is struck, what pushes those, and the bodies."""
+        kinds, pushed = list(self.kinds), dict[int, list[_Push]]()
+        chosen, all_leaves, atoms = list(self.bodies.kinds), list(self.bodies.leaves), list(self.bodies.atoms)
+        for body, pushes in self.pushes.items():
+            known = dict(zip(atoms[body], all_leaves[chosen[body]], strict=True))
+            nodes = [x for push in pushes for x in (*push.vector, *(push.point or ()), push.factor)]
+            for leaf in leaves(nodes, "slot"):
+                if leaf not in known:
+                    there = [x.data[1] for x in known.values() if x.data[0] == leaf.data[0]]
+                    known[leaf] = slot(leaf.data[0], 1 + max(there, default=-1))
+            pushed[len(kinds)] = [_renamed(push, known) for push in pushes]
+            kind = kinds[chosen[body]]
+            state = State(Node, kind.state.q, kind.state.u, {leaf: leaf for leaf in known.values()})
+            chosen[body], atoms[body] = len(kinds), tuple(known)
+            all_leaves.append(tuple(known.values()))
+            kinds.append(Kind(kind.mechanism, state))
+        return kinds, pushed, Bodies(tuple(chosen), tuple(all_leaves), tuple(atoms))
+
+    def _step(self, kinds: Sequence[Kind], pushed: Mapping[int, list[_Push]], number: int, read: Values) -> Values:
+        """Return what a body hands on, and its jumps, impulses and powers in all columns."""
+        kind, c = kinds[number], self.columns
+        body, state = kind.body, kind.state
+        w, v, x, y, z, p = vectors(read["motion"])
+        moved = body_motion(body, moving_parent(w, v, ZERO_VECTOR), state)
+        R_WB, p_WB = body_pose(moved, ((x, y, z), p))
+        own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
+        inertia = articulated(about_origin(body_mass(body, state))).plus(unpacked(read["carried"][6 * c :]))
+        freedoms, left = eliminated(body.u, moved, inertia)
+        handed, jumps, told, here = list[Node](), {}, {}, list[Wrench]()
+        for j in range(c):
+            force, moment = vectors(read["carried"][6 * j : 6 * j + 6])
+            wrench = add(own[j][0], force), add(own[j][1], moment)
+            remaining, on = inward(freedoms, [0] * len(body.u), wrench)
+            up = to_parent(moved, on)
+            handed += [*map(as_node, (*up[0], *up[1]))]
+            a, alpha = vectors(read["reached"][6 * j : 6 * j + 6])
+            rates = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
+            jumps[_called("jump", j)], reached = outward(freedoms, rates, from_parent(moved, (a, alpha)))
+            here.append(reached)
+            needed = inertia.wrench(*reached)
+            on_child = subtract(needed[0], wrench[0]), subtract(needed[1], wrench[1])
+            told[_called("told", j)] = _told(kind, moved, on_child)
+        twists: list[Wrench] = [*here, (moved.v_WB, moved.w_WB)]
+        return {
+            "motion": (*moved.w_WB, *moved.v_WB, *(x for row in R_WB for x in row), *p_WB),
+            "carried": (*handed, *packed(left.moved(moved.R_PB, moved.p_PB))),
+            "reached": [x for a, alpha in here for x in (*a, *alpha)],
+            **jumps,
+            **told,
+            **{_called("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.measured)},
+        }
+
+    def _impulses(self, trace: Trace, powers: Sequence[Sequence[Node]]) -> list[Node]:
+        """Return the impulses p of the rows: they reverse the speeds that given impulses have left."""
+        c = self.columns
+        bounce = {x.normals[0].name: x.restitution for x in self.struck.acting}
+        right, matrix = [], []
+        for row, power in zip(self.struck.mechanism.rows, powers, strict=True):
+            right.append(as_node(-(1 + bounce.get(row.name, ZERO)) * (power[c] + power[0])))
+            matrix.append(list(power[1:c]))
+        if len(right) == 1:
+            return [right[0] / matrix[0][0]]
+        return list(trace.solve(matrix, right, len(right)).solution) if right else []
+
+    def _added(
+        self, trace: Trace, found: Mapping[str, Sequence[Node]], impulses: Sequence[Node], first: Sequence[int]
+    ) -> tuple[list[Node], list[Node]]:
+        """Return the speeds after, and the impulses in joints, by another scan."""
+        base, c = self.blow.mechanism, self.columns
+        names = [_called("jump", j) for j in range(c)] + [_called("told", j) for j in range(c)]
+        given = [trace["u"], *(found[name] for name in names), tuple(impulses)]
+        sizes = sorted({len(body.u) for body in base.bodies})
+        kinds = tuple(sizes.index(len(body.u)) for body in base.bodies)
+        all_leaves = tuple(_summed_leaves(size, c) for size in sizes)
+        atoms = []
+        for k, body in enumerate(base.bodies):
+            places = range(first[k], first[k] + len(body.u))
+            own = [given[0][i] for i in places]
+            own += [given[1 + j][i] for j in range(c) for i in places]
+            own += [given[1 + c + j][6 * k + i] for j in range(c) for i in range(6)]
+            atoms.append((*own, *impulses))
+        results = [
+            Result("after", len(base.speeds), tuple(first)),
+            Result("joints", 6 * len(atoms), tuple(range(0, 6 * len(atoms), 6))),
+        ]
+        step = partial(_sum, sizes, c)
+        summed = scan_tree(trace, given, Bodies(kinds, all_leaves, tuple(atoms)), [], results, step)
+        return list(summed["after"]), list(summed["joints"])
+
+
+def _called(word: str, number: int) -> str:
+    """Return the name of an array of a column or row: a word and letters."""
+    return f"{word}_{''.join(chr(ord('a') + int(digit)) for digit in str(number))}"
+
+
+def _summed_leaves(size: int, columns: int) -> tuple[Node, ...]:
+    """Return the leaves of a body's speeds, jumps and impulses in all columns, and of the impulses that strike."""
+    speeds = [slot("u", i) for i in range(size)]
+    jumps = [slot(_called("jump", j), i) for j in range(columns) for i in range(size)]
+    told = [slot(_called("told", j), i) for j in range(columns) for i in range(6)]
+    return (*speeds, *jumps, *told, *(slot("impulse", j) for j in range(columns - 1)))
+
+
+def _sum(sizes: Sequence[int], columns: int, number: int, read: Values) -> Values:
+    weights = [ONE, *(slot("impulse", j) for j in range(columns - 1))]
+
+    def added(name: str, i: int) -> Node:
+        return sum((w * slot(_called(name, j), i) for j, w in enumerate(weights)), ZERO)
+
+    after = [slot("u", i) + added("jump", i) for i in range(sizes[number])]
+    return {"after": after, "joints": [added("told", i) for i in range(6)]}
+
+
+def _renamed(push: _Push, known: Mapping[Node, Node]) -> _Push:
+    """Return a push in the leaves of its kind."""
+
+    def local(nodes: Point) -> Point:
+        x, y, z = (as_node(n) for n in evaluate(nodes, lambda leaf: known.get(leaf, leaf)))
+        return x, y, z
+
+    point = None if push.point is None else local(push.point)
+    (factor,) = evaluate([push.factor], lambda leaf: known.get(leaf, leaf))
+    return replace(push, vector=local(push.vector), point=point, factor=as_node(factor))
+
+
+def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tuple[list[Wrench], list[Wrench]]:
+    """Return the wrench of each column on a body, and that whose power is the speed of each row (body axes)."""
+    own, measured = [NO_WRENCH] * columns, [NO_WRENCH] * rows
+    for push in pushes:
+        vector = scale(push.factor, apply_transposed(R_WB, push.vector))
+        wrench = (ZERO_VECTOR, vector) if push.point is None else (vector, cross(push.point, vector))
+        if push.column is not None:
+            own[push.column] = add(own[push.column][0], wrench[0]), add(own[push.column][1], wrench[1])
+        if push.row is not None:
+            k = push.row
+            measured[k] = add(measured[k][0], wrench[0]), add(measured[k][1], wrench[1])
+    return own, measured
+
+
+def _told(kind: Kind, moved: BodyMotion, wrench: Wrench) -> list[S]:
+    """Return a joint's impulse about its point, in the frame on the parent."""
+    R_PF, _ = pose(kind.state, kind.body.frame_on_parent)
+    _, point = pose(kind.state, kind.body.frame_on_body)
+    turn = product(transpose(R_PF), moved.R_PB)
+    return [*apply(turn, wrench[0]), *apply(turn, subtract(wrench[1], cross(point, wrench[0])))]
+
+
+def _power(wrench: Wrench, twist: tuple[Vec, Vec]) -> S:
+    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class StruckMode:
+    """An impact in a mode: what strikes, the rows that act, and by how much each jumps, over any scalar (`wanted`)."""
+
+    blow: Blow
+    rows: StruckRows
+    law: ImpactLaw = "newton"
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """The names of the rows whose impulses the Program tells: those of the mechanism at rest."""
+        return self.blow.names if self.goes_all_ways else self.acting
+
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """The names of the rows of the mechanism at rest in the mode."""
+        return tuple(row.name for row in self.rows.mechanism.rows)
+
+    @cached_property
+    def goes_all_ways(self) -> bool:
+        """Whether the Program decides how it slips."""
+        return plane_element(self.blow) is not None and self.scanned is None
+
+    @cached_property
+    def scanned(self) -> Program | None:
+        """The Program for a tree of like bodies, None for others."""
+        return scanned_impact(self.blow, self.rows, self._judged)
+
+    @cached_property
+    def needed(self) -> tuple[tuple[str, str], ...]:
+        """What is positive where the mode holds, in the order of the output `holds`: of what kind, and in words."""
+        first = None if self.scanned is None else dict[str, S]()
+        return tuple((kind, words) for kind, words, _ in self._needed({}, {}, None, first))
+
+    def _judged(self, impulses: Mapping[str, S], first: Mapping[str, S], after: Mapping[str, S]) -> list[Node]:
+        """Return what is positive where the mode holds, of a tree that is scanned; `first` are speeds as it strikes."""
+        return [as_node(x) for _, _, x in self._needed(impulses, after, None, first)]
+
+    def _needed(
+        self,
+        impulses: Mapping[str, S],
+        after: Mapping[str, S],
+        motion: Motion | None,
+        first: Mapping[str, S] | None = None,
+    ) -> Iterator[tuple[str, str, S]]:
+        for element in self.blow.elements:
+            normal = element.normals[0].name
+            if first is None and self.goes_all_ways:
+                if element.tangential_restitution is not ZERO:
+                    yield "speed", f"{element.name} is struck once", after.get(normal, ZERO)
+                continue
+            if element not in self.rows.acting:
+                yield "speed", f"{element.name} is not struck", after.get(normal, ZERO)
+                continue
+            yield "impulse", f"{element.name} is struck", impulses.get(normal, ZERO)
+            yield from self._slipping(element, impulses, after, motion, first)
+        for element in self.rows.rough:
+            yield from self._slipping(element, impulses, after, motion)
+
+    def _slipping(
+        self,
+        element: OneWay,
+        impulses: Mapping[str, S],
+        after: Mapping[str, S],
+        motion: Motion | None,
+        first: Mapping[str, S] | None = None,
+    ) -> Iterator[tuple[str, str, S]]:
+        normal = element.normals[0].name
+        for part in rubbing(element):
+            slip, names = self.rows.mode.slip(part), [row.name for row in part.rows]
+            if slip:
+                yield "speed", f"{part.name} slips as at the start", slip * after.get(names[0], ZERO)
+                if first is not None:
+                    yield "speed", f"{part.name} slips so at first", slip * first.get(names[0], ZERO)
+            elif element.unilateral and not set(names) & set(self.acting):  # it does not slip, though nothing holds it
+                after_all = [after.get(name, ZERO) for name in names]
+                yield "speed", f"{part.name} rests", -sum((absolute(x) for x in after_all), ZERO)
+            elif not part.enough and element.unilateral and part.normals == (0,):
+                static: S = coefficients(motion, part.rows, [part.static])[0] if motion else part.static
+                along, N = [impulses.get(name, ZERO) for name in names], impulses.get(normal, ZERO)
+                yield "impulse", f"{part.name} sticks", room(static, N, along)
+
+    def wanted(self, before: Motion, pushed: Motion) -> dict[int, S]:
+        """Return the jumps of rows: normal speeds are reversed, what sticks or begins stops, motions jump as given.
+
+        `pushed` is the motion that given impulses, and what begins or jumps, leave of that: then contacts strike.
+        """
+        first, then = (_speeds(motion) for motion in (before, pushed))
+        bounce = {x.normals[0].name: x.restitution for x in self.rows.acting}
+        found = self.own(before)
+        for k, name in list(enumerate(self.acting))[self.first :]:
+            (e,) = before.state.values([bounce.get(name, ZERO)])
+            found[k] = -(1 + e) * first[name] if pushed is before else -first[name] - e * then[name]
+        return found
+
+    @property
+    def first(self) -> int:
+        """The number of the first row that strikes."""
+        return len(self.blow.mechanism.rows)
+
+    @property
+    def alone(self) -> Mechanism:
+        """The mechanism at rest in which no contact strikes."""
+        return self.blow.resting(self.rows.joints)
+
+    def joined(self, before: Motion) -> dict[int, S]:
+        """Return the jumps of the rows where no contact strikes: what sticks in a joint stops."""
+        first, found = _speeds(before), self.own(before)
+        return found | {k: -first[row.name] for k, row in enumerate(self.rows.joints, self.first)}
+
+    def own(self, before: Motion) -> dict[int, S]:
+        """Return the jumps of the mechanism's own rows."""
+        by = {jump.row: jump.by for jump in self.blow.impact.jumps if jump.row}
+        first, found = _speeds(before), dict[int, S]()
+        for k, row in enumerate(self.blow.mechanism.rows):
+            if row.name in by:
+                found[k] = before.state.values([by[row.name]])[0]
+            else:
+                found[k] = -first[row.name] if row.name in self.blow.jumping else ZERO
+        return found
+
+    def holding(
+        self, impulses: Mapping[str, S], before: Motion, jumps: Sequence[S]
+    ) -> Iterator[tuple[str, str, S]]:
+        """Yield what is to be positive for the mode to hold: of what kind, in words, and its value."""
+        return self._needed(impulses, _speeds(self.pushed(before, jumps)), before)
+
+    @property
+    def pushes(self) -> bool:
+        """Whether something happens before contacts strike."""
+        impact = self.blow.impact
+        return bool(self.rows.acting) and bool(impact.loads or impact.begins or impact.jumps)
+
+    def pushed(self, before: Motion, jumps: Sequence[S]) -> Motion:
+        """Return the motion after jumps of the speeds."""
+        u = [a + b for a, b in zip(before.state.u, jumps, strict=True)]
+        return motion_of(before.mechanism, after_impact(before.state, u))
+
+
+def _speeds(motion: Motion) -> dict[str, S]:
+    names = (row.name for row in motion.mechanism.rows)
+    return {name: row.phidot for name, row in zip(names, row_motions(motion), strict=True)}
+
+
+def impact_program(mode: StruckMode) -> Program:
+    """Return (t, q, u, ...) -> after (nu,), impulses (rows,), joints (joints, 6), perhaps holds (`needed`).
+
+    Impulses are in the order of `told`, those in joints in that of the mechanism's `joint_names`, as fx .. mz.
+    """
+    element = plane_element(mode.blow)
+    if mode.scanned is not None:
+        return mode.scanned
+    return _in_mode(mode) if element is None else _all_ways(mode, element)
+
+
+def _all_ways(mode: StruckMode, element: OneWay) -> Program:
+    """Return the Program of one contact that rubs in a plane."""
+    blow, base = mode.blow, mode.blow.mechanism
+    trace = Trace("impact", arrays(base))
+    before = pushed = blow.before(slot_state(base))
+    if mode.pushes:
+        alone = composite_body(blow.resting(()), resting(before.state, mode.own(before)))
+        pushed = mode.pushed(before, _solved(trace, alone)[0])
+
+    def jumps_of(mechanism: Mechanism, state: State) -> list[Node]:
+        return _solved(trace, composite_body(mechanism, state))[0]
+
+    contact = plane_contact(blow, element, mode.law, (before, pushed), jumps_of)
+    closes = less(as_node(contact.v[0]), ZERO)
+    pair = [where(closes, as_node(p), ZERO) for p in plane_course(contact, both_ways)]
+    mechanism = blow.resting(blow.striking, blow.names[mode.first :])
+    state = resting(before.state, mode.own(before) | dict(enumerate(pair, mode.first)))
+    return _program_told(trace, mode, before, mechanism, state)
+
+
+def _in_mode(mode: StruckMode) -> Program:
+    """Return the Program of an impact in its mode."""
+    mechanism, base = mode.rows.mechanism, mode.blow.mechanism
+    trace = Trace("impact", arrays(base))
+    before = pushed = mode.blow.before(slot_state(base))
+    if mode.pushes:
+        alone = composite_body(mode.alone, resting(before.state, mode.joined(before)))
+        pushed = mode.pushed(before, _solved(trace, alone)[0])
+    return _program_told(trace, mode, before, mechanism, resting(before.state, mode.wanted(before, pushed)))
+
+
+def _program_told(trace: Trace, mode: StruckMode, before: Motion, mechanism: Mechanism, state: State) -> Program:
+    """Return the Program with what a mechanism at rest does at a state."""
+    dynamics = composite_body(mechanism, state)
+    jumps, impulses = _solved(trace, dynamics)
+    motion = motion_of(mechanism, state)
+    joints = reactions(motion, jumps, dynamics.rows, impulses)
+    after = [u + du for u, du in zip(trace["u"], jumps, strict=True)]
+    named = dict(zip(mode.told, impulses, strict=True))
+    holds = [as_node(x) for _, _, x in mode.holding(named, before, jumps)]
+    return finished(trace, after, impulses, joints, mode.blow.mechanism.joint_names, holds)
+
+
+def finished(
+    trace: Trace,
+    after: Sequence[Node],
+    impulses: Sequence[Node],
+    joints: Mapping[str, Mapping[str, S]],
+    names: Sequence[str],
+    holds: Sequence[Node] | None = None,
+) -> Program:
+    """Return the Program with its outputs."""
+    values = [as_node(joints[name][component]) for name in names for component in COMPONENTS]
+    outputs = {
+        "after": ((len(after),), list(after)),
+        "impulses": ((len(impulses),), list(impulses)),
+        "joints": ((len(names), len(COMPONENTS)), values),
+    }
+    return trace.finish(outputs if holds is None else outputs | {"holds": ((len(holds),), list(holds))})
+
+
+def _solved(trace: Trace, dynamics: TreeDynamics) -> tuple[list[Node], list[Node]]:
+    """Return jumps and multipliers; rows that vanish identically take no part."""
+    acting = acting_rows(dynamics.rows)
+    if not acting:
+        return [as_node(x) for x in dynamics.bias_acceleration], [ZERO] * len(dynamics.rows)
+
+    def solve(matrix: Sequence[Sequence[S]], right: Sequence[S], size: int, /, beside: int = 0) -> Solve:
+        return trace.solve([list(map(as_node, row)) for row in matrix], [as_node(x) for x in right], size)
+
+    rows = [dynamics.rows[k] for k in acting]
+    found = constrained(
+        dynamics.factors,
+        dynamics.forcing,
+        [[as_node(x) for x in row.jacobian] for row in rows],
+        [as_node(row.gamma) for row in rows],
+        solve,
+        friction=friction_of(dynamics, acting),
+    )
+    multipliers = [ZERO] * len(dynamics.rows)
+    for k, value in zip(acting, found.multipliers, strict=True):
+        multipliers[k] = as_node(value)
+    return [as_node(x) for x in found.udot], multipliers

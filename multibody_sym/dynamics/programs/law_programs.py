@@ -1,0 +1,483 @@
+"""The Program of what one-way laws ask at an instant: all rows, whether they act or not, in weighted coordinates.
+
+With M = G^T G: A = H G^-1, C = (what a unit multiplier exerts) G^-1, D what rows that define a force have of others,
+r = gamma - H M^-1 f; and what decides which rows take part: gaps, rates, ways to edges, coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial, reduce
+from itertools import accumulate, pairwise
+from typing import Final
+
+from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.equations import Formalism, massless_speeds
+from multibody_sym.dynamics.programs.reactions import SwitchingValues
+from multibody_sym.dynamics.programs.repeated_contacts import ContactKind, LikeContacts, Weighted, like_contacts
+from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
+from multibody_sym.mechanics.contact_rows import ContactRow
+from multibody_sym.mechanics.energy import kinetic_energy, split
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.modes import every_row, friction_parts
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, coefficients, row_motions
+from multibody_sym.mechanics.state import arrays, slot_state
+from multibody_sym.mechanics.variable_mass import carried_by_flows
+from multibody_sym.program.loops import rolled
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
+from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import absolute, minimum, sqrt
+from multibody_sym.scalars.limits import creeping
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, real
+from multibody_sym.scalars.vectors import S, dot
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Friction in Programs of all modes: what rows exert, and their multipliers, with what slides.
+#
+# A sliding part exerts its limit along its slip, for a unit of what presses it: its normals bring that along.
+
+
+_SHORT: Final = real(1e-300)
+"""The square of a force that has no direction."""
+
+Row = dict[int, Node]
+"""The elements of a row of a matrix that may differ from zero, by their columns."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """A part that rubs: the places of its normals, each with its side, and of its tangents with the forces along them.
+
+    These are for a unit normal force, zero where it does not slide. `norm`: the length of the normals presses.
+    """
+
+    normals: list[int]
+    sides: list[Node]
+    tangents: list[int]
+    forces: Sequence[Node]
+    norm: bool
+
+    def by_sides(self) -> Iterator[tuple[int, int, Node]]:
+        """Yield places of a normal and a tangent, with the force along this for a unit of the normal's multiplier."""
+        for normal, side in zip(self.normals, self.sides, strict=True):
+            for tangent, force in zip(self.tangents, self.forces, strict=True):
+                yield normal, tangent, side * force
+
+    def along(self, multipliers: Sequence[Node]) -> Friction:
+        """Return the part with the direction of its reaction for sides: |F| = d . F with the direction d of F."""
+        F = [multipliers[k] for k in self.normals]
+        size = as_node(sqrt(sum((x * x for x in F), _SHORT)))
+        return replace(self, sides=[x / size for x in F]) if self.norm else self
+
+
+def with_sliding(exerted: Sequence[Row], frictions: Iterable[Friction]) -> list[Row]:
+    """Return what the rows exert: normals bring friction along where something slides."""
+    found = [dict(row) for row in exerted]
+    for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
+        for k, x in exerted[tangent].items():
+            found[normal][k] = found[normal].get(k, ZERO) + force * x
+    return found
+
+
+def with_friction(multipliers: Sequence[Node], frictions: Iterable[Friction]) -> list[Node]:
+    """Return the multipliers of all rows with those of what slides."""
+    found = list(multipliers)
+    for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
+        found[tangent] = found[tangent] + force * multipliers[normal]
+    return found
+
+
+def combination(parts: Iterable[tuple[S, Row]]) -> Row:
+    """Return the sum of rows, each times its factor."""
+    found: Row = {}
+    for factor, row in parts:
+        for k, x in row.items():
+            found[k] = found.get(k, ZERO) + factor * x
+    return found
+
+
+def times(row: Row, x: Sequence[Node]) -> Node:
+    """Return the product of a row with x."""
+    return sum((a * x[k] for k, a in sorted(row.items())), ZERO)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_ENDLESS: Final = as_node(1e300)
+ROW_ARRAYS: Final = ("phi", "phidot", "gamma", "right", "taken", "more")
+"""Arrays in which contacts by kinds may read what belongs to their rows."""
+SPEED_ARRAYS: Final = ("near", "held")
+"""... and to the speeds that carry them."""
+STABILISING: Final = "stabilising"
+"""The array of Baumgarte's alpha and beta."""
+
+
+def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[str, list[int]]]:
+    """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode, and where the entries of its matrices stand.
+
+    It is what `row_program` tells, which is `known`, but for gamma and forcing; and `driven` (m) how long G M^-1 f is
+    over all that a row is joined to: a force, divided by how long its row of C is; `bounces`, `returns` and `reaches`
+    (elements: restitution, normal and tangential, and how far the next end of a face is); `past_ends` (elements: how
+    far, in m, beyond that counts as there at most); `energy` (J).
+    """
+    trace, elements = Trace("laws", arrays(mechanism)), mechanism.one_way
+    motion = motion_of(mechanism, slot_state(mechanism))
+    outputs = known.called(trace, [trace[array.name] for array in trace.inputs], [ONE] * known.gates)
+    driven = _driven(mechanism, known, outputs)
+    del outputs["gamma"], outputs["forcing"]
+    program = trace.finish(
+        {
+            **{name: column(values) for name, values in outputs.items()},
+            "coefficients": ((len(outputs["coefficients"]) // 2, 2), outputs["coefficients"]),
+            "driven": column(driven),
+            "bounces": column([element.restitution for element in elements]),
+            "returns": column([element.tangential_restitution for element in elements]),
+            "reaches": column([_least(reach, element, motion) for element in elements]),
+            "past_ends": column([_least(allowed_past_end, element, motion) for element in elements]),
+            "energy": ((), [as_node(kinetic_energy(motion))]),
+        }
+    )
+    return rolled(program), {name: list(places) for name, places in known.places.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class RowProgram:
+    """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix.
+
+    `may_act` are the rows that do not vanish identically. `free` tells M^-1 f alone. Where `contacts` are derived by
+    kinds, each with `rows_of_kinds`, a call tells which of them it asks for: rows of others are zero. Contacts may read
+    the values of their own rows (`ROW_ARRAYS`), elements of their matrices, and what stands for each of their speeds.
+    """
+
+    program: Program
+    free: Program
+    contacts: LikeContacts
+    rows_of_kinds: Sequence[RowValues]
+    places: Mapping[str, Sequence[int]]
+    count: int
+    size: int
+    may_act: frozenset[int]
+
+    @property
+    def gates(self) -> int:
+        """How many contacts a call tells whether it asks for them."""
+        return len(self.contacts.chosen)
+
+    def called(
+        self, trace: Trace, given: Sequence[Sequence[Node]], gates: Sequence[Node]
+    ) -> dict[str, tuple[Node, ...]]:
+        """Return the outputs by name of a call in a trace, for the inputs that every Program of a system has."""
+        outputs = trace.call(self.program, [*given, gates])
+        return {output.name: values for output, values in zip(self.program.outputs, outputs, strict=True)}
+
+    @cached_property
+    def moves(self) -> list[set[int]]:
+        """The speeds that each row names or acts on."""
+        found = [set[int]() for _ in range(self.count)]
+        for name in ("jacobian", "matrix", "exerted"):
+            for place in self.places[name]:
+                found[place // self.size].add(place % self.size)
+        return found
+
+    def columns(self) -> list[set[int]]:
+        """Return by column of G^-1 the speeds in it."""
+        places = self.places["inverse"]
+        return [{place // self.size for place in places if place % self.size == j} for j in range(self.size)]
+
+    @property
+    def coupled(self) -> list[int]:
+        """The rows whose multipliers others are defined by, in order."""
+        return sorted({place % self.count for place in self.places["coupling"]})
+
+    def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[Row]:
+        """Return a matrix row by row from what a call gives: what may differ from zero."""
+        width = self.size if name != "coupling" else self.count
+        found: list[Row] = [{} for _ in range(self.size if name == "inverse" else self.count)]
+        for each in ("matrix", name) if name == "exerted" else (name,):
+            for place, node in zip(self.places[each], outputs[each], strict=True):
+                found[place // width][place % width] = node
+        return found
+
+
+def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> RowProgram:
+    """Return (t, q, u, ...) -> all rows of a mechanism in no mode, whether they act or not, and the free motion.
+
+    The formalism of least cost computes it, or the given one.
+
+    `phi`, `phidot` (m; zero where a row has none), `gamma`, `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D
+    (m, m), `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic) row by row; `inverse` G^-1 (n, n),
+    `free` M^-1 f and `forcing` f (n). Of the matrices H, A, C, D and G^-1 the outputs are the entries that may differ
+    from zero, of C those that may differ from A's; their places count row by row.
+    """
+    state, size, every = slot_state(mechanism), len(mechanism.speeds), every_row(mechanism)
+    motion = motion_of(mechanism, state)
+    dynamics = (formalism or (composite_body if massless_speeds(mechanism) else block_ldl))(mechanism, state)
+    weighted, free = dynamics.factors.weighted, [as_node(x) for x in dynamics.bias_acceleration]
+    contacts = like_contacts(mechanism, motion, weighted)
+    trace = Trace("rows", (*arrays(mechanism), Array("gates", (len(contacts.chosen),))))
+    found = _Whole(len(every), size)
+    like = {row.name for place in contacts.places for row in mechanism.one_way[place].rows}
+    kinds = [_rows_of(kind) for kind in contacts.kinds]
+    _add_contacts(found, contacts, kinds, trace, free)
+    others = [k for k, row in enumerate(every) if row.name not in like]
+    limits = {2 * k + j: part for k, (_, part) in enumerate(friction_parts(mechanism)) for j in range(2)}
+    limits = {k: part for k, part in limits.items() if part.rows[0].name not in like}
+    alone = replace(motion, mechanism=replace(mechanism, rows=tuple(every[k] for k in others)))
+    rows = RowValues.of(alone, list(dict.fromkeys(limits.values())), list, weighted, free)
+    found.add(rows, rows.values, others, range(size), list(limits))
+    units = [[ONE if k == j else ZERO for k in range(size)] for j in range(size)]
+    columns = [dynamics.factors.unweighted(unit) for unit in units]
+    sparse = {**found.matrices, "inverse": _entries([[column[k] for column in columns] for k in range(size)])}
+    program = trace.finish(
+        {
+            **{name: column(entries.values()) for name, entries in sparse.items()},
+            **{name: column(values[k] for k in sorted(values)) for name, values in found.vectors.items()},
+            "free": column(free),
+            "forcing": column(dynamics.forcing),
+        }
+    )
+    places = {name: list(entries) for name, entries in sparse.items()}
+    of_tree = Trace("free", arrays(mechanism)).finish({"free": column(free)})
+    return RowProgram(
+        rolled(program), of_tree, _reading(contacts, kinds), kinds, places, len(every), size, frozenset(found.may_act)
+    )
+
+
+def _reading(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts:
+    """Return contacts that may read what is known of their rows and speeds."""
+    if not kinds:
+        return contacts
+    rows = [contacts.of("rows", k) for k in range(len(contacts.chosen))]
+    places: dict[str, Sequence[Sequence[int]]] = dict.fromkeys(ROW_ARRAYS, rows)
+    places |= dict.fromkeys(SPEED_ARRAYS, contacts.speeds)
+    for name in kinds[0].entries:
+        ends = accumulate((len(kinds[kind].entries[name]) for kind in contacts.chosen), initial=0)
+        places[name] = [range(a, b) for a, b in pairwise(ends)]
+    return contacts.reading({**places, STABILISING: [(0, 1)] * len(rows)})
+
+
+def _rows_of(kind: ContactKind) -> RowValues:
+    """Return the rows of a kind of contact."""
+    by_speeds = partial(kind.by_speeds, columns=kind.columns)
+    by_mass = partial(kind.by_speeds, columns=kind.weighted)
+    parts = [part for _, part in friction_parts(kind.mechanism)]
+    return RowValues.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"])
+
+
+@dataclass(frozen=True, eq=False)
+class RowValues:
+    """Rows (k) at a state, matrices H, A, C (k, speeds), couplings, vectors (k), two coefficients of each part.
+
+    `acting` are those that do not vanish identically.
+    """
+
+    matrices: Mapping[str, list[list[Node]]]
+    coupling: Sequence[Mapping[int, S]]
+    vectors: Mapping[str, list[Node]]
+    acting: Sequence[int]
+
+    @staticmethod
+    def of(
+        motion: Motion, parts: Iterable[FrictionPart], by_speeds: Weighted, by_mass: Weighted, free: Sequence[Node]
+    ) -> RowValues:
+        """Return all rows of a mechanism in motion, with `free` M^-1 f.
+
+        `by_speeds` and `by_mass` make of what a row has for speeds of the motion what it has for those of the rows.
+        """
+        rows = row_motions(motion)
+        jacobian = [[as_node(x) for x in by_speeds(row.jacobian)] for row in rows]
+        matrix = [[as_node(x) for x in by_mass(row.jacobian)] for row in rows]
+        exerted = [[as_node(x) for x in by_mass(row.forces)] for row in rows]
+        pairs = zip(jacobian, rows, strict=True)
+        right = [row.gamma - sum(h * x for h, x in zip(own, free, strict=True)) for own, row in pairs]
+        vectors = {
+            "phi": [row.phi if row.holonomic else ZERO for row in rows],
+            "phidot": [row.phidot if row.kinematic else ZERO for row in rows],
+            "gamma": [row.gamma for row in rows],
+            "right": right,
+            "coefficients": [x for part in parts for x in _coefficients(part, motion, rows)],
+        }
+        return RowValues(
+            {"jacobian": jacobian, "matrix": matrix, "exerted": exerted},
+            [row.coupling for row in rows],
+            {name: list(map(as_node, values)) for name, values in vectors.items()},
+            acting_rows(rows),
+        )
+
+    @cached_property
+    def entries(self) -> dict[str, dict[int, Node]]:
+        """The entries of the matrices that may differ from zero, of C those that may from A's, by their places."""
+        matrix = self.matrices["matrix"]
+        return {name: _entries(x, matrix if name == "exerted" else None) for name, x in self.matrices.items()}
+
+    def matrix(self, name: str, elements: Mapping[str, Sequence[Node]]) -> list[Row]:
+        """Return a matrix row by row, of whose entries the values are known."""
+        width, found = len(self.matrices[name][0]), [Row() for _ in self.coupling]
+        for each in ("matrix", name) if name == "exerted" else (name,):
+            for place, node in zip(self.entries[each], elements[each], strict=True):
+                found[place // width][place % width] = node
+        return found
+
+    @property
+    def values(self) -> dict[str, list[Node]]:
+        """These entries and the vectors."""
+        return {**{name: list(entries.values()) for name, entries in self.entries.items()}, **self.vectors}
+
+
+class _Whole:
+    """What is known of all rows (m) of a mechanism: entries of matrices (m, n) by their places, vectors by theirs."""
+
+    def __init__(self, count: int, size: int) -> None:
+        self.count, self.size = count, size
+        self.matrices: dict[str, dict[int, Node]] = {name: {} for name in ("jacobian", "matrix", "exerted", "coupling")}
+        self.vectors: dict[str, dict[int, Node]] = {
+            name: {} for name in ("phi", "phidot", "gamma", "right", "coefficients")
+        }
+        self.may_act: set[int] = set()
+
+    def add(
+        self,
+        rows: RowValues,
+        values: Mapping[str, Sequence[Node]],
+        places: Sequence[int],
+        speeds: Sequence[int],
+        limits: Sequence[int],
+    ) -> None:
+        """Add rows, which stand at `places`, with the values of matrices over some `speeds` and of vectors."""
+        for name, entries in rows.entries.items():
+            width = len(speeds)
+            own = (places[k // width] * self.size + speeds[k % width] for k in entries)
+            self.matrices[name] |= zip(own, values[name], strict=True)
+        for k, coupling in zip(places, rows.coupling, strict=True):
+            self.matrices["coupling"] |= {k * self.count + places[j]: as_node(x) for j, x in sorted(coupling.items())}
+        for name in rows.vectors:
+            self.vectors[name] |= zip(limits if name == "coefficients" else places, values[name], strict=True)
+        self.may_act |= {places[k] for k in rows.acting}
+
+
+def _add_contacts(
+    found: _Whole, contacts: LikeContacts, kinds: Sequence[RowValues], trace: Trace, free: Sequence[Node]
+) -> None:
+    """Add the rows of contacts, each kind's at once, for those that are asked for."""
+    scanned = contacts.scanned(trace, [rows.values for rows in kinds], {"speeds": free}, trace["gates"])
+    for k, (chosen, speeds) in enumerate(zip(contacts.chosen, contacts.speeds, strict=True)):
+        values = {name: each[k] for name, each in scanned.items()}
+        found.add(kinds[chosen], values, contacts.of("rows", k), speeds, contacts.of("limits", k))
+
+
+def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
+    """Return values as an output of a Program."""
+    nodes = [as_node(x) for x in values]
+    return (len(nodes),), nodes
+
+
+def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None = None) -> dict[int, Node]:
+    """Return by their places the entries of a matrix that may differ from zero, or from those of another one."""
+    nodes = [as_node(x) for row in matrix for x in row]
+    others = [ZERO] * len(nodes) if beside is None else [as_node(x) for row in beside for x in row]
+    return {k: node for k, (node, other) in enumerate(zip(nodes, others, strict=True)) if node is not other}
+
+
+def _driven(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Sequence[Node]]) -> list[S]:
+    """Return of each row the root of f . M^-1 f over the speeds it is joined to, by masses and by what holds both ways.
+
+    f is the forcing and M^-1 f the free motion.
+    """
+    joined = disjoint([*known.columns(), *known.moves[: len(mechanism.rows)]])
+    f, free = outputs["forcing"], outputs["free"]
+    powers = [sum((f[k] * free[k] for k in sorted(each)), start=ZERO) for each in joined]
+    of_speed = {speed: number for number, each in enumerate(joined) for speed in each}
+    reached = [sorted({of_speed[speed] for speed in speeds}) for speeds in known.moves]
+    return [sqrt(absolute(sum((powers[number] for number in numbers), start=ZERO))) for numbers in reached]
+
+
+def disjoint(sets: Iterable[set[int]]) -> list[set[int]]:
+    """Return the unions of sets that have members in common, which have none in common."""
+    found: list[set[int]] = []
+    for each in sets:
+        apart = [other for other in found if not other & each]
+        found = [*apart, each.union(*(other for other in found if other & each))]
+    return found
+
+
+def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion]) -> list[S]:
+    """Return the static and the kinetic coefficient; where friction is smooth both are what it has at its speed."""
+    static, kinetic = coefficients(motion, part.rows, [part.static, part.kinetic])
+    if part.regularised is None:
+        return [static, kinetic]
+    names = [row.name for row in motion.mechanism.rows]
+    velocity = [rows[names.index(row.name)].phidot for row in part.rows]
+    return [creeping(kinetic, velocity, *motion.state.values([part.regularised]))] * 2
+
+
+def _least(measure: Callable[[ContactRow, Motion], list[S]], element: OneWay, motion: Motion) -> S:
+    """Return the least of what is measured of a contact."""
+    row = element.normals[0] if element.normals else None
+    found = measure(row, motion) if isinstance(row, ContactRow) else []
+    return reduce(minimum, found) if found else _ENDLESS
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The Program of what friction does in a mode: forces, and power on all and on each body; and the power of loads.
+#
+# The normal force N, the force l_t along each of the rows, its power l_t v_t, and that on each body alone: on two
+# blocks that stick together these are opposite. Loads: those whose work the potential energy does not hold.
+
+
+def friction_power_program(mechanism: Mechanism) -> Program:
+    """Return (t, q, u, ..., multipliers (ns)) -> normal (parts), force (parts, 2), power (parts), share, loads.
+
+    `share` is (parts, bodies), `loads` the one power of what the potential energy does not hold. For all friction parts
+    of a mechanism in a mode, those of `friction_parts`; zero where one does not act.
+    """
+    trace = Trace("friction_power", (*arrays(mechanism), Array("multipliers", (len(mechanism.rows),))))
+    values = SwitchingValues(motion_of(mechanism, slot_state(mechanism)), trace["multipliers"])
+    found = [_of_part(values, element, part) for element, part in friction_parts(mechanism)]
+    count, bodies = len(found), len(mechanism.bodies)
+
+    def flat(rows: Sequence[Sequence[S]]) -> list[Node]:
+        return [as_node(x) for row in rows for x in row]
+
+    return trace.finish(
+        {
+            "normal": ((count,), [as_node(N) for N, *_ in found]),
+            "force": ((count, 2), flat([(*forces, ZERO)[:2] for _, forces, _, _ in found])),
+            "power": ((count,), [as_node(power) for _, _, power, _ in found]),
+            "share": ((count, bodies), flat([share for *_, share in found])),
+            "loads": ((1,), [as_node(_of_loads(values.motion))]),
+        }
+    )
+
+
+def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
+    """Return N, the forces along the rows, the power and that on each body."""
+    forces, rows = values.friction(part), [values.row(row) for row in part.rows]
+    return values.pressing(element, part), forces, _power(forces, rows), _shares(values.motion, forces, rows)
+
+
+def _power(forces: Sequence[S], rows: Sequence[RowMotion]) -> S:
+    return sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO)
+
+
+def _of_loads(motion: Motion) -> S:
+    """Return the power of the loads that do work instead of storing energy, that of masses that come and go too."""
+    loads = split(motion.mechanism.loads)[1]
+    forces = applied_generalized_forces(motion, applied(motion, loads, weight=False))
+    gained = as_node(carried_by_flows(motion, loads))
+    return sum((force * speed for force, speed in zip(forces, motion.state.u, strict=True)), start=gained)
+
+
+def _shares(motion: Motion, forces: Sequence[S], rows: Sequence[RowMotion]) -> list[S]:
+    """Return the power on each body."""
+    found: list[S] = [ZERO] * len(motion.bodies)
+    for force, row in zip(forces, rows, strict=True):
+        for k, ((f, m), body) in enumerate(zip(row.of_body, motion.bodies, strict=True)):
+            found[k] = found[k] + force * (dot(f, body.v_WB) + dot(m, body.w_WB))
+    return found

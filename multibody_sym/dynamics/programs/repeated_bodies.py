@@ -1,0 +1,362 @@
+"""Kinds of bodies: bodies whose declarations, and whose joints' forces, are the same but for the slots they name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+from itertools import accumulate, pairwise
+from typing import Any, Final
+
+from multibody_sym.dynamics.formalisms.articulated_body import eliminated, inward, outward
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated
+from multibody_sym.dynamics.programs.quantities import Sources
+from multibody_sym.mechanics.energy import body_kinetic_energy, springs_energy, weight_energy
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load
+from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
+from multibody_sym.mechanics.motion import (
+    BodyMotion,
+    Motion,
+    PlacedMotion,
+    body_acceleration,
+    body_mass,
+    body_motion,
+    body_pose,
+    from_parent,
+    joint_rates,
+    moving_parent,
+    spread,
+)
+from multibody_sym.mechanics.points import to_parent
+from multibody_sym.mechanics.state import State, arrays, slot_state
+from multibody_sym.program.program import Program
+from multibody_sym.program.trace import Trace
+from multibody_sym.program.tree_passes import Bodies, Pass, Result, Values, scan_tree
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate, maximum
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    Vec,
+    add,
+    negate,
+    subtract,
+    symmetric,
+    unit_quaternion,
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of body as a mechanism of this one body on ground, in slots of its own; `state` has those as values."""
+
+    mechanism: Mechanism
+    state: State
+
+    @property
+    def body(self) -> TreeBody:
+        """The body."""
+        return self.mechanism.bodies[0]
+
+
+@dataclass(frozen=True)
+class LikeBodies:
+    """The kinds of a mechanism's bodies, and for each body its kind and what its slots stand for (`bodies`)."""
+
+    kinds: tuple[Kind, ...]
+    bodies: Bodies
+
+
+def like_bodies(mechanism: Mechanism) -> LikeBodies | None:
+    """Return the kinds of bodies; None where a load acts on more than a joint's own speed."""
+    loads = _loads_of_bodies(mechanism)
+    if loads is None:
+        return None
+    numbers: dict[Any, int] = {}
+    kinds: list[Kind] = []
+    leaves: list[tuple[Node, ...]] = []
+    chosen, atoms = [], []
+    for body, own in zip(mechanism.bodies, loads, strict=True):
+        local = _Local(body)
+        renamed, pulling = local.body(body), local.loads(own)
+        identity = renamed, pulling, tuple(local.slots.values())
+        if identity not in numbers:
+            numbers[identity] = len(kinds)
+            kinds.append(_kind(mechanism, renamed, pulling, identity[2]))
+            leaves.append(identity[2])
+        chosen.append(numbers[identity])
+        atoms.append(tuple(local.slots))
+    return LikeBodies(tuple(kinds), Bodies(tuple(chosen), tuple(leaves), tuple(atoms)))
+
+
+def _kind(mechanism: Mechanism, body: TreeBody, loads: tuple[Load, ...], leaves: Sequence[Node]) -> Kind:
+    alone = replace(mechanism, bodies=(body,), loads=loads, rows=(), coordinates=(), speeds=())
+    q, u = ([leaf for leaf in leaves if leaf.data[0] == array] for array in "qu")
+    return Kind(alone, State(Node, tuple(q), tuple(u), {leaf: leaf for leaf in leaves}))
+
+
+def _loads_of_bodies(mechanism: Mechanism) -> list[list[Load]] | None:
+    carried = {speed: index for index, body in enumerate(mechanism.bodies) for speed in body.u}
+    found: list[list[Load]] = [[] for _ in mechanism.bodies]
+    for load in mechanism.loads:
+        if not isinstance(load, (JointForce, JointSpring)) or load.rate.op != "slot":
+            return None
+        found[carried[load.rate.data[1]]].append(replace(load, name="", joint=""))
+    return found
+
+
+class _Local:
+    """Renames the slots of one body: its own coordinates and speeds count from 0, then others as they are met."""
+
+    def __init__(self, body: TreeBody) -> None:
+        self.slots: dict[Node, Node] = {}
+        self.counts: dict[str, int] = {}
+        for array, places in (("q", body.q), ("u", body.u)):
+            for place in places:
+                self._leaf(slot(array, place))
+
+    def body(self, body: TreeBody) -> TreeBody:
+        """Return the body as the first on ground."""
+        q, u = tuple(range(len(body.q))), tuple(range(len(body.u)))
+        renamed = replace(body, name="", joint_name="", parent=-1, q=q, u=u)
+        return self._renamed(renamed)  # type: ignore[no-any-return]
+
+    def loads(self, loads: Sequence[Load]) -> tuple[Load, ...]:
+        """Return loads on the body's joint."""
+        return self._renamed(tuple(loads))  # type: ignore[no-any-return]
+
+    def _renamed(self, part: Any) -> Any:
+        if isinstance(part, Node):
+            if part.shadow is not None:
+                return part
+            return self._leaf(part) if not part.args else evaluate([part], self._leaf)[0]
+        if type(part) is tuple:
+            return tuple(map(self._renamed, part))
+        if is_dataclass(part) and not isinstance(part, type):
+            return replace(part, **{field.name: self._renamed(getattr(part, field.name)) for field in fields(part)})
+        return part
+
+    def _leaf(self, leaf: Node) -> Node:
+        """Return the slot of the same array that stands for a leaf; the time stays what it is."""
+        if leaf not in self.slots:
+            array = leaf.data[0]
+            self.slots[leaf] = slot(array, self.counts.setdefault(array, 0))
+            self.counts[array] += 1
+        return self.slots[leaf]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Programs of mechanisms with many like bodies, by scans: the recursions of `block_ldl` with one kernel for each kind.
+#
+# A mechanism is scanned where its Programs would otherwise be long, its bodies are of few kinds (same joint, same
+# expressions of parameters: `like_bodies`), and nothing joins bodies but the tree: no rows, no loads on anything but a
+# joint's own speed.
+
+
+_BODIES_OF_A_KIND: Final = 4
+"""Mean number of bodies of a kind from which on a scan is chosen (benchmarks/chains.py)."""
+_TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def worth_scanning(mechanism: Mechanism) -> LikeBodies | None:
+    """Return the kinds of bodies of a mechanism that is scanned, None for one whose Programs are written out."""
+    if mechanism.rows or massless_speeds(mechanism) or len(mechanism.bodies) < _BODIES_OF_A_KIND:
+        return None
+    like = like_bodies(mechanism)
+    return like if like is not None and len(mechanism.bodies) >= _BODIES_OF_A_KIND * len(like.kinds) else None
+
+
+def scanned_sources(mechanism: Mechanism, like: LikeBodies) -> Sources:
+    """Return the Programs that others call, and the motion of all bodies, by scans."""
+    derivative, energy = scanned_state_derivative(mechanism, like), scanned_energy(mechanism, like)
+    return Sources(derivative, energy, partial(_scanned_motion, mechanism, like))
+
+
+def scanned_state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
+    """Return (t, q, u, ...) -> qdot, udot, multipliers, report by three passes along the tree.
+
+    Outward angular velocities and the accelerations without udot, seen from free fall; inward articulated inertias and
+    what is left of the forces; outward the accelerations.
+    """
+    trace = Trace("state_derivative", arrays(mechanism))
+    parents = tuple(body.parent for body in mechanism.bodies)
+    passes = [
+        Pass("motion", parents, 9, (*(ZERO,) * 3, *negate(mechanism.gravity), *(ZERO,) * 3)),
+        Pass("carried", parents, 27),
+        Pass("reached", parents, 6, (ZERO,) * 6),
+    ]
+    results = [_of_coordinates("qdot", mechanism), _of_speeds("udot", mechanism)]
+    found = scan_tree(trace, _given(trace), like.bodies, passes, results, partial(_dynamics, like.kinds))
+    return trace.finish(
+        {
+            "qdot": ((len(found["qdot"]),), found["qdot"]),
+            "udot": ((len(found["udot"]),), found["udot"]),
+            "multipliers": ((0,), ()),
+            "report": ((3,), (ZERO,) * 3),
+        }
+    )
+
+
+def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+    """Return what a body hands on in the passes of the state derivative."""
+    kind = kinds[number]
+    body, state = kind.body, kind.state
+    w, a, alpha = vectors(read["motion"])
+    moved, mass = body_motion(body, moving_parent(w, ZERO_VECTOR, ZERO_VECTOR), state), body_mass(body, state)
+    reached = body_acceleration(moved, w, (a, alpha), [0] * len(body.u))
+    forces = applied(Motion(kind.mechanism, state, (moved,), (mass,), ZERO_VECTOR), weight=False)
+    rigid = about_origin(mass)
+    needed = rigid.rate_of_momentum(reached[0], spread(reached[1], moved.w_WB))
+    missing = [subtract(given, need) for given, need in zip(forces.of_body[0], needed, strict=True)]
+
+    force, moment = vectors(read["carried"][:6])
+    inertia = articulated(rigid).plus(unpacked(read["carried"][6:]))
+    freedoms, left = eliminated(body.u, moved, inertia)
+    remaining, wrench = inward(freedoms, forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
+    handed = to_parent(moved, wrench)
+
+    first, second = vectors(read["reached"])
+    x = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
+    udot, here = outward(freedoms, x, from_parent(moved, (first, second)))
+    return {
+        "motion": (*moved.w_WB, *reached[0], *reached[1]),
+        "carried": (*handed[0], *handed[1], *packed(left.moved(moved.R_PB, moved.p_PB))),
+        "reached": (*here[0], *here[1]),
+        "qdot": joint_rates(body, state.q, state.u),
+        "udot": udot,
+    }
+
+
+def scanned_energy(mechanism: Mechanism, like: LikeBodies) -> Program:
+    """Return (t, q, u, ...) -> kinetic, potential."""
+    trace = Trace("energy", arrays(mechanism))
+    once = (0,) * len(mechanism.bodies)
+    results = [Result(name, 1, once, adds=True) for name in ("kinetic", "potential")]
+    found = scan_tree(
+        trace, _given(trace), like.bodies, [_placing(mechanism)], results, partial(_energies, like.kinds)
+    )
+    return trace.finish({name: ((), values) for name, values in found.items()})
+
+
+def _energies(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+    """Return what a body hands on and its energies."""
+    kind = kinds[number]
+    moved, pose, gravity, handed = _placed(kind, read["motion"])
+    mass = body_mass(kind.body, kind.state)
+    springs = springs_energy(Motion(kind.mechanism, kind.state, (moved,), (mass,), gravity))
+    return {
+        "motion": handed,
+        "kinetic": [body_kinetic_energy(moved, mass)],
+        "potential": [weight_energy(pose, mass, gravity) + springs],
+    }
+
+
+def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
+    """Return (t, q, u, ...) -> q with unit quaternions, largest deviation; None without quaternions."""
+    if not any(body.quaternions for body in mechanism.bodies):
+        return None
+    trace, count = Trace("normalize", arrays(mechanism)), len(mechanism.bodies)
+    largest = Pass("largest", tuple(range(-1, count - 1)), 1, (ZERO,))
+    results = [_of_coordinates("q", mechanism), Result("deviation", count, tuple(range(count)))]
+    found = scan_tree(trace, _given(trace), like.bodies, [largest], results, partial(_normalized, like.kinds))
+    q = found["q"]
+    return trace.finish({"q": ((len(q),), q), "deviation": ((), found["deviation"][-1:])})
+
+
+def _normalized(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+    """Return a body's coordinates and the largest deviation of its quaternion and of those before."""
+    body, q = kinds[number].body, list(kinds[number].state.q)
+    largest = read["largest"][0]
+    for places in body.quaternions:
+        unit, off = unit_quaternion([q[k] for k in places])
+        q[places[0] : places[-1] + 1], largest = unit, maximum(largest, off)
+    return {"largest": [largest], "q": q, "deviation": [largest]}
+
+
+# --- the motion of all bodies --------------------------------------------------------------------------------------
+
+
+def _scanned_motion(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Motion:
+    """Return the motion of all bodies over what a scan in the trace finds."""
+    bodies = like.bodies
+    found = [_placed(kind, _placing(mechanism).slots) for kind in like.kinds]
+    sizes = [len(_numbers((moved, pose))) for moved, pose, *_ in found]
+    first = tuple(accumulate((sizes[kind] for kind in bodies.kinds), initial=0))
+
+    def step(number: int, read: Values) -> Values:
+        moved, pose, _, handed = _placed(like.kinds[number], read["motion"])
+        return {"motion": handed, "numbers": _numbers((moved, pose))}
+
+    result = Result("numbers", first[-1], first[:-1])
+    numbers = scan_tree(trace, _given(trace), bodies, [_placing(mechanism)], [result], step)["numbers"]
+    placed = [
+        _filled(found[kind][:2], iter(numbers[begin:end]))
+        for kind, (begin, end) in zip(bodies.kinds, pairwise(first), strict=True)
+    ]
+    state = slot_state(mechanism)
+    masses = tuple(body_mass(body, state) for body in mechanism.bodies)
+    motions, poses = zip(*placed, strict=True)
+    return PlacedMotion(mechanism, state, motions, masses, mechanism.gravity, list(poses))
+
+
+def _placing(mechanism: Mechanism) -> Pass:
+    """Return the pass that hands on velocities, gravity in body axes, pose, and gravity in world axes."""
+    flat = tuple(as_node(x) for row in UNIT_MATRIX for x in row)
+    root = (*(ZERO,) * 6, *mechanism.gravity, *flat, *(ZERO,) * 3, *mechanism.gravity)
+    return Pass("motion", tuple(body.parent for body in mechanism.bodies), len(root), root)
+
+
+def _placed(kind: Kind, read: Sequence[Node]) -> tuple[BodyMotion, tuple[Mat, Vec], Vec, list[Node]]:
+    """Return a body's motion and pose, gravity in world axes, and what it hands on."""
+    w, v, gravity, x, y, z, p, in_world = vectors(read)
+    moved = body_motion(kind.body, moving_parent(w, v, gravity), kind.state)
+    R_WB, p_WB = body_pose(moved, ((x, y, z), p))
+    handed = (moved.w_WB, moved.v_WB, moved.gravity, *R_WB, p_WB, in_world)
+    return moved, (R_WB, p_WB), in_world, [x for vector in handed for x in vector]
+
+
+def _numbers(part: Any) -> list[Any]:
+    """Return the numbers of a record of numbers, vectors and matrices, in order."""
+    if is_dataclass(part):
+        return [x for field in fields(part) for x in _numbers(getattr(part, field.name))]
+    return [x for item in part for x in _numbers(item)] if isinstance(part, tuple) else [part]
+
+
+def _filled(part: Any, numbers: Iterator[Any]) -> Any:
+    """Return a record like `part` with these numbers."""
+    if is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{field.name: _filled(getattr(part, field.name), numbers) for field in fields(part)})
+    return tuple(_filled(item, numbers) for item in part) if isinstance(part, tuple) else next(numbers)
+
+
+def _given(trace: Trace) -> list[tuple[Node, ...]]:
+    return [trace[array.name] for array in trace.inputs]
+
+
+def _of_coordinates(name: str, mechanism: Mechanism) -> Result:
+    """Return the result that has an element for each coordinate."""
+    return Result(name, len(mechanism.coordinates), tuple(min(body.q, default=0) for body in mechanism.bodies))
+
+
+def _of_speeds(name: str, mechanism: Mechanism) -> Result:
+    """Return the result that has an element for each speed."""
+    return Result(name, len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
+
+
+def vectors(values: Sequence[Node]) -> list[Vec]:
+    return [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
+
+
+def packed(inertia: Inertia) -> tuple[Node, ...]:
+    """Return the 21 elements of an inertia."""
+    triangles = [[m[i][j] for i, j in _TRIANGLE] for m in (inertia.linear, inertia.angular)]
+    return (*triangles[0], *triangles[1], *(x for row in inertia.coupling for x in row))
+
+
+def unpacked(values: Sequence[Node]) -> Inertia:
+    rows = vectors(values[12:])
+    return Inertia(symmetric(values[:6]), (rows[0], rows[1], rows[2]), symmetric(values[6:12]))

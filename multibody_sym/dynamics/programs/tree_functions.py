@@ -1,0 +1,206 @@
+"""Programs of a tree besides its motion: the mass matrix, inverse and hybrid dynamics.
+
+Inputs are t, q, u, parameters, inputs, modes as of every system Program; where accelerations are given, udot follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from multibody_sym.dynamics.formalisms.articulated_body import block_ldl, hybrid_dynamics, tree_factors
+from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches, mass_matrix
+from multibody_sym.dynamics.formalisms.equations import massless_speeds, verify_massive
+from multibody_sym.dynamics.programs.momenta import generalized_momenta
+from multibody_sym.dynamics.programs.system import constrained_motion, inputs_program
+from multibody_sym.errors import ModelError, NoSolutionError, at
+from multibody_sym.mechanics.alignment import economical_motion
+from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
+from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
+from multibody_sym.mechanics.points import joint_projection
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
+from multibody_sym.mechanics.variable_mass import varies
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
+from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import gradient
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+
+
+def mass_matrix_program(mechanism: Mechanism) -> Program:
+    """Return -> mass_matrix (nu, nu), that of the tree whatever its rows."""
+    trace = Trace("mass_matrix", arrays(mechanism))
+    matrix = mass_matrix(motion_of(mechanism, slot_state(mechanism)))
+    return trace.finish({"mass_matrix": ((len(matrix), len(matrix)), [x for row in matrix for x in row])})
+
+
+def inverse_dynamics_program(mechanism: Mechanism) -> Program:
+    """Return (.., udot) -> forces (nu): M udot + c - Q, what the accelerations need on top of the loads.
+
+    Raises ModelError where rows restrict the tree: their forces would share the work.
+    """
+    _verify_tree(mechanism)
+    trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
+    motion = motion_of(mechanism, slot_state(mechanism))
+    loads = applied(motion)
+    transmitted = joint_projection(motion, joint_wrenches(motion, trace["udot"], loads.of_body))
+    forces = [x - drive for x, drive in zip(transmitted, loads.of_speed, strict=True)]
+    return trace.finish({"forces": ((len(forces),), forces)})
+
+
+def hybrid_dynamics_program(mechanism: Mechanism, given: Collection[str]) -> Program:
+    """Return (.., udot) -> udot (nu), forces (nu); `given` names the joints whose udot is read.
+
+    Raises ModelError where rows restrict the tree, NoSolutionError where a free joint moves nothing that has mass.
+    """
+    _verify_tree(mechanism)
+    bodies = [k for k, body in enumerate(mechanism.bodies) if body.joint_name in given]
+    held = {k for index in bodies for k in mechanism.bodies[index].u}
+    massless = [mechanism.speeds[k] for k in massless_speeds(mechanism) if k not in held]
+    if massless:
+        raise NoSolutionError(
+            f"joint {massless[0].joint!r} moves nothing that has mass; give its acceleration, or the body a mass",
+            number="N102",
+        )
+    trace = Trace("hybrid_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
+    udot, forces = hybrid_dynamics(motion_of(mechanism, slot_state(mechanism)), bodies, trace["udot"])
+    return trace.finish({"udot": ((len(udot),), udot), "forces": ((len(forces),), forces)})
+
+
+def _verify_tree(mechanism: Mechanism) -> None:
+    if mechanism.rows:
+        section, name = mechanism.row_path(0)
+        what = f"joint {name!r} closes a loop," if section == "joints" else f"{name!r} restricts the joints,"
+        with at(section, name):
+            raise ModelError(
+                f"{what} and its force shares in the work: given accelerations determine the forces of joints only "
+                "where nothing else holds them; leave it out (load_urdf(..., mimic=False) leaves out the couplers of "
+                "joints that mimic others), or put its force in as a force",
+                number="M110",
+            )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Programs of Hamilton's equations: p from u, u from p, the rates of q and p, and H; linear in the number of bodies.
+#
+#     p = dT/du (bodies' momenta, inward)      u = M^-1 (p - b) (articulated bodies)      q' = N u
+#     p' = N^T dT/dq - (what quasi-velocities add) + Q + H^T lambda, dT/dq by one reverse pass at constant u
+#     H = p . u - T + V
+#
+# M is never formed. Q holds all loads and the weight; the multipliers are those of the accelerations at the same
+# state.
+
+
+def canonical_programs(mechanism: Mechanism) -> dict[str, Program]:
+    """Return the Programs `inputs`, `momenta` (of u), `speeds`, `canonical` and `hamiltonian` (of p) of a mechanism.
+
+    Those of p have the array `momenta` where others have `u`. Raises ModelError where masses vary or something rubs,
+    NoSolutionError where a freedom moves nothing with mass.
+    """
+    verify_canonical(mechanism)
+    made = _Canonical.of(mechanism)
+    return {
+        "inputs": inputs_program(mechanism),
+        "momenta": made.momenta_program(),
+        "speeds": made.speeds_program(),
+        "canonical": made.rates_program(),
+        "hamiltonian": made.function_program(),
+    }
+
+
+def verify_canonical(mechanism: Mechanism) -> None:
+    """Raise ModelError where momenta do not determine the motion: masses that vary, and what rubs or slides."""
+    for body in mechanism.bodies:
+        if varies(body):
+            raise ModelError(f"the mass of {body.name!r} varies, so that its momentum changes with it", number="M120")
+    rows = row_motions(motion_of(mechanism, slot_state(mechanism))) if mechanism.rows else []
+    for row, moved in zip(mechanism.rows, rows, strict=True):
+        if moved.exerts is not None or not moved.kinematic:
+            raise ModelError(
+                f"{row.name!r} rubs or slides: its forces follow from reactions and are no part of canonical equations",
+                number="M120",
+            )
+    verify_massive(mechanism, "Hamilton's equations")
+
+
+@dataclass(frozen=True)
+class _Canonical:
+    """The motion over Nodes in slots, p(q, u), and u(q, p) with p as the slots `momenta`."""
+
+    mechanism: Mechanism
+    motion: Motion
+    of_speeds: list[Node]
+    speeds: list[Node]
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> _Canonical:
+        motion = economical_motion(mechanism, slot_state(mechanism))
+        momenta = [as_node(p) for p in generalized_momenta(motion)]
+        at_rest = {slot("u", k): ZERO for k in range(len(momenta))}
+        bias = evaluate(momenta, lambda leaf: at_rest.get(leaf, leaf))
+        free = [slot("momenta", k) - b for k, b in enumerate(bias)]
+        return cls(mechanism, motion, momenta, [as_node(u) for u in tree_factors(motion).solve(free)])
+
+    def momenta_program(self) -> Program:
+        """Return (.., u, ..) -> p (nu)."""
+        return Trace("momenta", arrays(self.mechanism)).finish({"p": ((len(self.of_speeds),), self.of_speeds)})
+
+    def speeds_program(self) -> Program:
+        """Return (.., momenta, ..) -> u (nu)."""
+        return Trace("speeds", self._arrays()).finish({"u": ((len(self.speeds),), self.speeds)})
+
+    def function_program(self) -> Program:
+        """Return (.., momenta, ..) -> H."""
+        p = [slot("momenta", k) for k in range(len(self.speeds))]
+        along = sum((a * b for a, b in zip(p, self.speeds, strict=True)), ZERO)
+        energies = [as_node(kinetic_energy(self.motion)), as_node(potential_energy(self.motion))]
+        kinetic, potential = self._at_momenta(energies)
+        return Trace("hamiltonian", self._arrays()).finish({"H": ((), [along - kinetic + potential])})
+
+    def rates_program(self) -> Program:
+        """Return (.., momenta, ..) -> qdot (nq), pdot (nu), multipliers (ns)."""
+        trace = Trace("canonical", self._arrays())
+        rates = self._at_momenta(self._forces())
+        multipliers: Sequence[Node] = ()
+        if self.mechanism.rows:
+            dynamics = block_ldl(self.mechanism, self._state())
+            _, multipliers, _ = constrained_motion(trace, self.mechanism, dynamics)
+            for row, multiplier in zip(dynamics.rows, multipliers, strict=True):
+                rates = [rate + as_node(h) * multiplier for rate, h in zip(rates, row.jacobian, strict=True)]
+        qdot = [as_node(x) for x in coordinate_rates(self.mechanism, self.motion.state.q, self.speeds)]
+        outputs = {"qdot": ((len(qdot),), qdot), "pdot": ((len(rates),), rates)}
+        return trace.finish({**outputs, "multipliers": ((len(multipliers),), multipliers)})
+
+    def _forces(self) -> list[Node]:
+        """Return p' without rows, in slots of q and u."""
+        q, u = self.motion.state.q, self.motion.state.u
+        slopes = gradient(as_node(kinetic_energy(self.motion)), q)
+        found = [as_node(x) for x in applied_generalized_forces(self.motion, applied(self.motion))]
+        for body in self.mechanism.bodies:
+            for k in body.u:
+                column = joint_rates(body, q, [int(j == k) for j in range(len(u))])
+                found[k] = found[k] + sum(n * slopes[i] for n, i in zip(column, body.q, strict=True))
+            for free in body.free_steps:
+                turned = turning_momenta(free.step, [u[k] for k in free.u], [self.of_speeds[k] for k in free.u])
+                for k, x in zip(free.u, turned, strict=True):
+                    found[k] = found[k] - x
+        return found
+
+    def _at_momenta(self, nodes: Sequence[Node]) -> list[Node]:
+        """Return Nodes in q and u as ones in q and p."""
+        known: Mapping[Node, Node] = {slot("u", k): u for k, u in enumerate(self.speeds)}
+        return [as_node(x) for x in evaluate(nodes, lambda leaf: known.get(leaf, leaf))]
+
+    def _state(self) -> State:
+        state = slot_state(self.mechanism)
+        counted = (("parameters", len(self.mechanism.parameters)), ("inputs", len(self.mechanism.inputs)))
+        parameters, inputs = ([slot(array, k) for k in range(n)] for array, n in counted)
+        return state_of(self.mechanism, Node, slot("t", 0), state.q, self.speeds, parameters, inputs)
+
+    def _arrays(self) -> tuple[Array, ...]:
+        renamed = {"u": Array("momenta", (len(self.speeds),))}
+        return tuple(renamed.get(array.name, array) for array in arrays(self.mechanism))

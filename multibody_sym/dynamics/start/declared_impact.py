@@ -1,0 +1,328 @@
+"""From a system with an impact to what strikes, and what it does, in numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final, cast
+
+import numpy as np
+
+from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, Order, Struck
+from multibody_sym.dynamics.contact.contact_problem import OneWayRows, tree_dynamics_of
+from multibody_sym.dynamics.contact.impact_problem import Blow, pose, rubbing, struck_rows
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.start.initial_geometry import Side, straightened, value_at, verify_friction
+from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.parameters import verify_lengths
+from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.state import closed_at, rows_at
+from multibody_sym.errors import ModelError, NoSolutionError, Where, at
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.impact_records import MEETING, MeetingRow, StruckImpacts
+from multibody_sym.mechanics.impacts import resting
+from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.points import direction, position
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.system import System
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.elementary import leaves
+
+_MET: Final = 1e-9
+"""The part of the model's size up to which points meet and what begins closes, as for contacts (LAWS.md, 3)."""
+_ROUNDING: Final = 16.0 * EPSILON
+"""The part of the largest speed that rounding leaves of one that vanishes."""
+
+
+@dataclass(frozen=True, eq=False)
+class PosedImpact:
+    """An impact at the start of a system: the `mechanism` before (without what begins), its start, and what strikes.
+
+    `coefficients`: the restitution of each element, normal and tangential. `law` and `order` as asked or by default.
+    """
+
+    system: System
+    mechanism: Mechanism
+    begin: Start
+    sides: tuple[Side, ...]
+    blow: Blow
+    law: ImpactLaw
+    order: Order
+    coefficients: Mapping[str, tuple[float, float]]
+    scale: float
+
+    @property
+    def problem(self) -> ImpactProblem:
+        """The problem in numbers."""
+        return pose(self.blow, self.law, self.order, self.coefficients)
+
+
+def posed_impact(system: System) -> PosedImpact:
+    """Return the impact at the start of a system.
+
+    Raises ModelError for what does not touch or has impossible coefficients, NoSolutionError where nothing strikes.
+    """
+    resolved = examined(system)
+    declared = resolved.relative or resolved
+    impact = declared.impact
+    assert impact is not None
+    before = without(declared, impact)
+    begin = start(before, project=system.simulation.project)
+    _, begin = closed_at(before, begin, project=system.simulation.project)
+    straight, sides = straightened(declared, begin.q, begin.u, begin.parameters)
+    state = state_of(straight, float, 0.0, begin.q, begin.u, begin.parameters)
+    verify_lengths(motion_of(straight, state))
+    rows = rows_at(straight, begin)
+    elements = _elements(straight, impact, rows)
+    blow = Blow(straight, state, impact, tuple(elements))
+    _verify_met(blow, rows.scale.length)
+    _verify_begun(blow, rows.scale.length)
+    _verify_strikes(blow, rows)
+    coefficients = {x.name: coefficients_of(blow, x) for x in elements}
+    law, order = _chosen(blow, coefficients)
+    return PosedImpact(
+        system, without(straight, impact), begin, sides, blow, law, order, coefficients, rows.scale.length
+    )
+
+
+def without(mechanism: Mechanism, impact: StruckImpacts) -> Mechanism:
+    """Return the mechanism before an impact: without the rows that begin to hold with it."""
+    begun = {name for names in impact.begins.values() for name in names}
+    if not begun:
+        return mechanism
+    kept = [row for row in mechanism.rows if row.name not in begun]
+    places = {row.name: k for k, row in enumerate(kept)}
+    cuts = []
+    for cut in mechanism.cuts:
+        if cut.name in impact.begins:
+            continue
+        names = [mechanism.rows[k].name for k in cut.rows]
+        first = places[names[0]] if names else 0
+        drives = tuple(
+            replace(x, row=places[mechanism.rows[x.row].name])
+            for x in cut.drives
+            if mechanism.rows[x.row].name in places
+        )
+        teeth = tuple((places[mechanism.rows[k].name], f) for k, f in cut.teeth if mechanism.rows[k].name in places)
+        cuts.append(replace(cut, rows=range(first, first + len(names)), drives=drives, teeth=teeth))
+    return replace(mechanism, rows=tuple(kept), cuts=tuple(cuts))
+
+
+# --- what takes part -----------------------------------------------------------------------------------------------
+
+
+def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> list[OneWay]:
+    """Return the elements that touch and may strike, with the coefficients that the section gives them."""
+    found = list(impact.meetings)
+    named, touching = impact.contacts, rows.touching()
+    for element in mechanism.one_way:
+        if not element.unilateral:
+            continue
+        called = {element.name, element.group}
+        if named is not None and called.isdisjoint(named):
+            continue
+        if element.name in touching:
+            found.append(_with_coefficients(element, impact))
+        elif element.name in (named or ()) and rows.standing(element) == "open":
+            gap = rows.gap(element)
+            raise ModelError(
+                f"{element.name} is open by {gap:.4g} and strikes nothing; start it where it touches",
+                where=Where(path=element.path),
+                number="M121",
+            )
+    return found
+
+
+def _with_coefficients(element: OneWay, impact: StruckImpacts) -> OneWay:
+    """Return a declared element with the coefficients that the section gives it, or those of its own."""
+    for name in (element.group, element.name):
+        if name in impact.restitutions:
+            element = replace(element, restitution=impact.restitutions[name])
+        if name in impact.tangential:
+            element = replace(element, tangential_restitution=impact.tangential[name])
+    return element
+
+
+def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
+    """Return both coefficients of restitution of an element; raises ModelError for impossible ones."""
+    words = "restitution", "tangential_restitution"
+    values = blow.state.values([element.restitution, element.tangential_restitution])
+    for word, value in zip(words, values, strict=True):
+        if not 0.0 <= value <= 1.0:
+            raise ModelError(
+                f"the {word} of {element.name} is {value:.6g}; it is between 0 (they stay together) and 1 (nothing is "
+                "lost)",
+                where=Where(path=(*blow.impact.paths.get(element.name, element.path), word)),
+                number="M109",
+            )
+    with at(*blow.impact.paths.get(element.name, element.path)):
+        for part in element.frictions:
+            verify_friction(part, partial(value_at, blow.motion))
+    return float(values[0]), float(values[1])
+
+
+def _chosen(blow: Blow, coefficients: Mapping[str, tuple[float, float]]) -> tuple[ImpactLaw, Order]:
+    """Return the law and the sequence: as asked for, else Newton's where nothing rubs and one by one where e > 0."""
+    impact = blow.impact
+    law = impact.law or ("poisson" if blow.rough or any(map(rubbing, blow.elements)) else "newton")
+    bounces = any(e > 0.0 for e, _ in coefficients.values())
+    order = impact.sequence or ("one_by_one" if bounces else "simultaneous")
+    return cast(ImpactLaw, law), cast(Order, order)
+
+
+# --- what is wrong -------------------------------------------------------------------------------------------------
+
+
+def _verify_met(blow: Blow, size: float) -> None:
+    """Raise ModelError for points that are apart across the normal along which they strike, or have none."""
+    for element in blow.impact.meetings:
+        row, path = element.normals[0], blow.impact.paths[element.name]
+        assert isinstance(row, MeetingRow)
+        first, second = (np.array(position(blow.motion, end), dtype=float) for end in row.ends)
+        met = [leaf for leaf in leaves(row.axis, "slot") if leaf.data[0] == MEETING]
+        if met and not any(blow.motion.state.slots[leaf] for leaf in met):
+            raise ModelError(
+                f"the points of {element.name} do not move relative to each other, and no normal is given; write "
+                "normal: [x, y, z], from the second to the first",
+                where=Where(path=path),
+                number="M121",
+            )
+        apart, n = first - second, np.array(direction(blow.motion, row.frame, row.axis), dtype=float)
+        across = float(np.linalg.norm(apart - n * (n @ apart)))
+        if across > _MET * size:
+            raise ModelError(
+                f"{row.ends[0].name} is {across:.4g} m beside {row.ends[1].name}, across the normal: their impulses "
+                "would make a couple. Start where the points meet, or name the points that do",
+                where=Where(path=(*path, "between")),
+                number="M121",
+            )
+
+
+def _verify_begun(blow: Blow, size: float) -> None:
+    """Raise ModelError where what begins does not close."""
+    for owner, names in blow.impact.begins.items():
+        missed = [
+            (abs(float(row.phi)), name)
+            for row, name in zip(blow.rows, blow.names, strict=True)
+            if name in names and row.phi is not None
+        ]
+        most, name = max(missed, default=(0.0, ""))
+        if most > _MET * max(size, 1.0):
+            raise ModelError(
+                f"{owner} cannot begin here: {name} is missed by {most:.4g}; start where it closes",
+                where=Where(path=blow.impact.paths.get(owner, ("impact",))),
+                number="M121",
+            )
+
+
+def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
+    """Raise NoSolutionError where nothing strikes, as all that touches separates."""
+    impact = blow.impact
+    if impact.loads or impact.begins or impact.jumps:
+        return
+    rates = {x.name: _opening(blow, x) for x in blow.elements}
+    rates |= {x.name: rows.rate(x) for x in rows.mechanism.one_way if x.unilateral and rows.standing(x) == "leaving"}
+    if not rates:
+        raise NoSolutionError(
+            "nothing strikes: no contact, rope or stop is closed at the start; start where it touches, or write "
+            "between: [a, b] with a normal, or an impulse",
+            where=Where(path=("impact",)),
+            number="N108",
+        )
+    if min(rates.values()) >= 0.0:
+        words = (f"{name} opens with {v:.4g} m/s" if v else f"{name} touches and rests" for name, v in rates.items())
+        told = ", ".join(words)
+        first = next(iter(rates))
+        cure = (
+            "The velocity of the first relative to the second is to lead against the normal, which points from the "
+            "second to the first"
+            if first in (x.name for x in impact.meetings)
+            else "Start with speeds at which it closes"
+        )
+        raise NoSolutionError(
+            f"nothing strikes: {told}. {cure}",
+            where=Where(path=impact.paths.get(first, ("impact",))),
+            number="N108",
+        )
+
+
+def _opening(blow: Blow, element: OneWay) -> float:
+    """Return the speed at which an element opens before the impact."""
+    return float(blow.rows[blow.names.index(element.normals[0].name)].phidot)
+
+
+def outcome(posed: PosedImpact) -> Struck:
+    """Return what the impact does. Raises NoSolutionError where its laws have no solution."""
+    closing = [x for x in posed.blow.elements if float(_opening(posed.blow, x)) < 0.0]
+    if posed.law == "stronge" and posed.order == "simultaneous" and len(closing) > 1:
+        raise ModelError(
+            f"{', '.join(x.name for x in closing)} close together, and Stronge's coefficient is that of one contact; "
+            "write sequence: one_by_one, or law: poisson",
+            where=Where(path=("impact", "law")),
+            number="M121",
+        )
+    from multibody_sym.contact_laws.impact_sequence import strike  # brings scipy
+
+    try:
+        return strike(posed.problem)
+    except NoSolutionError as error:
+        raise NoSolutionError(error.message, where=Where(path=("impact",)), number=error.number) from None
+
+
+@dataclass(frozen=True)
+class FromImpact:
+    """A system as it goes on from its impact: without one, with the speeds after it at the start.
+
+    `events` tell what struck, in the order of the elements, as runs do.
+    """
+
+    system: System
+    events: tuple[Mapping[str, Any], ...]
+
+
+def from_impact(system: System) -> FromImpact:
+    """Return how a system goes on from its impact.
+
+    Raises what `posed_impact` and `outcome` do, and ModelError for motions whose rates jump.
+    """
+    posed = posed_impact(system)
+    if posed.blow.impact.jumps:
+        raise ModelError(
+            "a run does not go on from a prescribed motion whose speed jumps; write the motion as it is afterwards",
+            where=Where(path=("impact",)),
+            number="M121",
+        )
+    struck = outcome(posed)
+    rows = struck_rows(posed.blow, struck)
+    dynamics = tree_dynamics_of(rows.mechanism, resting(posed.blow.motion.state, rows.jumps))
+    after = _after(posed, forward_dynamics(dynamics).udot)
+    events = tuple(_events(posed, struck, rows.acting))
+    return FromImpact(Changes(initial=after).of(replace(system, impact=None)), events)
+
+
+def _after(posed: PosedImpact, jumps: Floats) -> dict[str, float]:
+    """Return the speeds by name; what is rounding beside the largest of its unit is none."""
+    before, units = np.array(posed.begin.u, dtype=float), [speed.unit for speed in posed.mechanism.speeds]
+    sizes = np.maximum(np.abs(before), np.abs(jumps))
+    largest = {unit: max(x for x, own in zip(sizes, units, strict=True) if own == unit) for unit in units}
+    after = (before + jumps).tolist()
+    return {
+        speed.name: u if abs(u) > _ROUNDING * largest[speed.unit] else 0.0
+        for speed, u in zip(posed.mechanism.speeds, after, strict=True)
+    }
+
+
+def _events(posed: PosedImpact, struck: Struck, acting: Sequence[OneWay]) -> Iterator[dict[str, Any]]:
+    """Yield what struck and what began, with the energy that it took."""
+    places = {name: k for k, name in enumerate(posed.blow.names)}
+    for element in acting:
+        rows = [places[row.name] for row in element.rows if row.name in places]
+        impulse, lost = float(struck.impulses[places[element.normals[0].name]]), float(struck.lost[rows].sum())
+        yield {"t": 0.0, "kind": "impact", "element": element.name, "impulse": impulse, "lost": lost}
+    for name, begun in posed.blow.impact.begins.items():
+        lost = float(struck.lost[[places[row] for row in begun]].sum())
+        yield {"t": 0.0, "kind": "impact", "element": name, "lost": lost}

@@ -1,0 +1,1 @@
+"""Balances of momentum and energy, and what is conserved."""

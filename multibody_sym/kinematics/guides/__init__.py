@@ -1,1 +1,0 @@
-"""Curves that guide: what acts across them, and where bodies touch them."""

@@ -1,0 +1,242 @@
+"""A mechanism described in axes in which its motion takes few operations.
+
+Every body gets axes that are parallel to its parent's at zero coordinates, or as near to that as lets its joint move
+along or about one of them, and an origin on its joint. Rotation matrices and positions are then full of exact zeros
+and ones. Coordinates, speeds and multipliers keep their meaning: only what is said in a body's own axes changes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from functools import singledispatch
+from typing import Any, Final
+
+from multibody_sym.mechanics.contact_rows import Face, Skin
+from multibody_sym.mechanics.load_records import BodyTorque, Load, MassFlow, PointForce
+from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
+from multibody_sym.mechanics.motion import Motion, invariant_directions, motion_of
+from multibody_sym.mechanics.row_records import Bend, Grip, Marker, Row, Sliding
+from multibody_sym.mechanics.state import State
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
+from multibody_sym.model.fields import Point
+from multibody_sym.model.steps import Step
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import is_exactly
+from multibody_sym.scalars.node import Node, as_node, real
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    product,
+    subtract,
+    symmetric,
+    transpose,
+    turned_symmetric,
+)
+
+_ROUNDING: Final = 1e-14
+"""Elements of rotations that are nearer than this to -1, 0 or 1 are these numbers, rounded."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """New axes of a body: `turn` maps components along the declared axes to those along the new ones; `origin` is the
+    new origin, in the declared axes."""
+
+    turn: Mat = UNIT_MATRIX
+    origin: Vec = ZERO_VECTOR
+
+    def vector(self, v: Sequence[Node]) -> Point:
+        """Return a vector's components along the new axes."""
+        return _nodes(apply(self.turn, v))
+
+    def pose(self, declared: Pose) -> Pose:
+        """Return a pose on the body in the new axes."""
+        rotation = _rounded(product(self.turn, _matrix(declared.rotation)))
+        return Pose(self.point(declared.position), rotation)
+
+    def point(self, declared: Point) -> Point:
+        """Return a point of the body in the new axes, from the new origin."""
+        return self.vector(subtract(declared, self.origin)) if self.origin is not ZERO_VECTOR else self.vector(declared)
+
+    def mass(self, declared: Mass) -> Mass:
+        """Return the body's mass in the new axes."""
+        if self.turn is UNIT_MATRIX:
+            return replace(declared, com=self.point(declared.com))
+        J = turned_symmetric(self.turn, symmetric(declared.inertia))
+        inertia = (J[0][0], J[1][1], J[2][2], J[0][1], J[0][2], J[1][2])
+        return Mass(declared.mass, self.point(declared.com), tuple(map(as_node, inertia)))
+
+
+def aligned(mechanism: Mechanism) -> Mechanism:
+    """Return an equivalent mechanism whose bodies have axes and origins that suit their joints.
+
+    Bodies keep what was declared where the directions of their joints depend on parameters.
+    """
+    axes = {-1: Axes()}
+    bodies = []
+    for index, body in enumerate(mechanism.bodies):
+        on_parent = axes[body.parent].pose(body.frame_on_parent)
+        axes[index], joined = _placed(body, on_parent)
+        bodies.append(replace(joined, mass=axes[index].mass(body.mass)))
+    return replace(
+        mechanism,
+        bodies=tuple(bodies),
+        markers={name: _in_axes(marker, axes) for name, marker in mechanism.markers.items()},
+        loads=_in_axes(mechanism.loads, axes),
+        rows=_in_axes(mechanism.rows, axes),
+    )
+
+
+def economical_motion(mechanism: Mechanism, state: State) -> Motion:
+    """Return the motion at a state; over Nodes, which become code, that of the aligned mechanism."""
+    return motion_of(aligned(mechanism) if state.scalar is Node else mechanism, state)
+
+
+def _placed(body: TreeBody, on_parent: Pose) -> tuple[Axes, TreeBody]:
+    """Return a body's new axes, and the body with its joint described in them and in the parent's new ones."""
+    on_body = body.frame_on_body
+    directions = [d for step in body.steps for d in (*step.slides, *step.turns)]
+    if any(x.shadow is None for d in (*on_parent.rotation, *on_body.rotation, *directions) for x in d):
+        return Axes(), replace(body, frame_on_parent=on_parent)
+    turn_F, turn_M = _matrix(on_parent.rotation), _matrix(on_body.rotation)
+    turn = _joint_axes(body, turn_F)
+    steps = tuple(step.with_directions(lambda d: _snapped(apply(turn, d))) for step in body.steps)
+    rotation = _rounded(product(turn_F, transpose(turn)))
+    shift = _shift(steps, apply_transposed(_matrix(rotation), on_parent.position))
+    position, origin = on_parent.position, on_body.position
+    if shift is not ZERO_VECTOR:
+        position = _nodes(add(position, apply(_matrix(rotation), shift)))
+        origin = _nodes(add(origin, apply(turn_M, apply_transposed(turn, shift))))
+    axes = Axes(_matrix(_rounded(product(turn, transpose(turn_M)))), ZERO_VECTOR if origin is ORIGIN else origin)
+    return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose())
+
+
+def _joint_axes(body: TreeBody, on_parent: Mat) -> Mat:
+    """Return Q, which turns the axes of a joint's frames into those in which it is computed.
+
+    At best Q = R_PF: body and parent are parallel at zero coordinates. A joint whose first turn is not about one of
+    the parent's axes then turns on by the smallest angle that makes it so. Where speeds are components along the
+    child's axes, it keeps these.
+    """
+    if body.speeds_in_own_axes:
+        return UNIT_MATRIX
+    turns = [axis for step in body.steps for axis in step.turns]
+    if not turns:
+        return on_parent
+    return _matrix(_rounded(product(_to_coordinate_axis(apply(on_parent, turns[0])), on_parent)))
+
+
+def _to_coordinate_axis(direction: Vec) -> Mat:
+    """Return the smallest rotation that brings a unit vector onto a coordinate axis."""
+    n = [float(x.shadow or 0) for x in _snapped(direction)]
+    k = max(range(3), key=lambda i: abs(n[i]))
+    if abs(n[k]) == 1:
+        return UNIT_MATRIX
+    target = [math.copysign(1.0, n[k]) if i == k else 0.0 for i in range(3)]
+    x, y, z = cross(n, target)  # R = E + [v] + [v]^2 / (1 + c) with v = n x e, c = n . e
+    scaled = 1 / (1 + abs(n[k]))
+    return (
+        (1 - scaled * (y * y + z * z), scaled * x * y - z, scaled * x * z + y),
+        (scaled * x * y + z, 1 - scaled * (x * x + z * z), scaled * y * z - x),
+        (scaled * x * z - y, scaled * y * z + x, 1 - scaled * (x * x + y * y)),
+    )
+
+
+def _shift(steps: Sequence[Step], p: Sequence[Node]) -> Vec:
+    """Return how far a joint's frames may be moved, along directions that it keeps, so that more of p_PF is zero."""
+    known = [x if x.shadow is not None else 0 for x in map(as_node, p)]
+    if len(steps) > 1:
+        return ZERO_VECTOR
+    for step in steps:
+        kept = [any(is_exactly(d[k] * d[k], 1) for d in invariant_directions(step)) for k in range(3)]
+        known = [x if keep else 0 for x, keep in zip(known, kept, strict=True)]
+    return ZERO_VECTOR if all(is_exactly(x, 0) for x in known) else (-known[0], -known[1], -known[2])
+
+
+def _rounded(rotation: Mat) -> Rotation:
+    rows = _snapped(rotation[0]), _snapped(rotation[1]), _snapped(rotation[2])
+    return IDENTITY if rows == IDENTITY else rows
+
+
+def _matrix(rotation: Rotation) -> Mat:
+    """Return a rotation for products, which know the unit matrix when they see it."""
+    return UNIT_MATRIX if rotation is IDENTITY else rotation
+
+
+def _snapped(direction: Sequence[Any]) -> Point:
+    x, y, z = map(_number, direction)
+    return x, y, z
+
+
+def _number(element: Any) -> Node:
+    node = as_node(element)
+    if node.shadow is None or node.op == "number":
+        return node
+    nearest = round(node.shadow)
+    return as_node(nearest) if abs(node.shadow - nearest) < _ROUNDING else real(node.shadow)
+
+
+def _nodes(v: Vec) -> Point:
+    x, y, z = map(as_node, v)
+    return x, y, z
+
+
+@singledispatch
+def _in_axes(part: Any, axes: Mapping[int, Axes]) -> Any:
+    """Return a part of a mechanism with the poses in it described in new axes of their bodies.
+
+    What is given along the axes of its markers keeps its components.
+    """
+    if isinstance(part, (Row, Face, Skin, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
+        return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
+    if isinstance(part, _PLAIN):
+        return part
+    raise TypeError(f"nothing says how {type(part).__name__} is described in other axes")
+
+
+_PLAIN: Final = (str, int, float, Node, type(None))
+"""What has no axes."""
+
+
+@_in_axes.register(tuple)
+def _(part: tuple[Any, ...], axes: Mapping[int, Axes]) -> Any:
+    return tuple(_in_axes(x, axes) for x in part)
+
+
+@_in_axes.register
+def _(part: Marker, axes: Mapping[int, Axes]) -> Marker:
+    return replace(part, pose=axes[part.body].pose(part.pose))
+
+
+@_in_axes.register
+def _(part: Bend, axes: Mapping[int, Axes]) -> Bend:
+    new = {name: _in_axes(getattr(part, name), axes) for name in ("at", "beside", "grip")}
+    return replace(part, **new, axis=axes[part.at.body].vector(part.axis))
+
+
+@_in_axes.register
+def _(part: Grip, axes: Mapping[int, Axes]) -> Grip:
+    return replace(part, frame=_in_axes(part.frame, axes))
+
+
+@_in_axes.register
+def _(part: PointForce, axes: Mapping[int, Axes]) -> PointForce:
+    return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))
+
+
+@_in_axes.register
+def _(part: MassFlow, axes: Mapping[int, Axes]) -> MassFlow:
+    return replace(part, at=_in_axes(part.at, axes), velocity=axes[part.axes].vector(part.velocity))
+
+
+@_in_axes.register
+def _(part: BodyTorque, axes: Mapping[int, Axes]) -> BodyTorque:
+    return replace(part, value=axes[part.axes].vector(part.value))

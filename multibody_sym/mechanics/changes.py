@@ -1,0 +1,170 @@
+"""A system as a call asks for it: with other parameters, start values, inputs, coordinates than were declared.
+
+The one place where what is declared is changed: functions take these options by name, commands hand them on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.absolute import unknown_coordinate
+from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
+from multibody_sym.model.argument_checks import flag, state_by_name, values_by_name
+from multibody_sym.model.fields import Names, is_gap, scalar
+from multibody_sym.model.joints import Initial, Joint, MovingJoint
+from multibody_sym.model.parameters import InputField, Parameter
+from multibody_sym.model.system import System, verify_system
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import Node
+from multibody_sym.text.parser import parse_scalar
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What every function takes beside a system, and every command beside a model file; None leaves all as declared.
+
+    `parameters`: values by name (numbers, expressions, or text such as `500 g` or `2*r`); `initial`: coordinates and
+    speeds at t = 0 by name, None for one that is to be found, or the `final` of a run; `inputs`: expressions or tables
+    by name; `coordinates`: "relative" or "absolute"; `project`: whether all start values change, known ones too, as
+    little as constraints need.
+    """
+
+    parameters: Mapping[str, Any] | None = None
+    initial: Mapping[str, Any] | None = None
+    inputs: Mapping[str, Any] | None = None
+    coordinates: str | None = None
+    project: bool | None = None
+
+    def of(self, system: System) -> System:
+        """Return the system, changed. Raises InputError with the option and the name in `where.path`."""
+        verify_system(system)
+        with at("parameters"):
+            changed = with_values(system, self.parameters)
+        with at("inputs"):
+            changed = with_inputs(changed, self.inputs)
+        with at("initial"):
+            changed = with_initial(changed, self.initial)
+        project = None if self.project is None else flag("project", self.project)
+        return with_settings(changed, {"coordinates": self.coordinates, "project": project})
+
+
+def with_values(system: System, values: Mapping[str, Any] | None) -> System:
+    """Return the system with new parameter values: numbers, expressions, or text such as `500 g` or `2*r`.
+
+    Raises InputError for a name that is no parameter and for a value of another dimension.
+    """
+    verify_system(system)
+    given = values_by_name("parameters", values)
+    if not given:
+        return system
+    changed = dict(system.parameters)
+    for name, value in given.items():
+        with at(name):
+            if name not in changed:
+                raise ModelError(f"there is no parameter {name!r}", number="M106", word=name, known=changed)
+            changed[name] = _with_value(changed[name], value)
+    return replace(system, parameters=Names(changed))
+
+
+def _with_value(parameter: Parameter, value: Any) -> Parameter:
+    if not isinstance(value, str):
+        return replace(parameter, value=scalar(value, None))
+    node, dimension = parse_scalar(value)
+    if None not in (dimension, parameter.dimension) and dimension != parameter.dimension:
+        raise ModelError(f"'{value}' does not fit: the parameter is a quantity in {parameter.dimension}", number="M105")
+    return replace(parameter, value=node, dimension=dimension or parameter.dimension)
+
+
+def with_inputs(system: System, inputs: Mapping[str, Any] | None) -> System:
+    """Return the system with other inputs: numbers, expressions, tables. Raises InputError for a name of none."""
+    changed: dict[str, Any] = dict(system.inputs)
+    for name, value in values_by_name("inputs", inputs).items():
+        with at(name):
+            if name not in changed:
+                raise ModelError(f"there is no input {name!r}", number="M106", word=name, known=changed)
+            changed[name] = InputField().accept(value)
+    return replace(system, inputs=Names(changed)) if inputs else system
+
+
+# --- start values --------------------------------------------------------------------------------------------------
+
+
+class _Place(NamedTuple):
+    """Where a start value stands: under `key` (q, u) of a joint's `initial`, at a `number`, in `unit`."""
+
+    joint: str
+    key: str
+    number: int
+    unit: str
+
+
+def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
+    """Return the system with other start values of coordinates and speeds, by their names; None: to be found.
+
+    `values` may be the `final` of a run, from which another one goes on; its time is left out: runs begin at t = 0.
+    Raises InputError for a name that is neither's, for a value of another dimension, and for a part of a quaternion.
+    """
+    given = state_by_name("initial", values)
+    places = {name: place for joint, declared in system.joints.items() for name, place in _places(joint, declared)}
+    found: dict[str, dict[str, Node | None]] = {}
+    for name, value in given.items():
+        with at(name):
+            if name not in places:
+                raise unknown_coordinate(name, system, places)
+            found.setdefault(places[name].joint, {})[name] = start_value(value, places[name].unit)
+    joints = dict(system.joints)
+    for joint, new in found.items():
+        with at(next(iter(new))):
+            joints[joint] = _started(joints[joint], {places[name]: value for name, value in new.items()})
+    return replace(system, joints=Names(joints)) if given else system
+
+
+def start_value(value: Any, unit: str) -> Node | None:
+    """Return a start value in SI units, None where it is to be found; raises InputError for another dimension."""
+    return None if is_gap(value) else scalar(value, unit)
+
+
+def _places(name: str, joint: Joint) -> Iterator[tuple[str, _Place]]:
+    """Yield the names of a joint's coordinates and speeds, each with the place of its start value."""
+    named = {"q": coordinate_names(name, joint), "u": speed_names(name, joint)}
+    units = {"q": joint.coordinate_units, "u": joint.speed_units}
+    for key, names in named.items():
+        for k, called in enumerate(names):
+            yield called, _Place(name, key, k, units[key][k])
+
+
+def _started(joint: Joint, new: Mapping[_Place, Node | None]) -> Joint:
+    """Return a joint with some new start values."""
+    assert isinstance(joint, MovingJoint)
+    initial = joint.initial or Initial()
+    q, u = list(initial.values("q", len(joint.coordinate_units))), list(initial.values("u", len(joint.speed_units)))
+    for place, value in new.items():
+        (q if place.key == "q" else u)[place.number] = value
+    changed: dict[str, Any] = {key: values for key, values in (("q", q), ("u", u)) if _is_new(key, new)}
+    return replace(joint, initial=replace(initial, **changed))
+
+
+def _is_new(key: str, new: Iterable[_Place]) -> bool:
+    return any(place.key == key for place in new)
+
+
+# --- settings ------------------------------------------------------------------------------------------------------
+
+
+def with_settings(system: System, settings: Mapping[str, Any]) -> System:
+    """Return the system with those `settings` (keys of `simulation:`) that are not None.
+
+    A new `step` takes the place of tolerances in the file, and new tolerances that of a step.
+    """
+    given = {name: value for name, value in settings.items() if value is not None}
+    if not given:
+        return system
+    if "step" in given:
+        given = {"rtol": None, "atol": None, **given}
+    elif "rtol" in given or "atol" in given:
+        given = {"step": None, **given}
+    with at("simulation"):
+        return replace(system, simulation=replace(system.simulation, **given))

@@ -1,0 +1,849 @@
+"""What the ends of a contact stand for: corners and faces of a box, ends and sides of a rod, a rim, a ball, a point.
+
+What has faces and corners touches with both: corners touch the other's faces, faces its corners and round surfaces. In
+space bars touch balls and other bars with their sides; edges of boxes touch balls, and other bars where they are named
+(box.bottom_front).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import singledispatch
+from itertools import combinations, permutations, product
+from math import hypot, inf
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.errors import ModelError
+from multibody_sym.mechanics.contact_rows import LOCAL, Bent, ContactRow, Edge, Face, Flat, Level, Rim, Round, Skin
+from multibody_sym.mechanics.mechanism import ARRAY, ParameterVector
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import (
+    Direction,
+    acceleration,
+    angular_acceleration,
+    angular_velocity,
+    direction,
+    position,
+    separation,
+    velocity,
+)
+from multibody_sym.mechanics.references import BARE, References
+from multibody_sym.mechanics.row_records import NOWHERE, Marker, Row
+from multibody_sym.mechanics.spanning_tree import body_part
+from multibody_sym.model.bodies import (
+    FROM_AXIS,
+    GROUND,
+    IDENTITY,
+    ORIGIN,
+    OWN_POINTS,
+    Body,
+    Pose,
+    Shape,
+    Surface,
+    unit_vector,
+)
+from multibody_sym.model.fields import Point
+from multibody_sym.model.joints import Follow
+from multibody_sym.model.steps import is_upright
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.calculus import derivative
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import (
+    absolute,
+    evaluate,
+    evaluate_float,
+    is_exactly,
+    maximum,
+    minimum,
+    sign,
+    sqrt,
+    where,
+)
+from multibody_sym.scalars.functions import apply as operation
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate
+from multibody_sym.scalars.vectors import S, Vec, add, apply, combination, cross, dot, scale, subtract, symmetric
+from multibody_sym.scalars.vectors import negate as opposite
+
+_X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
+_SQUARE: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+_SIDES: Final = ("right", "top", "left", "bottom", "front", "back")
+"""The faces of a box to which x, y, -x, -y, z, -z point."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """What an end of a contact touches with: parts by name (empty where there is one), in the order of the body.
+
+    `inner` is a place inside it, for those with faces that end or corners. `edges`, of boxes in space, touch balls.
+    """
+
+    skins: tuple[tuple[str, Skin], ...]
+    inner: Marker | None = None
+    edges: tuple[tuple[str, Skin], ...] = ()
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A body in whose axes places are given, under the name that is told of them."""
+
+    name: str
+    body: int
+    flat: bool
+
+    def at(self, place: Point) -> Marker:
+        return Marker(self.name, self.body, Pose(place))
+
+    def points(self, places: Sequence[Point], what: str) -> Iterator[tuple[str, Skin]]:
+        yield from ((f"{what}{k}", Round(self.at(place))) for k, place in enumerate(places, 1))
+
+
+def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
+    """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
+
+    A body by itself is what its shape is, or its only surface that is no plane, or its point; ground its only surface;
+    a box has the faces right, top, left, bottom, front and back, corner1, .., and in space edges by two of its faces,
+    such as bottom_front; a rod has end1, end2 and its side.
+    """
+    name, part = body_part(reference, references.system.bodies)
+    body = references.system.bodies.get(name, BARE)
+    place = _Place(reference, references.numbers[name], flat)
+    if part in body.surfaces:
+        return _of_surface(place, body.surfaces[part], body)
+    if part and part not in (*body.points, *body.frames):
+        parts = dict(_parts(place, body.shape)) if body.shape is not None else {}
+        if part in parts:
+            return _with_ends(place, part, parts)
+        if part not in OWN_POINTS:
+            known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *parts)]
+            raise ModelError(f"{reference!r} is no surface and no point", number="M106", word=reference, known=known)
+    if not part and body.shape is not None:
+        return _of_shape(place, body.shape)
+    return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)
+
+
+def _with_ends(place: _Place, part: str, parts: Mapping[str, Skin]) -> Solid:
+    """Return a part of a shape; a face of a box in a plane model touches with the corners at its ends, too."""
+    skin = parts[part]
+    if not (isinstance(skin, Flat) and skin.beside and skin.ends and part in _SIDES):
+        return Solid((("", skin),))
+    corners = ((corner, parts[corner]) for corner in corners_of(part))
+    return Solid(((part, skin), *corners), place.at(ORIGIN))
+
+
+def _point(reference: str, references: References) -> Solid:
+    return Solid((("", Round(references.marker(reference))),))
+
+
+def _only_surface(name: str, body: Body, references: References, *, flat: bool) -> Solid:
+    plain = "point" if name == GROUND else "plane"  # a body's planes carry others; ground has no point of its own
+    solid = [part for part, surface in body.surfaces.items() if surface.kind != plain]
+    if len(solid) > 1:
+        raise ModelError(
+            f"{name} has several surfaces; say which: {', '.join(f'{name}.{part}' for part in solid)}", number="M114"
+        )
+    return solid_of(f"{name}.{solid[0]}", references, flat=flat) if solid else _point(name, references)
+
+
+def _of_surface(place: _Place, surface: Surface, body: Body) -> Solid:
+    if surface.plane is not None:
+        between = None if surface.between is None else body.ends(surface.between)
+        return _plane(place, surface.plane, unit_vector(surface.normal), between)
+    if surface.segment is not None:
+        p, q = body.ends(surface.segment)
+        return _bar(place, p, q, unit_vector(surface.normal))
+    if surface.point is not None:
+        return Solid((("", Round(place.at(surface.point))),))
+    centre = place.at(surface.centre)
+    if surface.guide is not None:
+        _verify_flat(place, "is a curve", "it is touched where all moves in the xy-plane; on_curve guides points")
+        closed = surface.outline is not None
+        return Solid((("", Bent(centre, NOWHERE, surface.touched_on_left, closed)),))
+    if surface.revolution is not None:
+        return Solid((("", _level(centre, surface.revolution, unit_vector(surface.axis), flat=place.flat)),))
+    if surface.sphere is not None or place.flat:
+        return Solid((("", Round(centre, surface.radius, surface.inside)),))
+    if surface.inside:
+        message = "is a rim, which in space has no inside; a bowl is {sphere: r, inside: true}"
+        raise ModelError(f"{place.name} {message}", number="M114")
+    return Solid((("", Rim(centre, surface.radius, unit_vector(surface.axis))),))
+
+
+def _level(centre: Marker, profile: Node, axis: Point, *, flat: bool) -> Level:
+    """Return the surface of a profile about an axis: the height over it of the LOCAL coordinates is zero there."""
+    height, square = dot(axis, LOCAL), dot(LOCAL, LOCAL)
+    across = [x for x, a in zip(LOCAL, axis, strict=True) if a is ZERO]
+    away = sqrt(dot((*across, ZERO), (*across, ZERO)) if len(across) == 2 else square - height**2)
+    if flat:
+        away = dot(cross(axis, _Z), LOCAL)
+    function: Node = height - evaluate([profile], lambda leaf: away if leaf is FROM_AXIS else leaf)[0]
+    gx, gy, gz = (derivative(function, x) for x in LOCAL)
+    x, y, z = LOCAL
+    second = [derivative(g, leaf) for g, leaf in ((gx, x), (gy, y), (gz, z), (gx, y), (gx, z), (gy, z))]
+    return Level(centre, function, (gx, gy, gz), tuple(second))
+
+
+def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, ...] | None) -> Solid:
+    """Return a plane; where it ends its ends are corners, and what is below its middle is inside."""
+    if between is None:
+        return Solid((("", Flat(place.at(through), normal)),))
+    _verify_flat(place)
+    p, q = between
+    middle = scale(ONE / 2, add(p, q))
+    inner = place.at(subtract(middle, scale(_distance(p, q) / 2, normal)))
+    face = Flat(place.at(through), normal, (place.at(p), place.at(q)))
+    return Solid((("", face), *place.points(between, "end")), inner)
+
+
+def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
+    """Return a thin bar: its ends, and its side with a normal; in a plane model both its sides where that is z."""
+    ends = place.at(p), place.at(q)
+    skins: list[tuple[str, Skin]]
+    if not place.flat:
+        skins = [("side", Edge(*ends, normal))]
+    elif is_upright(normal):
+        left = cross(_Z, unit_vector(subtract(q, p)))
+        faces = {"left": left, "right": opposite(left)}
+        skins = [(name, Flat(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
+    else:
+        skins = [("side", Flat(ends[0], normal, ends))]
+    return Solid((*skins, *place.points((p, q), "end")))
+
+
+def _verify_flat(place: _Place, what: str = "ends at two places", advice: str = "in space planes have no ends") -> None:
+    if not place.flat:
+        raise ModelError(f"{place.name} {what}, and this model is not plane; {advice}", number="M114")
+
+
+def _of_shape(place: _Place, shape: Shape) -> Solid:
+    sizes = shape.sizes
+    centre = place.at(ORIGIN)
+    if shape.kind == "box":
+        x, y, z = (size / 2 for size in sizes)
+        levels = (ZERO,) if place.flat else (negate(z), z)
+        corners = [(a * x, b * y, level) for level, (a, b) in product(levels, _SQUARE)]
+        edges = () if place.flat else tuple(_edges(place, shape, combinations))
+        return Solid((*place.points(corners, "corner"), *_faces(place, shape)), centre, edges)
+    if shape.kind == "rod":
+        ends = ORIGIN, (sizes[0], ZERO, ZERO)
+        return _bar(place, *ends, _Z)
+    if place.flat or shape.kind in ("sphere", "shell"):
+        return Solid((("", Round(centre, sizes[0])),))
+    if shape.kind == "cylinder":
+        rims = [Rim(place.at((ZERO, ZERO, z)), sizes[0], _Z) for z in (negate(sizes[1] / 2), sizes[1] / 2)]
+        return Solid(tuple((f"rim{k}", rim) for k, rim in enumerate(rims, 1)))
+    return Solid((("", Rim(centre, sizes[0], _Z)),))
+
+
+def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+    """Yield the faces of a box, each of which is touched where it is nearer than those beside it."""
+    halves = [size / 2 for size in shape.sizes]
+    normals = [(n, half) for n, half in zip((_X, _Y, _Z), halves, strict=True)][: 2 if place.flat else 3]
+    turned = [*normals[:2], *((opposite(n), half) for n, half in normals[:2])]
+    turned += [(n, half) for n, half in normals[2:]] + [(opposite(n), half) for n, half in normals[2:]]
+    faces = [Face(place.at(scale(half, n)), n) for n, half in turned]
+    for name, face in zip(_SIDES, faces, strict=False):
+        ends = _face_ends(place, face, halves) if place.flat else None
+        yield name, Flat(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
+
+
+def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+    """Yield what may be named of a shape: corners, faces and edges of a box, ends and sides of a rod, rims."""
+    yield from ((name, skin) for name, skin in _of_shape(place, shape).skins if name)
+    if shape.kind == "box" and not place.flat:
+        yield from _edges(place, shape, permutations)
+
+
+def _edges(
+    place: _Place, shape: Shape, pairs: type[combinations[Any] | permutations[Any]]
+) -> Iterator[tuple[str, Skin]]:
+    """Yield the edges of a box in space by the faces that meet there, with `permutations` either way round."""
+    halves = [scale(size / 2, axis) for size, axis in zip(shape.sizes, (_X, _Y, _Z), strict=True)]
+    x, y, z = halves
+    towards = dict(zip(_SIDES, (x, y, opposite(x), opposite(y), z, opposite(z)), strict=True))
+    normals = dict(zip(_SIDES, (_X, _Y, opposite(_X), opposite(_Y), _Z, opposite(_Z)), strict=True))
+    for (name, n), (other_name, m) in pairs(normals.items(), 2):
+        along = next((half for half, axis in zip(halves, (_X, _Y, _Z), strict=True) if not _leads(axis, n, m)), x)
+        if _leads(n, m):
+            continue
+        middle = add(towards[name], towards[other_name])
+        ends = place.at(subtract(middle, along)), place.at(add(middle, along))
+        yield f"{name}_{other_name}", Edge(*ends, add(n, m), (n, m))
+
+
+def _leads(axis: Point, *normals: Point) -> bool:
+    """Return whether some of these axes are along one, either way."""
+    return any(dot(axis, normal) is not ZERO for normal in normals)
+
+
+def _face_ends(place: _Place, face: Face, halves: Sequence[Node]) -> tuple[Marker, Marker]:
+    along = cross(_Z, face.normal)
+    half = halves[0] if along[1] is ZERO else halves[1]
+    step = scale(half, along)
+    middle = face.place.pose.position
+    return place.at(subtract(middle, step)), place.at(add(middle, step))
+
+
+def corners_of(face: str) -> tuple[str, str]:
+    """Return the names of the corners of a box in a plane model at which a face ends, in the order of its ends."""
+    k = _SIDES.index(face) + 1
+    return f"corner{k % 4 + 1}", f"corner{(k + 1) % 4 + 1}"
+
+
+def _distance(p: Point, q: Point) -> Node:
+    apart = subtract(q, p)
+    found: Node = sqrt(dot(apart, apart))
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What an expression of parameters is worth at their sample values: enough to tell one side from the other.
+
+
+_DEEPEST: Final = 100
+"""How many parameters may follow from one another; a circle of them is told elsewhere."""
+
+
+def sample_value(node: Node, parameters: ParameterVector, depth: int = 0) -> float:
+    """Return the value of an expression of parameters in slots, nan where it has none."""
+    if node.shadow is not None:
+        return node.shadow
+    values = {}
+    for leaf in leaves([node], "slot"):
+        array, place = leaf.data
+        value = parameters[place].value if array == ARRAY else None
+        values[leaf] = math.nan if value is None or depth > _DEEPEST else sample_value(value, parameters, depth + 1)
+    try:
+        return evaluate_float([node], values)[0]
+    except UNDEFINED:
+        return math.nan
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Curves that are touched, by the foot that follows each: its normal, and the way there.
+
+
+_LEFT: Final[Point] = (ZERO, ONE, ZERO)
+_RIGHT: Final[Point] = (ZERO, negate(ONE), ZERO)
+
+
+def bent_normal(skin: Bent, motion: Motion) -> tuple[Vec, Vec]:
+    """Return the normal at the foot, towards what touches the curve, and its rate (world axes)."""
+    n = direction(motion, skin.foot, _LEFT if skin.left else _RIGHT)
+    return n, cross(angular_velocity(motion, skin.foot.body), n)
+
+
+def to_foot(skin: Bent, motion: Motion) -> tuple[Vec, Vec]:
+    """Return the way from a curve's place to its foot, and its rate (world axes)."""
+    arm = subtract(position(motion, skin.foot), position(motion, skin.place))
+    return arm, subtract(velocity(motion, skin.foot), velocity(motion, skin.place))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How a disc fits to a curve where it touches, or an outline into a hollow disc.
+
+    `ratio` is the radius of what is inside by that of what is around it, both radii of curvature: 1 at the limit.
+    """
+
+    row: ContactRow
+    place: Floats
+    radius: float
+    ratio: float
+    hollow: bool
+
+    @property
+    def text(self) -> str:
+        """What does not fit there, and where."""
+        wheel, curve = sorted(self.row.skins, key=lambda skin: isinstance(skin, Bent))
+        x, y, _ = self.place
+        round_one, bend = f"{wheel.place.name} (radius {self.radius:.6g} m)", self.radius / self.ratio
+        inner, outer, whose = round_one, curve.place.name, "the"
+        if self.hollow:
+            inner, outer, whose, bend = outer, inner, "its", self.radius * self.ratio
+        return (
+            f"{inner} does not fit into {outer} at ({x:.6g}, {y:.6g}) m, where {whose} radius of curvature is "
+            f"{bend:.6g} m: it would touch in two places"
+        )
+
+    @property
+    def advice(self) -> str:
+        """How what is inside fits."""
+        return f"make the radius {'larger' if self.hollow else 'smaller'}"
+
+
+def fits(motion: Motion, rows: Iterable[Row]) -> Iterator[Fit]:
+    """Yield how each ball or disc fits to its curve, at a state in floats."""
+    for row in rows:
+        if not isinstance(row, ContactRow) or row.along != "normal":
+            continue
+        wheel, bent = sorted(row.skins, key=lambda skin: isinstance(skin, Bent))
+        if isinstance(bent, Bent) and isinstance(wheel, Round):
+            place = np.array(position(motion, bent.foot), dtype=float)
+            (radius,) = map(float, motion.state.values([wheel.radius]))
+            bends = radius * bending(bent, motion)
+            ratio = bends if not wheel.inside else -1.0 / bends if bends < 0.0 else inf
+            yield Fit(row, place, radius, ratio, wheel.inside)
+
+
+def bending(skin: Bent, motion: Motion) -> float:
+    """Return the curvature (1/m) at the foot, positive towards what touches the curve, at a state in floats."""
+    body = motion.mechanism.bodies[skin.foot.body]
+    step = body.steps[0]
+    assert isinstance(step, Follow)
+    turning, *way = motion.state.values((*step.turning.s, *step.rates.s), {step.leaf: motion.state.q[body.q[0]]})
+    return float(turning / hypot(*way)) * (1.0 if skin.left else -1.0)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Contacts: gap, normal, place, and the velocity of one body's material on the other's where their skins are nearest.
+#
+# A skin with a centre C (a ball, a point, the rim of a disc) faces another one: n leads from that one to C, h is how
+# far C is above it along n, and k leads from C to the place of contact, which lies on the round skin. Then
+#
+#     gap = h + n . k,    slip = v_1 + w_1 x k - v_2 - w_2 x (d + k),    d = C - (what stands for the other skin)
+#
+# and n . slip is the rate of the gap, because k' . n and d' - n' h contribute nothing along n. Of two segments that
+# cross n is normal to both, C an end of the first and k leads from there to where it crosses the second.
+
+
+_PARALLEL: Final = 1e-12
+"""The square of an angle (rad) up to which a normal is along an axis."""
+_PARALLEL_LINES: Final = 1e-18
+"""The same for two lines that cross: they are where they touch to what is left of their digits."""
+AT_END: Final = 1e-10
+"""The part of the length of a face by which a corner may be beyond its end if its body is not, ..."""
+PAST_END: Final = 1e-8
+"""... and by which it has to be inside if its body is beyond: more than what counts as touching."""
+_ALLOWED: Final = 0.25
+"""The part of that by which anything may be beyond an end, however large the model is beside the face."""
+_CONTACTS_Z: Vec = (0, 0, 1)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Where two skins are nearest: the gap, the normal from the second to the first, and the slip of the first there.
+
+    `slip_rate` is for udot = 0, `turning` the first body's angular velocity relative to the second, `turning_rate` its
+    rate; all in world axes.
+    """
+
+    place: Vec
+    gap: S
+    normal: Direction
+    slip: Vec
+    slip_rate: Vec
+    turning: Vec
+    turning_rate: Vec
+
+
+@dataclass(frozen=True)
+class _Facing:
+    """What a skin shows to a centre: the normal towards it, and how far it is along that."""
+
+    normal: Direction
+    height: S
+
+
+@dataclass(frozen=True)
+class _Met:
+    """A skin with a centre that is `apart` from the place of another one: what that shows, and its own arm to there."""
+
+    apart: Vec
+    apart_rate: Vec
+    facing: _Facing
+    arm: Vec
+    arm_rate: Vec
+
+
+def gap(skins: tuple[Skin, Skin], motion: Motion) -> S:
+    """Return the gap between two skins alone."""
+    met = _met(skins[::-1] if _contacts_faces(*skins) else skins, motion)
+    return met.facing.height + dot(met.facing.normal.vector, met.arm)
+
+
+def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
+    """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
+    if _contacts_faces(*skins):
+        found = _centre_on((skins[1], skins[0]), motion, bias)
+        return replace(
+            found,
+            normal=found.normal.reversed,
+            slip=opposite(found.slip),
+            slip_rate=opposite(found.slip_rate),
+            turning=opposite(found.turning),
+            turning_rate=opposite(found.turning_rate),
+        )
+    return _centre_on(skins, motion, bias)
+
+
+def _contacts_faces(first: Skin, second: Skin) -> bool:
+    """Return whether the first of two skins faces the second, which has the centre."""
+    if isinstance(first, (Edge, Bent)):
+        return isinstance(second, Round)
+    return isinstance(first, (Flat, Level))
+
+
+def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
+    """Return the same for a first skin that has a centre, or a segment that crosses another."""
+    first, second = skins
+    w, w_2 = (angular_velocity(motion, skin.place.body) for skin in skins)
+    alpha, alpha_2 = (angular_acceleration(motion, skin.place.body, bias) for skin in skins)
+    met = _met(skins, motion)
+    apart, apart_rate, facing, arm, arm_rate = met.apart, met.apart_rate, met.facing, met.arm, met.arm_rate
+    to_place, to_place_rate = add(apart, arm), add(apart_rate, arm_rate)
+    slip = subtract(add(apart_rate, cross(w, arm)), cross(w_2, to_place))
+    rate = subtract(acceleration(motion, first.place, bias), acceleration(motion, second.place, bias))
+    rate = add(rate, add(cross(alpha, arm), cross(w, arm_rate)))
+    rate = subtract(rate, add(cross(alpha_2, to_place), cross(w_2, to_place_rate)))
+    return Touch(
+        add(position(motion, first.place), arm),
+        facing.height + dot(facing.normal.vector, arm),
+        facing.normal,
+        slip,
+        rate,
+        subtract(w, w_2),
+        subtract(alpha, alpha_2),
+    )
+
+
+def _met(skins: tuple[Skin, Skin], motion: Motion) -> _Met:
+    first, second = skins
+    apart = subtract(position(motion, first.place), position(motion, second.place))
+    apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
+    if isinstance(first, Edge) and isinstance(second, Edge):
+        crossing = _crossing(first, second, motion, apart, apart_rate)
+        return _Met(apart, apart_rate, crossing.facing, crossing.arm, crossing.arm_rate)
+    facing = _facing(second, motion, apart, apart_rate, isinstance(first, Round) and first.inside)
+    return _Met(apart, apart_rate, facing, *_arm(first, motion, facing.normal))
+
+
+@singledispatch
+def _facing(skin: Skin, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """Return what a skin shows to a centre that is `apart` from its place; `hollow`: to what is round that centre."""
+    raise TypeError(f"nothing says how {type(skin).__name__} is touched")
+
+
+@_facing.register
+def _(skin: Flat, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    n = direction(motion, skin.place, skin.normal)
+    return _Facing(Direction(n, cross(angular_velocity(motion, skin.place.body), n)), dot(n, apart))
+
+
+@_facing.register
+def _(skin: Round, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """Of one in the other the normal leads from centre to centre the other way, along x where they are in one place.
+
+    There each direction is as near as any other: what is wide open is open, and what is inside is found to be.
+    """
+    sense = -1 if skin.inside or hollow else 1
+    length = sqrt(dot(apart, apart))
+    if is_exactly(length, 0):
+        return _Facing(Direction((1, 0, 0), (0, 0, 0)), -_radius(skin, motion))
+    n = scale(sense / length, apart)
+    across = subtract(apart_rate, scale(dot(n, apart_rate), n))
+    return _Facing(Direction(n, scale(sense / length, across)), sense * length - _radius(skin, motion))
+
+
+@_facing.register
+def _(skin: Level, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """The height F/|grad F| is the distance near the surface, and its rate along n there."""
+    w = angular_velocity(motion, skin.place.body)
+    axes = [direction(motion, skin.place, axis) for axis in IDENTITY]
+    carried = subtract(apart_rate, cross(w, apart))
+    local = [dot(axis, apart) for axis in axes]
+    known = dict(zip(LOCAL, local, strict=True))
+    function, gx, gy, gz, *second = motion.state.values([skin.function, *skin.gradient, *skin.second], known)
+    size = sqrt(gx * gx + gy * gy + gz * gz)
+    n = scale(1 / size, (gx, gy, gz))
+    bending = apply(symmetric(second), [dot(axis, carried) for axis in axes])
+    turning = scale(1 / size, subtract(bending, scale(dot(n, bending), n)))
+    normal = combination(axes, n)
+    return _Facing(Direction(normal, add(cross(w, normal), combination(axes, turning))), function / size)
+
+
+@_facing.register
+def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """From the foot on the segment's line to the centre; along x where that is on the line, as of balls."""
+    along, _ = _course(skin, motion)
+    away = subtract(apart, scale(dot(along.vector, apart), along.vector))
+    length = sqrt(dot(away, away))
+    if is_exactly(length, 0):
+        return _Facing(Direction((1, 0, 0), (0, 0, 0)), length)
+    before, after = dot(along.rate, apart) + dot(along.vector, apart_rate), dot(along.vector, apart)
+    away_rate = subtract(apart_rate, add(scale(before, along.vector), scale(after, along.rate)))
+    n = scale(1 / length, away)
+    return _Facing(Direction(n, scale(1 / length, subtract(away_rate, scale(dot(n, away_rate), n)))), length)
+
+
+@_facing.register
+def _(skin: Bent, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """Where the foot is right below the centre, as its row says, the height over its tangent is the distance."""
+    n, rate = bent_normal(skin, motion)
+    return _Facing(Direction(n, rate), dot(n, subtract(apart, to_foot(skin, motion)[0])))
+
+
+@singledispatch
+def _arm(skin: Skin, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    """Return the vector from a skin's centre to its place that is nearest against the normal, and its rate."""
+    raise TypeError(f"nothing says where {type(skin).__name__} is nearest")
+
+
+@_arm.register
+def _(skin: Round, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    radius = _radius(skin, motion)
+    return scale(-radius, normal.vector), scale(-radius, normal.rate)
+
+
+@_arm.register
+def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    """With the axis a and g = a x (n x a), of the size |n x a|, it is -r g / |g|; the centre where n x a is zero.
+
+    g is across a to the last digit, so that its direction, which rounding makes where the rim lies flat, is in the rim.
+    """
+    (radius,) = motion.state.values([skin.radius])
+    a = direction(motion, skin.place, skin.axis)
+    axis = Direction(a, cross(angular_velocity(motion, skin.place.body), a))
+    across = normal.cross(axis)
+    steep, square = axis.cross(across), dot(across.vector, across.vector)
+    if is_exactly(square, 0) or not skin.rolls:
+        square = where(operation("less", 0, square), square, 1)
+    length = sqrt(square)
+    up = scale(1 / length, steep.vector)
+    up_rate = scale(1 / length, subtract(steep.rate, scale(dot(up, steep.rate), up)))
+    return scale(-radius, up), scale(-radius, up_rate)
+
+
+@_arm.register
+def _(skin: Bent, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    """The foot is where the tangent is across the normal, as its row says."""
+    return to_foot(skin, motion)
+
+
+def _course(skin: Edge, motion: Motion) -> tuple[Direction, S]:
+    """Return the direction of a segment, and its length."""
+    whole = subtract(position(motion, skin.tip), position(motion, skin.place))
+    length = sqrt(dot(whole, whole))
+    if is_exactly(length, 0):
+        raise ModelError(f"{skin.place.name} leads from a place to the same place; give it two ends")
+    along = scale(1 / length, whole)
+    return Direction(along, cross(angular_velocity(motion, skin.place.body), along)), length
+
+
+@dataclass(frozen=True)
+class _Crossing:
+    """Where the lines of two segments are nearest: the normal and the gap; `on_first` and `on_second` how far from
+    their places that is (m), `arm` the way there along the first."""
+
+    facing: _Facing
+    on_first: S
+    on_second: S
+    arm: Vec
+    arm_rate: Vec
+
+
+def _crossing(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate: Vec) -> _Crossing:
+    """With c = d1 . d2 and w = `apart` the first is nearest at (c d2 . w - d1 . w) / (1 - c^2) along d1."""
+    d1, d2 = _course(first, motion)[0], _course(second, motion)[0]
+    c, c_rate = _product(d1, d2)
+    on_1, on_1_rate = _product(d1, Direction(apart, apart_rate))
+    on_2, on_2_rate = _product(d2, Direction(apart, apart_rate))
+    across = d1.cross(d2)
+    steep = dot(across.vector, across.vector)
+    if is_exactly(steep, 0) or (isinstance(steep, float) and steep <= _PARALLEL_LINES):
+        raise ModelError(
+            f"{first.place.name} and {second.place.name} are parallel, and where they touch has no one place: turn one "
+            "of them a little, or declare what touches as points on a plane"
+        )
+    steep_rate = 2 * dot(across.vector, across.rate)
+    way = (c * on_2 - on_1) / steep
+    way_rate = (c_rate * on_2 + c * on_2_rate - on_1_rate - way * steep_rate) / steep
+    length = _side(first, second, motion, across.vector) * sqrt(steep)
+    n = scale(1 / length, across.vector)
+    across_rate = scale(1 / length, across.rate)
+    normal = Direction(n, subtract(across_rate, scale(dot(n, across_rate), n)))
+    arm_rate = add(scale(way_rate, d1.vector), scale(way, d1.rate))
+    facing = _Facing(normal, dot(n, apart))
+    return _Crossing(facing, way, (on_2 - c * on_1) / steep, scale(way, d1.vector), arm_rate)
+
+
+def _product(a: Direction, b: Direction) -> tuple[S, S]:
+    return dot(a.vector, b.vector), dot(a.rate, b.vector) + dot(a.vector, b.rate)
+
+
+def _side(first: Edge, second: Edge, motion: Motion, across: Vec) -> S:
+    """Return 1 where d1 x d2 leads from the second to the first, -1 where it leads back, as one of them faces."""
+    told, sense = (second, 1) if second.facing is not None else (first, -1)
+    assert told.facing is not None
+    towards = sign(dot(across, direction(motion, told.place, told.facing)))
+    if is_exactly(towards, 0):
+        raise ModelError(
+            f"{told.place.name} faces along a line that crosses it, so that nothing says on which side of it the other "
+            "one lies; give it a normal across both (surfaces: {..: {segment: .., normal: ..}}; without one it is z)"
+        )
+    return sense * towards
+
+
+def _radius(skin: Round, motion: Motion) -> S:
+    (radius,) = motion.state.values([skin.radius])
+    return -radius if skin.inside else radius
+
+
+def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> Direction:
+    """Return the direction of a row: the normal, a tangent, or the axis of rolling along a tangent, normal x t."""
+    if row.along == "normal":
+        return touching.normal
+    first = _first_tangent(row, motion, touching.normal)
+    turned = touching.normal.cross(first)
+    if row.along in ("t1", "roll2"):
+        return first if row.along == "t1" else first.reversed
+    return turned
+
+
+def _first_tangent(row: ContactRow, motion: Motion, normal: Direction) -> Direction:
+    if row.across is not None:
+        plane = next(skin for skin in row.skins if isinstance(skin, Flat)).place
+        t = direction(motion, plane, row.across)
+        return Direction(t, cross(angular_velocity(motion, plane.body), t))
+    if row.upright:
+        return Direction(cross(normal.vector, _CONTACTS_Z), cross(normal.rate, _CONTACTS_Z))
+    seen = _axis_seen(normal.vector)
+    inclined = dot(normal.vector, seen)
+    lying = subtract(seen, scale(inclined, normal.vector))
+    rate = opposite(add(scale(dot(normal.rate, seen), normal.vector), scale(inclined, normal.rate)))
+    length = sqrt(dot(lying, lying))
+    t = scale(1 / length, lying)
+    return Direction(t, scale(1 / length, subtract(rate, scale(dot(t, rate), t))))
+
+
+def _axis_seen(normal: Vec) -> Vec:
+    """Return the axis of ground that tangents follow: x, or y where x is normal to the surface.
+
+    On the way from one to the other components of friction change their names; the force does not.
+    """
+    steep = normal[1] * normal[1] + normal[2] * normal[2]
+    along_y = where(operation("less", steep, _PARALLEL), 1, 0)
+    return (1 - along_y, along_y, 0)
+
+
+def reach(row: ContactRow, motion: Motion) -> list[S]:
+    """Return functions that are >= 0 where a contact with a face that ends may hold; beyond it, it does not.
+
+    What is round is above the face, from end to end. A corner at the very end is there if its body is: a body beyond
+    the end slides along the face that begins there. The body whose corner touches is above the face; a point is nearer
+    to it than to the faces beside it, of which those do not count that this body is not above, as its corners do not
+    touch them anywhere. Points meet where they are at one place, and nowhere else.
+    """
+    if any(isinstance(skin, Edge) for skin in row.skins):
+        return _reach_along(row.skins, motion)
+    if row.tip is not None:
+        away, _ = separation(motion, *(skin.place for skin in row.skins))
+        return [-sqrt(dot(away, away))]
+    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if face is None:
+        return []
+    other = row.skins[0] if row.skins[1] is face else row.skins[1]
+    found = _nearest(face, other, row.inner, motion)
+    if face.ends is not None:
+        p, q = face.ends
+        along = subtract(position(motion, q), position(motion, p))
+        length = sqrt(dot(along, along))
+        for end, inward in ((p, along), (q, opposite(along))):
+            way = _way(inward, length, end, other.place, motion)
+            if row.inner is not None:
+                found.append(way + AT_END * length)
+                way = maximum(way - PAST_END * length, _way(inward, length, end, row.inner, motion))
+            found.append(way + AT_END * length if face.at_end else way)
+    if row.inner is not None:
+        found.append(_height(Face(face.place, face.normal), motion, row.inner))
+    return found
+
+
+def allowed_past_end(row: ContactRow, motion: Motion) -> list[S]:
+    """Return how far (m) beyond each end of a face what touches it may be at most; nothing where no body ends there."""
+    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if face is None or row.inner is None or row.tip is not None:
+        return []
+    sizes = [_depth(face, beside) for beside in face.beside if face.ends is None]
+    if face.ends is not None:
+        along = subtract(*(end.pose.position for end in face.ends))
+        sizes.append(sqrt(dot(along, along)))
+    return [_ALLOWED * PAST_END * absolute(size) for size in motion.state.values(sizes)]
+
+
+def _depth(face: Flat, beside: Face) -> Node:
+    """Return how far (m) behind a face beside it the middle of a face is."""
+    depth: Node = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
+    return depth
+
+
+def _way(inward: Vec, length: S, end: Marker, marker: Marker, motion: Motion) -> S:
+    """Return how far a marker is inside an end of a face, whose other end is away by `inward`, of this `length`."""
+    return dot(inward, subtract(position(motion, marker), position(motion, end))) / length
+
+
+def _nearest(face: Flat, other: Skin, inner: Marker | None, motion: Motion) -> list[S]:
+    """Return functions >= 0 where what may touch a face is nearer to it than to those beside it that it may touch.
+
+    In space a face ends at the faces that it meets at its edges: what touches it is between them.
+    """
+    place = _nearest_place(face, other, motion)
+    height = _above(Face(face.place, face.normal), motion, place)
+    found: list[S] = []
+    for beside in face.beside:
+        to_beside = _above(beside, motion, place)
+        if inner is not None:
+            (size,) = motion.state.values([_depth(face, beside)])
+            body = -_height(beside, motion, inner)
+            found.append(maximum(height - to_beside, minimum(body, AT_END * size - to_beside)))
+            if face.ends is None and dot(face.normal, beside.normal) is ZERO:
+                found.append(maximum(-to_beside - PAST_END * size, body))
+            continue
+        found.append(height - to_beside)
+        if face.ends is None and dot(face.normal, beside.normal) is ZERO:
+            found.append(-to_beside)
+    return found
+
+
+def _reach_along(skins: tuple[Skin, Skin], motion: Motion) -> list[S]:
+    """Return how far inside the ends of segments the place of contact is, and how far between the faces of an edge."""
+    first, second = skins
+    if not (isinstance(first, Edge) and isinstance(second, Edge)):
+        edge, other = (first, second) if isinstance(first, Edge) else (second, first)
+        assert isinstance(edge, Edge)
+        along, length = _course(edge, motion)
+        way = dot(along.vector, subtract(position(motion, other.place), position(motion, edge.place)))
+        return [way, length - way]
+    apart = subtract(position(motion, first.place), position(motion, second.place))
+    rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
+    crossing = _crossing(first, second, motion, apart, rate)
+    found: list[S] = []
+    for skin, way, sense in ((first, crossing.on_first, -1), (second, crossing.on_second, 1)):
+        _, length = _course(skin, motion)
+        normals = (direction(motion, skin.place, normal) for normal in skin.between)
+        found += [way, length - way, *(sense * length * dot(n, crossing.facing.normal.vector) for n in normals)]
+    return found
+
+
+def _nearest_place(face: Flat, skin: Skin, motion: Motion) -> Vec:
+    """Return the place of a rim that is nearest to a face, of what is round its centre: it is right above that."""
+    centre = position(motion, skin.place)
+    if not isinstance(skin, Rim):
+        return centre
+    n = direction(motion, face.place, face.normal)
+    normal = Direction(n, cross(angular_velocity(motion, face.place.body), n))
+    return add(centre, _arm(skin, motion, normal)[0])
+
+
+def _height(face: Face, motion: Motion, marker: Marker) -> S:
+    """Return how far a marker is above a face."""
+    return _above(face, motion, position(motion, marker))
+
+
+def _above(face: Face, motion: Motion, place: Vec) -> S:
+    """Return how far a place is above a face."""
+    return dot(direction(motion, face.place, face.normal), subtract(place, position(motion, face.place)))

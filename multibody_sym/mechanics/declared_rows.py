@@ -1,0 +1,320 @@
+"""The rows that declared constraints and cut joints are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import singledispatch
+from typing import Any, TypeGuard
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.contact_geometry import solid_of
+from multibody_sym.mechanics.contact_rows import Flat
+from multibody_sym.mechanics.contacts import foot_rows, rolling_rows, rows_on_curve
+from multibody_sym.mechanics.gears import gear_row
+from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
+from multibody_sym.mechanics.references import References, StartConstant, across, in_plane, rows_in_plane
+from multibody_sym.mechanics.ropes import pulley_bends, rope_measures, rope_rows
+from multibody_sym.mechanics.row_records import (
+    CutJoint,
+    DistanceRow,
+    ExpressionRow,
+    GearRow,
+    PositionRow,
+    Row,
+    VelocityRow,
+)
+from multibody_sym.mechanics.spanning_tree import cut_rows, normals_of, welded_rows
+from multibody_sym.model.bodies import GROUND, unit_vector
+from multibody_sym.model.constraints import (
+    Coupler,
+    Distance,
+    Expression,
+    Gear,
+    OnCurve,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
+    Rope,
+    VelocityConstraint,
+    row_names,
+)
+from multibody_sym.model.contacts_and_impacts import copies
+from multibody_sym.model.fields import Element, Names
+from multibody_sym.model.joints import Follow, Joint
+from multibody_sym.model.parameters import Constant, Table, tabulated
+from multibody_sym.model.system import System, expressions, with_expressions
+from multibody_sym.scalars.calculus import tangents
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ONE, Node, as_node, negate, symbol
+
+
+def declared_rows(references: References) -> list[Row]:
+    """Return the rows of all declared constraints."""
+    made: list[Row] = []
+    for name, element in references.system.constraints.items():
+        with at("constraints", name):
+            made += _rows(element, name, references)
+    made += foot_rows(references)
+    return rows_in_plane(made) if references.plane else made
+
+
+def cut_joints(references: References, cut: Iterable[str], rows: list[Row]) -> list[CutJoint]:
+    """Return the cut joints and add the rows that stand for them."""
+    made = []
+    for name in cut:
+        found = cut_rows(name, references.system.joints[name], references.frames(name))
+        found = rows_in_plane(found) if references.plane else found
+        places = range(len(rows), len(rows) + len(found))
+        teeth = tuple((k, dict(row.beside)[name]) for k, row in enumerate(rows) if _has_tooth_beside(row, name))
+        made.append(CutJoint(name, references.frames(name), places, references.drives(name, rows), teeth))
+        rows += found
+    for name, number in references.doubles.items():
+        on_body = references.frames(name)[1]
+        welded = welded_rows(name, (replace(on_body, body=number), on_body))
+        rows += rows_in_plane(welded) if references.plane else welded
+    return made
+
+
+def _has_tooth_beside(row: Row, joint: str) -> TypeGuard[GearRow]:
+    return isinstance(row, GearRow) and joint in dict(row.beside)
+
+
+@singledispatch
+def _rows(element: Element, name: str, references: References) -> list[Row]:
+    raise TypeError(f"no rows for {type(element).__name__}")
+
+
+@_rows.register
+def _(element: Distance, name: str, references: References) -> list[Row]:
+    return [DistanceRow(name, references.pair(element.between), element.value)]
+
+
+@_rows.register
+def _(element: Expression, name: str, references: References) -> list[Row]:
+    return [ExpressionRow(name, element.zero, element.acts is None)]
+
+
+@_rows.register
+def _(element: PrescribedMotion, name: str, references: References) -> list[Row]:
+    with at("joint"):
+        coordinate = references.coordinate(element.joint)
+    return [ExpressionRow(name, coordinate - element.value)]
+
+
+@_rows.register
+def _(element: Gear, name: str, references: References) -> list[Row]:
+    with at("joints", 0):
+        driven = references.coordinate(element.joints[0])
+    with at("joints", 1):
+        driving = references.coordinate(element.joints[1])
+    zero = driven - element.ratio * driving - element.value
+    if element.radii is not None:
+        return [gear_row(name, element, zero, references)]
+    return [ExpressionRow(name, zero, element.acts is None)]
+
+
+@_rows.register
+def _(element: Coupler, name: str, references: References) -> list[Row]:
+    total = negate(element.value)
+    for joint, factor in element.joints.items():
+        with at("joints", joint):
+            total = total + factor * references.coordinate(joint)
+    return [ExpressionRow(name, total, element.acts is None)]
+
+
+@_rows.register
+def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
+    with at("zero"):
+        _verify_linear(evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0])
+    return [VelocityRow(name, element.zero, element.acts is None)]
+
+
+def _verify_linear(psi: Node) -> None:
+    """Raise ModelError where an expression is not linear in the speeds."""
+    speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
+    if not speeds:
+        raise ModelError(
+            "no speed stands in it; a constraint of positions is {type: expression, zero: ...}", number="M113"
+        )
+    for speed in speeds:
+        slope = tangents([psi], {speed: ONE})
+        if any(leaf.data[0] == "u" for leaf in leaves(slope, "slot")):
+            raise ModelError("it is not linear in the speeds, and a mechanical constraint is", number="M113")
+
+
+@_rows.register
+def _(element: PointOnLine, name: str, references: References) -> list[Row]:
+    with at("point"):
+        point = references.marker(element.point)
+    with at("line", "through"):
+        frames = references.marker(element.line.through), point
+    normals = zip(row_names(name, element), normals_of(element.line.direction), strict=True)
+    return [PositionRow(row, frames, normal) for row, normal in normals]
+
+
+@_rows.register
+def _(element: PointInPlane, name: str, references: References) -> list[Row]:
+    with at("point"):
+        point = references.marker(element.point)
+    with at("plane", "through"):
+        frames = references.marker(element.plane.through), point
+    return [PositionRow(name, frames, unit_vector(element.plane.normal))]
+
+
+@_rows.register
+def _(element: OnCurve, name: str, references: References) -> list[Row]:
+    return rows_on_curve(name, element, references)
+
+
+@_rows.register
+def _(element: Rolling, name: str, references: References) -> list[Row]:
+    return [] if element.contact is not None else list(rolling_rows(name, element, references))
+
+
+@_rows.register
+def _(element: Rope, name: str, references: References) -> list[Row]:
+    return [*rope_rows(references, name, element)]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Which constraints have a constant that is measured at the start, and the slot among the parameters that holds it.
+
+
+def with_constants(references: References, bodies: Sequence[TreeBody]) -> References:
+    """Return the references with the constants that the start measures, which follow the declared parameters."""
+    references = replace(references, bodies=tuple(bodies))
+    references = replace(references, pulleys=pulley_bends(references))
+    measures = dict(_measures(references, bodies))
+    vector = references.parameters.with_measured(measures)
+    constants = {name: StartConstant(vector.slot(measured_name(name, what)), what) for name, what in measures.items()}
+    return replace(references, parameters=vector, constants=constants)
+
+
+def _measures(references: References, bodies: Sequence[TreeBody]) -> Iterator[tuple[str, Measure]]:
+    flat = references.plane or in_plane(references.system)
+    for name, element in references.system.constraints.items():
+        if isinstance(element, Rope):
+            with at("constraints", name):
+                yield from rope_measures(references, name, element)
+        if isinstance(element, Rolling) and not flat:
+            yield from _angles(name, (element.on,), references, bodies)
+    for _, name, contact in copies(references.system.contacts):
+        if contact.tangent is None and not flat:
+            yield from _angles(name, contact.between, references, bodies)
+
+
+def _angles(
+    name: str, ends: Sequence[str], references: References, bodies: Sequence[TreeBody]
+) -> Iterator[tuple[str, Measure]]:
+    """Yield the angle of the tangents on the plane that one of some ends is, if its body turns."""
+    for end in ends:
+        with suppress(ModelError):  # of references that name nothing, which the contact tells with its place
+            for _, skin in solid_of(end, references, flat=False).skins[:1]:
+                if isinstance(skin, Flat) and _turns(bodies, skin.place.body):
+                    yield name, TangentAngle(skin.place, skin.normal, across(skin.normal))
+
+
+def _turns(bodies: Sequence[TreeBody], index: int) -> bool:
+    """Return whether a body's axes may differ from ground's: some joint between them is more than a slide."""
+    while index >= 0 and bodies[index].name != GROUND:
+        body = bodies[index]
+        if any(step.turns for step in body.steps) or body.frame_on_parent.rotation != body.frame_on_body.rotation:
+            return True
+        index = body.parent
+    return False
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Inputs that drive motions and constraints, outputs that others name: there they stand for their expressions.
+#
+# A force follows from the value of an input. What moves as prescribed follows from its first and second derivative
+# too, which a value does not have.
+
+
+def driving_inputs(system: System) -> tuple[str, ...]:
+    """Return the inputs that motions of joints and ground, and constraints, name."""
+    nodes = [written.node for part in _driven(system).values() for written in expressions(part)]
+    found = {leaf.data for leaf in leaves(nodes, "symbol")}
+    return tuple(name for name in system.inputs if name in found)
+
+
+def with_driving_inputs(system: System) -> System:
+    """Return the system with the expressions of inputs in their place where they drive motions and constraints."""
+    meant = {symbol(name): expression_of(name, system.inputs[name]) for name in driving_inputs(system)}
+    if not meant:
+        return system
+    changed: dict[str, Any] = {}
+    for section, part in _driven(system).items():
+        new = {name: with_expressions(element, _put_in(meant)) for name, element in part.items()}
+        changed[section] = Names({**getattr(system, section), **new})
+    return replace(system, **changed)
+
+
+def with_named_outputs(system: System, taken: Collection[str]) -> System:
+    """Return the system with the expressions of outputs in the place of their names in outputs, stop and ask.
+
+    What is `taken` as a name is none of an output there, nor is in a question the name of an answer to another one.
+    Raises ModelError where outputs name each other in a circle.
+    """
+    known = {symbol(name): node for name, node in system.outputs.items() if name not in taken}
+    if not known:
+        return system
+    meant = _without_names(known)
+    answers = {symbol(name) for name in system.ask}
+
+    def own(name: str) -> Callable[[Node], Node]:
+        return _put_in({x: node for x, node in meant.items() if x not in answers - {symbol(name)}})
+
+    changed: dict[str, Any] = {
+        "outputs": with_expressions(system.outputs, _put_in(meant)),
+        "stop": with_expressions(system.stop, _put_in(meant)),
+        "ask": Names({name: with_expressions(x, own(name)) for name, x in system.ask.items()}),
+    }
+    return replace(system, **{key: new for key, new in changed.items() if new != getattr(system, key)})
+
+
+def _without_names(known: Mapping[Node, Node]) -> dict[Node, Node]:
+    """Return expressions of outputs in which no other output is named."""
+    found: dict[Node, Node] = {}
+    waiting = dict(known)
+    while waiting:
+        ready = {x: node for x, node in waiting.items() if not waiting.keys() & set(leaves([node], "symbol"))}
+        if not ready:
+            first = next(iter(waiting))
+            with at("outputs", str(first.data)):
+                names = ", ".join(str(x.data) for x in waiting)
+                raise ModelError(f"outputs name each other, or themselves: {names}; none comes first", number="M110")
+        for x, node in ready.items():
+            found[x] = _put_in(found)(node)
+            del waiting[x]
+    return found
+
+
+def _put_in(meant: Mapping[Node, Node]) -> Callable[[Node], Node]:
+    """Return the function that puts expressions in the place of names."""
+    return lambda node: as_node(evaluate([node], lambda leaf: meant.get(leaf, leaf))[0])
+
+
+def expression_of(name: str, given: Node | Table | Constant) -> Node:
+    """Return the expression that the input `name` stands for."""
+    if isinstance(given, Constant):
+        return given.value
+    return tabulated(name, given) if isinstance(given, Table) else given
+
+
+def _is_driven(joint: Joint) -> bool:
+    """Return whether time may move a joint: a motion that is prescribed, or a curve."""
+    return getattr(joint, "motion", None) is not None or any(isinstance(step, Follow) for step in joint.steps)
+
+
+def _driven(system: System) -> dict[str, Mapping[str, Any]]:
+    """Return what moves as prescribed, by its section of the system: nothing where there are no inputs to drive it."""
+    if not system.inputs:
+        return {}
+    joints = {name: joint for name, joint in system.joints.items() if _is_driven(joint)}
+    ground = {name: body for name, body in system.bodies.items() if name == GROUND}
+    return {"joints": joints, "bodies": ground, "constraints": system.constraints}

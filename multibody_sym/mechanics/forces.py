@@ -1,0 +1,603 @@
+"""What the declared forces are as loads on the bodies and speeds of the tree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import singledispatch
+from typing import Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.load_records import (
+    BodyTorque,
+    JointForce,
+    JointPotential,
+    JointSpring,
+    Load,
+    MassFlow,
+    PlacePotential,
+    PointDrag,
+    PointForce,
+    PointPull,
+    PointSpring,
+    place_leaves,
+    span_leaves,
+)
+from multibody_sym.mechanics.mechanism import TreeBody
+from multibody_sym.mechanics.motion import Motion, pose
+from multibody_sym.mechanics.points import (
+    Wrench,
+    Wrenches,
+    add_force,
+    add_force_at,
+    add_pair,
+    generalized_forces,
+    position,
+    velocity,
+)
+from multibody_sym.mechanics.references import BARE, References, moving_centre
+from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.mechanics.state import State
+from multibody_sym.mechanics.variable_mass import flow_wrench
+from multibody_sym.model.bodies import GROUND, Body, Pose, VariableMass, centre_moves, mass_of
+from multibody_sym.model.fields import AXES, Element, Point
+from multibody_sym.model.forces import (
+    Coulomb,
+    Damper,
+    Drag,
+    Force,
+    Friction,
+    Gravitation,
+    Motor,
+    Potential,
+    Pull,
+    SpringDamper,
+    Torque,
+)
+from multibody_sym.model.joints import Follow
+from multibody_sym.model.system import System
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import antiderivative, derivative, gradient
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import absolute, evaluate, sqrt
+from multibody_sym.scalars.node import ZERO, Node, symbol
+from multibody_sym.scalars.vectors import (
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    apply,
+    apply_transposed,
+    combination,
+    cross,
+    dot,
+    negate,
+    product,
+    scale,
+    subtract,
+)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The loads of potentials: their energy, and its slopes, which are the force.
+
+
+_ELSEWHERE: Final = {
+    "between": "the distance of the points; give one of coordinates in its joint (joint: ..)",
+    "on": "the place x, y, z of the point; give one of coordinates in its joint (joint: ..)",
+    "joint": "the coordinates of its joints; name the joints of the others too (joints: [..])",
+}
+
+
+def pull_load(element: Pull, name: str, references: References) -> Load:
+    """Return a pull; of a law of the distance and parameters alone with its potential, where a rule finds one."""
+    distance = span_leaves(name)[0]
+    known = all(
+        leaf is distance or (leaf.op == "slot" and leaf.data[0] == "parameters")
+        for leaf in leaves([element.value], "slot", "quantity", "symbol")
+    )
+    potential = antiderivative(element.value, distance) if known else None
+    return PointPull(name, references.pair(element.between), element.value, potential=potential)
+
+
+def potential_loads(element: Potential, name: str, references: References) -> list[Load]:
+    """Return the loads of a potential: one, or one for each joint that it is of."""
+    if element.on is not None:
+        return [_of_place(element, name, references)]
+    if element.between is not None:
+        _verify_names(element, "between", set(), references)
+        return [_between(name, references.pair(element.between), element.value)]
+    return _in_joints(element, name, references)
+
+
+def gravitation_load(element: Gravitation, name: str, references: References) -> Load:
+    """Return Newton's attraction of two bodies."""
+    ends, masses = _centres(element.between, references), element.masses
+    if masses is None:
+        masses = tuple(_mass(i, reference, references) for i, reference in enumerate(element.between))
+    strength = element.constant * masses[0] * masses[1]
+    return _between(name, ends, -(strength / span_leaves(name)[0]))
+
+
+def coulomb_load(element: Coulomb, name: str, references: References) -> Load:
+    """Return the force between two charges."""
+    strength = element.constant * element.charges[0] * element.charges[1]
+    return _between(name, _centres(element.between, references), strength / span_leaves(name)[0])
+
+
+def _between(name: str, ends: tuple[Marker, Marker], energy: Node) -> PointPull:
+    return PointPull(name, ends, derivative(energy, span_leaves(name)[0]), potential=energy)
+
+
+def _centres(between: tuple[str, ...], references: References) -> tuple[Marker, Marker]:
+    """Return the markers of two points; of a body alone its centre of mass."""
+    first, second = references.pair(between)
+    return _centre(first, between[0], references), _centre(second, between[1], references)
+
+
+def _centre(marker: Marker, reference: str, references: References) -> Marker:
+    body = references.system.bodies.get(reference)
+    if body is None:
+        return marker
+    if centre_moves(body, references.system.parameters):
+        raise moving_centre(reference)
+    return replace(marker, pose=Pose(mass_of(body).com))
+
+
+def _mass(index: int, reference: str, references: References) -> Node:
+    name, _ = body_part(reference, references.system.bodies)
+    mass = mass_of(references.system.bodies.get(name, BARE)).mass
+    if mass is ZERO:
+        with at("between", index):
+            raise ModelError(
+                f"{name!r} has no mass that could attract; give both masses here, masses: [m1, m2]", number="M118"
+            )
+    return mass
+
+
+# --- of a place -------------------------------------------------------------------------------------------------------
+
+
+def _of_place(element: Potential, name: str, references: References) -> PlacePotential:
+    _verify_names(element, "on", set(), references)
+    with at("frame"):
+        frame = references.marker(element.frame or "ground")
+    x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
+    return PlacePotential(name, _point(element, references), frame, element.value, (x, y, z))
+
+
+def _point(element: Potential, references: References) -> Marker:
+    """Return the point on which a potential depends: the centre of mass of a body where none is named."""
+    on = element.on or ""
+    with at("on"):
+        marker = references.marker(on)
+    if element.at is None:
+        return _centre(marker, on, references)
+    with at("at"):
+        return references.own_marker(on, element.at)
+
+
+# --- in joints --------------------------------------------------------------------------------------------------------
+
+
+def _in_joints(element: Potential, name: str, references: References) -> list[Load]:
+    names = (element.joint,) if element.joint is not None else element.joints or ()
+    freedoms = {}
+    for i, joint in enumerate(names):
+        with at(*(("joint",) if element.joint is not None else ("joints", i))):
+            freedoms[joint] = references.freedoms(joint)
+    coordinates = {x.coordinate for each in freedoms.values() for x in each.values() if x.coordinate is not None}
+    _verify_names(element, "joint", coordinates, references)
+    found: list[Load] = []
+    for joint, each in freedoms.items():
+        slopes = [
+            (x.rate, derivative(element.value, x.coordinate)) for x in each.values() if x.coordinate is not None
+        ]
+        own = tuple((rate, slope) for rate, slope in slopes if slope is not ZERO)
+        found.append(JointPotential(name, joint, ZERO if found else element.value, own))
+    return found
+
+
+def _verify_names(element: Potential, place: str, own: set[Node], references: References) -> None:
+    """Raise ModelError where V names coordinates that are not its own, or speeds."""
+    system = references.system
+    coordinates = {q: n for n, joint in system.joints.items() for q in coordinate_names(n, joint)}
+    speeds = {u for n, joint in system.joints.items() for u in speed_names(n, joint)}
+    named = {references.slots.get(symbol(word), symbol(word)): word for word in (*coordinates, *speeds)}
+    for leaf in leaves([element.value], "slot", "symbol"):
+        word = named.get(leaf)
+        if word is None or leaf in own:
+            continue
+        with at("value"):
+            if word in speeds:
+                raise ModelError(
+                    f"{word!r} is a speed; a potential depends on places, inputs and the time alone", number="M113"
+                )
+            balls = place == "joint" and coordinates[word] in (element.joint, *(element.joints or ()))
+            if balls:
+                raise ModelError(
+                    f"{word!r} has no speed of its own; give the potential by a point (on: .., at: ..)", number="M113"
+                )
+            other = f"{word!r} is a coordinate of joint {coordinates[word]!r}"
+            raise ModelError(f"{other}; this is a potential of {_ELSEWHERE[place]}", number="M113")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+def loads(references: References) -> list[Load]:
+    """Return the loads of all declared forces."""
+    made: list[Load | None] = []
+    for name, element in references.system.forces.items():
+        with at("forces", name):
+            found = _load(element, name, references)
+            made += found if isinstance(found, list) else [found]
+    return [*(load for load in made if load is not None), *mass_flows(references)]
+
+
+def mass_flows(references: References) -> list[Load]:
+    """Return what leaves or joins bodies whose mass varies."""
+    made: list[Load] = []
+    for name, body in references.system.bodies.items():
+        if body.varying is not None:
+            with at("bodies", name, *(("mass",) if body.shape is None else ("shape", "mass"))):
+                made.append(_flow(name, body, body.varying, references))
+    return made
+
+
+def _flow(name: str, body: Body, varying: VariableMass, references: References) -> Load:
+    if name == GROUND:
+        raise ModelError("ground moves as prescribed, whatever its mass: give it none that varies", number="M118")
+    relative, absolute = varying.relative_velocity, varying.absolute_velocity
+    given = absolute if relative is None else relative
+    assert given is not None
+    axes, velocity = references.along(varying.frame or (GROUND if relative is None else name), given)
+    marker = None
+    if varying.at is not None:
+        with at("at"):
+            marker = references.own_marker(name, varying.at, chosen=False)
+        mass = mass_of(body)
+        moving = leaves([mass.mass, *mass.com, *mass.inertia], "slot", "symbol")
+        if any(leaf.op == "symbol" or leaf.data[0] == "q" for leaf in moving):
+            raise ModelError(
+                "what all passes one point flows through the body, which is known of masses that vary with the time "
+                "alone: leave out at, where a coordinate tells how much there is",
+                number="M118",
+            )
+    return MassFlow(name, references.numbers[name], velocity, relative is not None, axes, marker)
+
+
+@singledispatch
+def _load(element: Element, name: str, references: References) -> Load | list[Load] | None:
+    raise TypeError(f"no load for {type(element).__name__}")
+
+
+@_load.register
+def _(element: Friction, name: str, references: References) -> None:
+    """Return nothing: its force follows from the laws of what holds one way only."""
+
+
+@_load.register
+def _(element: Force, name: str, references: References) -> Load:
+    axes, value = references.along(element.frame, element.value)
+    return PointForce(name, _force_point(element, references), value, axes)
+
+
+@_load.register
+def _(element: Torque, name: str, references: References) -> Load:
+    if isinstance(element.value, Node):
+        freedom = references.freedom(element.joint or "", element.freedom)
+        return JointForce(name, freedom.joint, freedom.rate, element.value)
+    with at("on"):
+        body = references.marker(element.on or "").body
+        references.verify_turns(body)
+    axes, value = references.along(element.frame, element.value)
+    return BodyTorque(name, body, value, axes)
+
+
+@_load.register
+def _(element: Motor, name: str, references: References) -> Load:
+    freedom = references.freedom(element.joint, element.freedom)
+    per_current = element.gear * element.constant
+    current = (element.voltage - per_current * freedom.rate) / element.resistance
+    return JointForce(name, freedom.joint, freedom.rate, per_current * current)
+
+
+@_load.register
+def _(element: Drag, name: str, references: References) -> Load:
+    return PointDrag(name, _force_point(element, references), element.linear, element.quadratic)
+
+
+@_load.register
+def _(element: Pull, name: str, references: References) -> Load:
+    return pull_load(element, name, references)
+
+
+@_load.register
+def _(element: Potential, name: str, references: References) -> list[Load]:
+    return potential_loads(element, name, references)
+
+
+@_load.register
+def _(element: Gravitation, name: str, references: References) -> Load:
+    return gravitation_load(element, name, references)
+
+
+@_load.register
+def _(element: Coulomb, name: str, references: References) -> Load:
+    return coulomb_load(element, name, references)
+
+
+@_load.register
+def _(element: SpringDamper, name: str, references: References) -> Load:
+    return _spring(element, name, references, element.stiffness, element.length)
+
+
+@_load.register
+def _(element: Damper, name: str, references: References) -> Load:
+    return _spring(element, name, references, ZERO, ZERO)
+
+
+def _spring(
+    element: SpringDamper | Damper, name: str, references: References, stiffness: Node, rest: Node
+) -> Load:
+    if element.joint is None:
+        return PointSpring(name, references.pair(element.between or ()), stiffness, element.damping, rest)
+    freedom = references.freedom(element.joint, element.freedom)
+    if freedom.coordinate is None:
+        with at("freedom"):
+            raise ModelError(f"{element.freedom} has no coordinate that a spring or damper could act on")
+    return JointSpring(name, freedom.joint, freedom.coordinate, freedom.rate, stiffness, element.damping, rest)
+
+
+def _force_point(element: Force | Drag, references: References) -> Marker:
+    with at("on"):
+        marker = references.marker(element.on)
+    if element.at is None:
+        body = references.system.bodies.get(element.on)
+        return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
+    with at("at"):
+        return references.own_marker(element.on, element.at)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The names of their own in laws of pulls and potentials: `distance`, `distance_rate`; x, y, z of a place.
+
+
+_DISTANCE = (symbol("distance"), symbol("distance_rate"))
+_AND_NOT_JOINTS = "; rename the latter"
+_OR_IN_JOINT = "; rename the latter, or give the potential in the joint (joint: ..) where its coordinates are meant"
+
+
+def with_own_names(system: System, names: Mapping[str, str]) -> System:
+    """Return the system with the own names in laws of pulls and potentials replaced by the leaves that stand for them.
+
+    Raises ModelError where the model calls something else so too.
+    """
+    changed = {
+        name: _replaced(name, element, _own_leaves(name, element), names)
+        for name, element in system.forces.items()
+        if isinstance(element, (Pull, Potential))
+    }
+    return replace(system, forces={**system.forces, **changed}) if changed else system
+
+
+def _own_leaves(name: str, element: Pull | Potential) -> dict[Node, Node]:
+    """Return the leaf of each name that an element's law has for itself."""
+    if isinstance(element, Pull):
+        return dict(zip(_DISTANCE, span_leaves(name), strict=True))
+    if element.between is not None:
+        return {_DISTANCE[0]: span_leaves(name)[0]}
+    if element.on is not None:
+        return dict(zip(map(symbol, AXES), place_leaves(name), strict=True))
+    return {}
+
+
+def _replaced(name: str, element: Pull | Potential, own: Mapping[Node, Node], names: Mapping[str, str]) -> Element:
+    placed = isinstance(element, Potential) and element.on is not None
+    for leaf in leaves([element.value], "symbol"):
+        if leaf in own and leaf.data in names:
+            with at("forces", name, "value"):
+                also, advice = names[leaf.data], _OR_IN_JOINT if placed else _AND_NOT_JOINTS
+                what = "of the point" if placed else "of the points"
+                raise ModelError(f"{leaf.data!r} is that {what} here and {also} too{advice}", number="M113")
+    return element.with_fields({"value": evaluate([element.value], lambda leaf: own.get(leaf, leaf))[0]})
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Loads: what forces, torques, springs and dampers exert, as wrenches on bodies and forces on speeds.
+
+
+TINY: Final = 1e-300
+"""What is added to v^2 so that |v| has a derivative at v = 0; everywhere else it is rounded away."""
+
+
+@dataclass(frozen=True)
+class Applied:
+    """Applied forces: a wrench for each body (body axes, about its origin) and a force for each speed."""
+
+    of_body: list[Wrench]
+    of_speed: list[S]
+
+
+def applied(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool = True) -> Applied:
+    """Return what the loads (default: all) and, where asked for, gravity exert at a state."""
+    wrenches = Wrenches(len(motion.bodies))
+    of_speed: list[S] = [0] * len(motion.state.u)
+    for load in motion.mechanism.loads if loads is None else loads:
+        with at(*load.path):
+            exert(load, motion, wrenches, of_speed)
+    if weight:
+        _add_weight(motion, wrenches)
+    return Applied(wrenches.of_body, of_speed)
+
+
+def applied_generalized_forces(motion: Motion, forces: Applied) -> list[S]:
+    """Return the generalised forces of applied wrenches and joint forces together (nu)."""
+    projected = generalized_forces(motion, forces.of_body)
+    return [a + b for a, b in zip(projected, forces.of_speed, strict=True)]
+
+
+def _add_weight(motion: Motion, wrenches: Wrenches) -> None:
+    for index, (moved, mass) in enumerate(zip(motion.bodies, motion.masses, strict=True)):
+        force = scale(mass.mass, moved.gravity)
+        wrenches.add(index, force, cross(mass.com, force))
+
+
+@singledispatch
+def exert(load: Load, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    """Add what one load exerts."""
+    raise TypeError(f"no force law for {type(load).__name__}")
+
+
+@exert.register
+def _(load: PointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    add_force(wrenches, motion, load.at, apply(motion.rotation(load.axes), _three(motion, load.value)))
+
+
+@exert.register
+def _(load: BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    world = apply(motion.rotation(load.axes), _three(motion, load.value))
+    wrenches.add(load.body, ZERO_VECTOR, apply_transposed(motion.rotation(load.body), world))
+
+
+@exert.register
+def _(load: JointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    add_drive(motion, load.rate, motion.state.values([load.value])[0], of_speed)
+
+
+@exert.register
+def _(load: JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.rest])
+    coordinate, rate = motion.state.values([load.coordinate, load.rate])
+    add_drive(motion, load.rate, -(stiffness * (coordinate - rest) + damping * rate), of_speed)
+
+
+def add_drive(motion: Motion, rate: Node, force: S, of_speed: list[S]) -> None:
+    """Add a generalised force on a rate that is linear in the speeds: force d(rate)/du_k on each of them."""
+    speeds = [leaf for leaf in leaves([rate], "slot") if leaf.data[0] == "u"]
+    for leaf, slope in zip(speeds, motion.state.values(gradient(rate, speeds)), strict=True):
+        of_speed[leaf.data[1]] = of_speed[leaf.data[1]] + slope * force
+
+
+@exert.register
+def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.length])
+    if load.length is ZERO and load.damping is ZERO:  # F = k d, which has a value where the points coincide
+        add_pair(wrenches, motion, load.ends, scale(stiffness, apart(motion, load.ends)))
+        return
+    length, direction = span(motion, load.ends, load.straight)
+    pull = stiffness * (length - rest) + damping * span_rate(motion, load.ends, direction)
+    add_pair(wrenches, motion, load.ends, scale(pull, direction))
+
+
+@exert.register
+def _(load: PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    length, direction = span(motion, load.ends, load.straight)
+    known = zip(span_leaves(load.name), (length, span_rate(motion, load.ends, direction)), strict=True)
+    (pull,) = motion.state.values([load.value], dict(known))
+    add_pair(wrenches, motion, load.ends, scale(pull, direction))
+
+
+@exert.register
+def _(load: JointPotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    for rate, slope in load.slopes:
+        add_drive(motion, rate, -motion.state.values([slope])[0], of_speed)
+
+
+@exert.register
+def _(load: PlacePotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    x, y, z = motion.state.values(load.slopes, own_leaves(load, motion))
+    force = apply(_axes_of(motion, load.frame), scale(-1, (x, y, z)))
+    add_force(wrenches, motion, load.at, force)
+    add_force_at(wrenches, motion, load.frame.body, position(motion, load.at), negate(force))
+
+
+def own_leaves(load: Load, motion: Motion) -> dict[Node, S]:
+    """Return what the leaves of its own stand for in the potential of a load: a distance, a place."""
+    if isinstance(load, PointPull):
+        return {span_leaves(load.name)[0]: span(motion, load.ends, load.straight)[0]}
+    if isinstance(load, PlacePotential):
+        return dict(zip(place_leaves(load.name), place(load, motion), strict=True))
+    return {}
+
+
+def place(load: PlacePotential, motion: Motion) -> Vec:
+    """Return the place of the point on which a potential depends, in its frame."""
+    return apply_transposed(_axes_of(motion, load.frame), apart(motion, (load.frame, load.at)))
+
+
+def _axes_of(motion: Motion, frame: Marker) -> Mat:
+    """Return R_WF of a frame on a body."""
+    return product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
+
+
+@exert.register
+def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    linear, quadratic = motion.state.values([load.linear, load.quadratic])
+    v = velocity(motion, load.at)
+    factor = linear if load.quadratic is ZERO else linear + quadratic * _size(v)
+    add_force(wrenches, motion, load.at, scale(-factor, v))
+
+
+@exert.register
+def _(load: MassFlow, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    wrenches.add(load.body, *flow_wrench(load, motion))
+
+
+def _size(v: Vec) -> S:
+    """Return |v|, with the derivative zero where v is zero."""
+    parts = [x for x in v if (x.shadow if isinstance(x, Node) else x) != 0]
+    if len(parts) < 2:
+        return absolute(parts[0]) if parts else 0
+    return sqrt(dot(v, v) + TINY)
+
+
+def span_rate(motion: Motion, ends: tuple[Marker, Marker], direction: Vec) -> S:
+    """Return the rate of the distance of two markers, given the unit vector from the first to the second."""
+    return dot(direction, subtract(velocity(motion, ends[1]), velocity(motion, ends[0])))
+
+
+def span(motion: Motion, ends: tuple[Marker, Marker], straight: Point | None = None) -> tuple[S, Vec]:
+    """Return the distance of two markers and the unit vector from the first to the second (world axes).
+
+    `straight` is that vector where it is known and constant.
+    """
+    difference = apart(motion, ends)
+    if straight is not None:
+        direction = _three(motion, straight)
+        return dot(direction, difference), direction
+    length = sqrt(dot(difference, difference))
+    return length, (difference[0] / length, difference[1] / length, difference[2] / length)
+
+
+def apart(motion: Motion, ends: tuple[Marker, Marker]) -> Vec:
+    """Return the vector from the first marker to the second (world axes)."""
+    return subtract(position(motion, ends[1]), position(motion, ends[0]))
+
+
+def _three(motion: Motion, nodes: tuple[Node, Node, Node]) -> Vec:
+    x, y, z = motion.state.values(nodes)
+    return x, y, z
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a wire exerts on its bead across itself.
+
+
+def force_across(body: TreeBody, state: State, force: Vec) -> S | None:
+    """Return the part of a joint's force (axes of its frame on the parent) across the curve on which it guides, if any.
+
+    Of a curve in its x-y plane the component along the normal, z x tangent: to the left of the way; of one in space the
+    size of the force across it.
+    """
+    step = body.steps[0] if body.steps else None
+    if not isinstance(step, Follow):
+        return None
+    (s,) = [state.q[body.q[0]]] if step.motion is None else state.values([step.motion])
+    axes = [(x, y, z) for x, y, z in (state.values(axis) for axis in step.axes)]
+    if step.place[2] is ZERO:
+        cosine, sine = state.values(step.tangent, {step.leaf: s})
+        return cosine * dot(axes[1], force) - sine * dot(axes[0], force)
+    way = combination(axes, state.values(step.rates.s, {step.leaf: s}))
+    across = subtract(force, scale(dot(way, force) / dot(way, way), way))
+    return sqrt(dot(across, across))

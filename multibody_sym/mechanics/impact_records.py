@@ -1,0 +1,169 @@
+"""Impacts: what strikes and how, and the rows that make jumps of speeds of accelerations.
+
+An impact is the mechanism at rest without loads: with u = 0, no gravity, no forces but the given impulses, and for
+gamma the jump that a row is to have, udot are the jumps of the speeds, multipliers the impulses and reactions the
+impulses in the joints. `dynamics/contact/impact_problem.py` makes that mechanism.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import ClassVar, Final
+
+from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.load_records import Load
+from multibody_sym.mechanics.row_records import Marker, Multiplier, Row, WithoutLine
+from multibody_sym.model.fields import Point
+from multibody_sym.model.steps import is_upright
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import Node, slot
+
+MEETING: Final = "meeting"
+"""The array of the components of relative velocities along which points without a normal strike."""
+
+
+@dataclass(frozen=True)
+class MeetingRow(WithoutLine):
+    """Two points that meet: their relative velocity, first to second, along a unit vector in the axes of a frame.
+
+    Along their normal it `closes`, and phi is how far they are apart; along tangents it rubs.
+    """
+
+    unit: ClassVar[str | None] = "N"
+
+    name: str
+    ends: tuple[Marker, Marker]
+    axis: Point
+    frame: Marker
+    closes: bool = True
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return "force"
+
+    @property
+    def is_holonomic(self) -> bool:
+        return self.closes
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return not is_upright(self.axis)
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.ends
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return ()
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return ()
+
+
+@dataclass(frozen=True)
+class JumpRow(Row):
+    """A row in an impact: its speed is to change by `wanted`, and its multiplier is an impulse."""
+
+    unit: ClassVar[str | None] = "N"
+
+    name: str
+    row: Row
+    wanted: Node
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return self.row.multiplier
+
+    @property
+    def restricts(self) -> bool:
+        return self.row.restricts
+
+    @property
+    def is_holonomic(self) -> bool:
+        return self.row.is_holonomic
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return self.row.acts_in_plane
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.row.points
+
+    @property
+    def line(self) -> tuple[Marker, ...]:
+        return self.row.line
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return (*self.row.laws, self.wanted)
+
+    @property
+    def declared_length(self) -> Node | None:
+        return self.row.declared_length
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return self.row.radii
+
+
+@dataclass(frozen=True)
+class GivenRow(JumpRow):
+    """A row in an impact that restricts nothing: its multiplier, an impulse, is `wanted`."""
+
+    @property
+    def restricts(self) -> bool:
+        return False
+
+
+@dataclass(frozen=True)
+class SpeedJump:
+    """A prescribed motion whose rate jumps by `by`: that of a joint that moves as prescribed, or of a row."""
+
+    name: str
+    joint: str
+    row: str
+    by: Node
+
+
+@dataclass(frozen=True)
+class StruckImpacts:
+    """What an `impact:` section says, resolved.
+
+    `meetings` are its own pairs of points; `contacts` names declared elements that strike (None: all that close, if
+    nothing else is declared). `loads` are given impulses and couples as forces. `begins` names the joints and
+    constraints that did not hold before, with the rows of each; `jumps` prescribed motions. `restitutions` and
+    `tangential` are coefficients that the section gives to declared contacts. `paths` say where each is declared.
+    """
+
+    meetings: tuple[OneWay, ...]
+    contacts: tuple[str, ...] | None
+    loads: tuple[Load, ...]
+    begins: Mapping[str, tuple[str, ...]]
+    jumps: tuple[SpeedJump, ...]
+    restitutions: Mapping[str, Node] = field(default_factory=dict)
+    tangential: Mapping[str, Node] = field(default_factory=dict)
+    law: str | None = None
+    sequence: str | None = None
+    paths: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def meeting_leaf(number: int, component: int) -> Node:
+    """Return the leaf for a component of the velocity, second against first, of points that meet without a normal."""
+    return slot(MEETING, 3 * number + component)
+
+
+INSTANT: Final = slot("instant", 0)
+"""The time of an impact, which stands still while it lasts."""
+JUMPED: Final = slot("jumped", 0)
+"""0 before an impact and 1 after it, for prescribed motions whose rates jump."""
+JUMP: Final = "jump"
+"""The array of the jumps that rows of an impact are to have."""
+
+
+def jump_leaf(row: int) -> Node:
+    """Return the leaf for the jump of the speed of row number `row` of an impact."""
+    return slot(JUMP, row)

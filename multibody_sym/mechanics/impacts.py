@@ -1,0 +1,416 @@
+"""What the names in an `impact:` section stand for: points that meet, elements that close, impulses, what begins."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.contacts import verify_bodies
+from multibody_sym.mechanics.impact_records import (
+    INSTANT,
+    JUMPED,
+    MEETING,
+    GivenRow,
+    JumpRow,
+    MeetingRow,
+    SpeedJump,
+    StruckImpacts,
+    jump_leaf,
+    meeting_leaf,
+)
+from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, OneWay
+from multibody_sym.mechanics.load_records import BodyTorque, Load, PointForce
+from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import (
+    Wrenches,
+    acceleration,
+    add_force,
+    angular_velocity,
+    direction,
+    generalized_forces,
+    position,
+    velocity,
+)
+from multibody_sym.mechanics.references import References, in_plane, surface_tangents
+from multibody_sym.mechanics.row_kinematics import RowMotion, row_motion
+from multibody_sym.mechanics.row_records import CutJoint, Marker, Row
+from multibody_sym.mechanics.state import State
+from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, unit_vector
+from multibody_sym.model.contacts_and_impacts import ENOUGH, Impact, Impacts
+from multibody_sym.model.fields import Point
+from multibody_sym.model.steps import Step, is_upright
+from multibody_sym.model.system import with_expressions
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, negate, subtract
+
+
+def struck_impacts(
+    references: References, one_way: Sequence[OneWay], rows: Sequence[Row], cuts: Sequence[CutJoint]
+) -> StruckImpacts | None:
+    """Return the resolved section of a system; raises ModelError, with the path, for names of nothing that fits."""
+    declared = references.system.impact
+    if declared is None:
+        return None
+    found = _Resolved(references, declared, tuple(one_way), tuple(rows), tuple(cuts))
+    for name, impact in declared.strikes.items():
+        with at(*declared.path(name)):
+            found.add(name, impact)
+    return found.told()
+
+
+class _Resolved:
+    """The section as it is resolved, one impact after the other."""
+
+    def __init__(
+        self,
+        references: References,
+        declared: Impacts,
+        one_way: tuple[OneWay, ...],
+        rows: tuple[Row, ...],
+        cuts: tuple[CutJoint, ...],
+    ) -> None:
+        self.references, self.declared, self.one_way, self.rows, self.cuts = references, declared, one_way, rows, cuts
+        self.flat = references.plane or in_plane(references.system)
+        self.meetings: list[OneWay] = []
+        self.contacts: list[str] = []
+        self.loads: list[Load] = []
+        self.begins: dict[str, tuple[str, ...]] = {}
+        self.jumps: list[SpeedJump] = []
+        self.restitutions: dict[str, Node] = {}
+        self.tangential: dict[str, Node] = {}
+        self.paths: dict[str, tuple[str, ...]] = {}
+
+    def told(self) -> StruckImpacts:
+        """Return all of it; without any impact everything that is declared and closes strikes."""
+        every = None if not self.declared.strikes else tuple(self.contacts)
+        return StruckImpacts(
+            tuple(self.meetings),
+            every,
+            tuple(self.loads),
+            self.begins,
+            tuple(self.jumps),
+            self.restitutions,
+            self.tangential,
+            self.declared.law,
+            self.declared.sequence,
+            self.paths,
+        )
+
+    def add(self, name: str, impact: Impact) -> None:
+        """Take up one impact."""
+        self.paths[name] = self.declared.path(name)
+        if impact.between is not None:
+            self.meetings.append(self._meeting(name, impact, impact.between))
+        elif impact.contacts is not None:
+            self._add_contacts(impact, impact.contacts)
+        elif impact.begins is not None:
+            self._add_begun(impact.begins)
+        elif impact.motion is not None:
+            self.jumps.append(self._jump(impact.motion, impact.speed or ZERO))
+        else:
+            self.loads.append(self._load(name, impact))
+
+    def _along(self, impact: Impact, components: Point) -> tuple[int, Point]:
+        """Return the body whose axes carry those of the frame, and a vector along them."""
+        return self.references.along(impact.frame or GROUND, components)
+
+    # --- points that meet -----------------------------------------------------------------------------------------
+
+    def _meeting(self, name: str, impact: Impact, between: tuple[str, ...]) -> OneWay:
+        """Return two points that meet as an element that holds one way only."""
+        with at("between"):
+            verify_bodies(between, self.references.system)
+        if any(name in (x.name, x.group) for x in self.one_way):
+            raise ModelError(f"{name!r} is a contact too, and results tell both by name; rename one", number="M108")
+        ends = self.references.pair(between)
+        axes, normal = self._along(impact, impact.normal or (ZERO, ZERO, ZERO))
+        frame = Marker(impact.frame or GROUND, axes, Pose())
+        normal, flat = self._normal(None if impact.normal is None else normal, len(self.meetings))
+
+        def row(word: str, axis: Point, *, closes: bool = False) -> MeetingRow:
+            return MeetingRow(f"{name}.{word}", ends, axis, frame, closes)
+
+        given = [x for x in (impact.static, impact.kinetic) if isinstance(x, Node)]
+        enough = impact.static == ENOUGH
+        frictions: tuple[FrictionPart, ...] = ()
+        if enough or given:
+            t1, t2 = surface_tangents(normal, flat=flat)
+            rows = (row("friction", t1),) if flat else (row("friction1", t1), row("friction2", t2))
+            static, kinetic = BOUNDLESS if enough else given[0], given[-1] if given else BOUNDLESS
+            frictions = (FrictionPart(name, rows, static, kinetic, enough),)
+        return OneWay(
+            name,
+            "contact",
+            (self.paths[name][0], self.paths[name][-1]),
+            (row("normal", normal, closes=True),),
+            frictions=frictions,
+            restitution=ZERO if impact.restitution is None else impact.restitution,
+            tangential_restitution=impact.tangential_restitution or ZERO,
+            group=name,
+        )
+
+    def _normal(self, given: Point | None, number: int) -> tuple[Point, bool]:
+        """Return the unit normal, and whether it lies in the plane of a plane model."""
+        if given is None:
+            x, y, z = (meeting_leaf(number, k) for k in range(3))
+            return unit_vector((x, y, ZERO if self.flat else z)), self.flat
+        normal = unit_vector(given)
+        if self.flat and is_upright(normal):
+            with at("normal"):
+                raise ModelError(
+                    "the normal leads out of the plane in which everything here moves; nothing strikes so",
+                    number="M121",
+                )
+        return normal, self.flat and normal[2] is ZERO
+
+    # --- declared elements ----------------------------------------------------------------------------------------
+
+    def _add_contacts(self, impact: Impact, names: tuple[str, ...]) -> None:
+        unilateral = [element for element in self.one_way if element.unilateral]
+        known = list(dict.fromkeys(x for each in unilateral for x in (each.name, each.group) if x))
+        for k, name in enumerate(names):
+            if name not in known:
+                with at("contacts", k):
+                    raise ModelError(
+                        f"{name!r} is no contact, rope that may slacken or stop", number="M106", word=name, known=known
+                    )
+            self.contacts.append(name)
+            if impact.restitution is not None:
+                self.restitutions[name] = impact.restitution
+            if impact.tangential_restitution is not None:
+                if not any(x.frictions for x in unilateral if name in (x.name, x.group)):
+                    with at("tangential_restitution"):
+                        raise ModelError(
+                            f"{name} is smooth and stores nothing to give back; give it static or kinetic",
+                            number="M121",
+                        )
+                self.tangential[name] = impact.tangential_restitution
+
+    def _add_begun(self, names: tuple[str, ...]) -> None:
+        rows: dict[str, list[str]] = {}
+        for row in self.rows:
+            rows.setdefault(row.name.partition(".")[0], []).append(row.name)
+        cut: Mapping[str, CutJoint] = {x.name: x for x in self.cuts}
+        for k, name in enumerate(names):
+            if name in cut:
+                self.begins[name] = tuple(self.rows[i].name for i in cut[name].rows)
+            elif name in self.references.system.constraints and name in rows:
+                self.begins[name] = tuple(rows[name])
+            else:
+                with at("begins", k):
+                    raise self._not_begun(name, [*cut, *rows])
+
+    def _not_begun(self, name: str, known: Sequence[str]) -> ModelError:
+        """Return why something cannot begin."""
+        if name in self.references.system.joints:
+            told = f"joint {name!r} carries its child, which has no coordinates without it; mark it cut: true"
+            return ModelError(told, number="M121")
+        if any(name in (x.name, x.group) for x in self.one_way):
+            return ModelError(f"{name!r} holds one way only; write contacts: [{name}]", number="M121")
+        return ModelError(f"{name!r} is no joint that is cut and no constraint", number="M121", word=name, known=known)
+
+    def _jump(self, name: str, by: Node) -> SpeedJump:
+        with at("motion"):
+            joint = self.references.system.joints.get(name)
+            if joint is not None and getattr(joint, "motion", None) is not None:
+                return SpeedJump(name, name, "", by)
+            if joint is None and any(row.name == name for row in self.rows):
+                return SpeedJump(name, "", name, by)
+            known = [x for x, j in self.references.system.joints.items() if getattr(j, "motion", None) is not None]
+            known += [row.name for row in self.rows]
+            raise ModelError(f"{name!r} is no prescribed motion", number="M106", word=name, known=known)
+
+    # --- given impulses -------------------------------------------------------------------------------------------
+
+    def _load(self, name: str, impact: Impact) -> Load:
+        if impact.impulse is not None:
+            with at("at"):
+                marker = self.references.marker(impact.at or "")
+                self._verify_moves(marker.body)
+            axes, impulse = self._along(impact, impact.impulse)
+            return PointForce(name, marker, impulse, axes)
+        with at("on"):
+            body = self.references.marker(impact.on or "").body
+            self._verify_moves(body)
+            self.references.verify_turns(body)
+        axes, couple = self._along(impact, impact.couple or (ZERO, ZERO, ZERO))
+        return BodyTorque(name, body, couple, axes)
+
+    def _verify_moves(self, body: int) -> None:
+        if body < 0:
+            raise ModelError("ground does not move, whatever strikes it; name a body", number="M121")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A mechanism in an impact: at rest without loads, its rows to jump; and how rows of impacts move.
+#
+#     M Du = I + C^T p        H Du = wanted jumps
+#
+# with I the given impulses. All that finds udot, multipliers and reactions of a mechanism finds of this one the jumps
+# of speeds Du, the impulses p and the impulses and impulse couples in the joints.
+
+
+_BEFORE: Final = "before"
+
+
+def before_leaf(speed: int) -> Node:
+    """Return the leaf for a speed before the impact, where u are the speeds of the mechanism at rest."""
+    return slot(_BEFORE, speed)
+
+
+# --- the mechanism -------------------------------------------------------------------------------------------------
+
+
+def at_rest(
+    mechanism: Mechanism,
+    striking: Sequence[Row],
+    loads: Sequence[Load] = (),
+    *,
+    jumping: Sequence[str] = (),
+    drives: Mapping[str, Node] | None = None,
+    elements: Sequence[OneWay] = (),
+    given: Collection[str] = (),
+) -> Mechanism:
+    """Return the mechanism of an impact: rows that `strike` after its own, given impulses as its only `loads`.
+
+    Each striking row, and each of its own that is named `jumping`, is to jump by its `jump_leaf`; those that define
+    what presses in a joint do not jump, and the impulses of those named `given` are their leaves. `drives`: by how much
+    the rates of prescribed motions of joints jump. `elements` are those of the impact beside its own.
+    """
+    rows = [_stopped(row) for row in (*mechanism.rows, *striking)]
+    first = len(mechanism.rows)
+    made = [
+        JumpRow(row.name, row, jump_leaf(k)) if row.restricts and (k >= first or row.name in jumping) else row
+        for k, row in enumerate(rows)
+    ]
+    made = [GivenRow(row.name, rows[k], jump_leaf(k)) if row.name in given else row for k, row in enumerate(made)]
+    return replace(
+        mechanism,
+        gravity=ORIGIN,
+        bodies=tuple(_stopped_body(body, (drives or {}).get(body.joint_name)) for body in mechanism.bodies),
+        loads=tuple(loads),
+        rows=tuple(made),
+        one_way=(*mechanism.one_way, *elements),
+        mode=None,
+        held=(),
+        relative=None,
+    )
+
+
+def _stopped(part: Row) -> Row:
+    """Return a row in which time stands still."""
+    return with_expressions(part, _at_instant)  # type: ignore[no-any-return]
+
+
+def _at_instant(node: Node) -> Node:
+    if TIME not in leaves([node], "slot"):
+        return node
+    return as_node(evaluate([node], lambda leaf: INSTANT if leaf is TIME else leaf)[0])
+
+
+def _stopped_body(body: TreeBody, jump: Node | None) -> TreeBody:
+    """Return a body whose prescribed motion stands still, or starts with the jump of its rate as acceleration."""
+    standing = (with_expressions(step, _at_instant) for step in body.steps)
+    steps = tuple(
+        step if step.motion is None else step.with_motion(step.motion + _jumping(jump)) for step in standing
+    )
+    return body if steps == body.steps else replace(body, steps=steps)
+
+
+def _jumping(jump: Node | None) -> Node:
+    """Return what has the value 0, the rate 0 and the acceleration `jump` at the time 0."""
+    return as_node(0) if jump is None else as_node(jump * TIME * TIME / 2)
+
+
+def jumping_motions(mechanism: Mechanism, drives: Mapping[str, Node]) -> Mechanism:
+    """Return a mechanism in which the rates of prescribed motions have jumped where `JUMPED` is 1."""
+    bodies = tuple(
+        replace(body, steps=tuple(_jumped(step, drives[body.joint_name]) for step in body.steps))
+        if body.joint_name in drives
+        else body
+        for body in mechanism.bodies
+    )
+    return replace(mechanism, bodies=bodies)
+
+
+def _jumped(step: Step, jump: Node) -> Step:
+    """Return a prescribed step with the jump of its rate."""
+    if step.motion is None:
+        return step
+    return step.with_motion(as_node(step.motion + jump * JUMPED * (TIME - INSTANT)))
+
+
+def after_impact(before: State, u: Sequence[S]) -> State:
+    """Return the state after an impact with the speeds u."""
+    speeds = {slot("u", k): x for k, x in enumerate(u)}
+    return replace(before, u=tuple(u), slots={**before.slots, **speeds, JUMPED: 1})
+
+
+def resting(before: State, jumps: Mapping[int, S]) -> State:
+    """Return the state of the mechanism of an impact: that `before` it, with u = 0 and the jumps of rows by number."""
+    zeros = (as_node(0),) * len(before.u) if before.scalar is Node else (0.0,) * len(before.u)
+    slots = dict(before.slots)
+    slots |= {slot("u", k): zero for k, zero in enumerate(zeros)}
+    slots |= {before_leaf(k): u for k, u in enumerate(before.u)}
+    slots |= {TIME: as_node(0) if before.scalar is Node else 0.0}
+    slots |= {jump_leaf(k): jump for k, jump in jumps.items()}
+    return State(before.scalar, before.q, zeros, slots)
+
+
+def with_meetings(motion: Motion, elements: Sequence[OneWay]) -> State:
+    """Return a motion's state with the relative velocities of the points that meet without a normal."""
+    found: dict[Node, S] = {}
+    for element in elements:
+        row = element.normals[0]
+        if isinstance(row, MeetingRow):
+            wanted = [leaf for leaf in leaves(row.axis, "slot") if leaf.data[0] == MEETING]
+            if wanted:
+                first, second = row.ends  # the normal leads from the second to the first, which comes against it
+                coming = subtract(velocity(motion, second), velocity(motion, first))
+                moving = apply_transposed(motion.rotation(row.frame.body), coming)
+                found |= {leaf: moving[leaf.data[1] % 3] for leaf in wanted}
+    state = motion.state
+    return replace(state, slots={**state.slots, **found}) if found else state
+
+
+# --- rows ----------------------------------------------------------------------------------------------------------
+
+
+@row_motion.register
+def _(row: MeetingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    first, second = row.ends
+    n = direction(motion, row.frame, row.axis)
+    turning = cross(angular_velocity(motion, row.frame.body), n)
+    apart, moving = (subtract(of(motion, first), of(motion, second)) for of in (position, velocity))
+    reached = subtract(acceleration(motion, first, bias), acceleration(motion, second, bias))
+    wrenches = Wrenches(len(motion.bodies))
+    add_force(wrenches, motion, first, n)
+    add_force(wrenches, motion, second, negate(n))
+    return RowMotion(
+        dot(n, apart) if row.closes else None,
+        dot(n, moving),
+        generalized_forces(motion, wrenches.of_body),
+        -(dot(n, reached) + dot(turning, moving)),
+        wrenches.of_body,
+    )
+
+
+@row_motion.register
+def _(row: GivenRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    """Return a row that tells its multiplier (`with_reactions` does) and exerts what its own row does."""
+    found = row_motion(row.row, motion, bias)
+    nothing: list[S] = [0] * len(motion.state.u)
+    impulse = motion.state.values([row.wanted])[0]
+    return replace(found, phi=None, phidot=0, jacobian=nothing, gamma=impulse, exerts=list(found.forces))
+
+
+@row_motion.register
+def _(row: JumpRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    """Return the row with the wanted jump beside what prescribed motions that jump contribute."""
+    found = row_motion(row.row, motion, bias)
+    return replace(found, gamma=found.gamma + motion.state.values([row.wanted])[0])

@@ -1,0 +1,512 @@
+"""Friction in joints: which parts of a joint's own reaction press, and what rubs.
+
+A guide rubs with the force across its axis; with pads, so far apart on the child, each takes half of that force and its
+share of the couple. A journal rubs about its axis at a radius, or two bearings do, a sleeve along and about it. On a
+screw's thread, steep by tan a = lead / radius, a force N normal to the flank and T along it make the axial force
+N cos a + T sin a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, OneWay
+from multibody_sym.mechanics.motion import BodyMass, Motion, accelerations, from_parent, spread
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench, direction, generalized_forces
+from multibody_sym.mechanics.references import Freedom, References, in_plane
+from multibody_sym.mechanics.row_records import (
+    NOWHERE,
+    BrakingRow,
+    CutJoint,
+    ExpressionRow,
+    ReactionRow,
+    Row,
+    RubbingRow,
+)
+from multibody_sym.mechanics.spanning_tree import normals_of
+from multibody_sym.model.bodies import ORIGIN, unit_vector
+from multibody_sym.model.fields import Point
+from multibody_sym.model.forces import Friction
+from multibody_sym.model.joints import Custom, Follow, Joint, Limits, MovingJoint, Spherical
+from multibody_sym.model.steps import Rotate, Screw, Step, Translate
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    product,
+    scale,
+    subtract,
+    turned,
+)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What all friction in joints is made of: parts of the reaction that press, coefficients, words for wrong fields.
+
+
+NOWHERE_YET: Final = (NOWHERE, NOWHERE)
+"""The frames of a reaction's parts before its joint gives them."""
+
+Made = tuple[list[ReactionRow], list[FrictionPart]]
+"""What presses in a joint, and what rubs."""
+
+_KINDS: Final = (
+    "friction is for joints with a reaction that presses and coordinates of their own: prismatic, revolute, "
+    "cylindrical, screw, curve, planar, universal, spherical, custom without screws, point in a plane; {!r} is "
+    "another, or prescribed"
+)
+_PARALLEL: Final = 1e-9
+_UP: Final[Point] = (ZERO, ZERO, ONE)
+
+
+def aligned(a: Vec, b: Vec) -> bool:
+    """Return whether two unit vectors are parallel, as far as parameters' values tell."""
+    shadows = [as_node(x).shadow for x in cross(a, b)]
+    return all(x is not None and abs(x) < _PARALLEL for x in shadows)
+
+
+@dataclass(frozen=True)
+class Rubbing:
+    """Friction that is declared in a joint: the name, what is declared, the joint's freedoms, whether all is `flat`."""
+
+    name: str
+    element: Friction
+    joint: Joint
+    freedoms: tuple[Freedom, ...]
+    flat: bool
+
+    @property
+    def rates(self) -> list[Node]:
+        """The speeds of the joint."""
+        return [freedom.rate for freedom in self.freedoms]
+
+    def across(self, axis: Point, *, flat: bool | None = None) -> tuple[Point, ...]:
+        """Return unit vectors across an axis: one where nothing leaves the plane."""
+        if (self.flat if flat is None else flat) and axis[2] is ZERO:
+            x, y, z = cross(_UP, axis)
+            return ((x, y, z),)
+        return normals_of(axis)
+
+    def reactions(self, shares: Sequence[tuple[Point, Point]], name: str = "") -> list[ReactionRow]:
+        """Return rows of the reaction's parts along pairs of a force and a moment."""
+        name = name or self.name
+        names = [f"{name}.normal"] if len(shares) == 1 else [f"{name}.normal{k}" for k in range(1, len(shares) + 1)]
+        pairs = zip(names, shares, strict=True)
+        return [ReactionRow(row, self.element.joint, NOWHERE_YET, force, moment) for row, (force, moment) in pairs]
+
+    def part(
+        self, rows: tuple[Row, ...], normals: range, arm: Node = ONE, *, norm: bool = False, name: str = ""
+    ) -> FrictionPart:
+        """Return the friction of some normals at an arm; a coefficient that is left out is the other."""
+        element = self.element
+        enough = isinstance(element.static, str)
+        static = BOUNDLESS if isinstance(element.static, str) else element.static
+        kinetic = element.kinetic if element.kinetic is not None else static
+        static = static if static is not None else kinetic
+        assert static is not None
+        assert kinetic is not None
+        limits = arm * static, arm * kinetic
+        smooth = None if element.regularised is None else element.regularised / arm
+        return FrictionPart(name or self.name, rows, *limits, enough, tuple(normals), norm, regularised=smooth, arm=arm)
+
+    def radius(self, advice: str) -> Node:
+        """Return the radius. Raises ModelError with advice where none is given."""
+        if self.element.radius is None:
+            raise ModelError(advice, number="M114").under("radius")
+        return self.element.radius
+
+    def another(self) -> ModelError:
+        """Return the error of a joint in which nothing says what rubs."""
+        error = ModelError(_KINDS.format(self.element.joint), number="M114")
+        error.under("joint")
+        return error
+
+    def without(self, field: str, advice: str) -> None:
+        """Raise ModelError with advice where a field is given that says nothing here."""
+        if getattr(self.element, field) is not None:
+            raise ModelError(advice, number="M114").under(field)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Friction in joints of several freedoms: plates that slide on a plane, balls, and crosses that turn on two pins.
+#
+# A plate rubs against the velocity of the joint's point with mu times the normal force N. One that bears on a ring of
+# a radius r rubs about its normal too: force F and couple C together have the size (F^2 + (C/r)^2)^(1/2) = mu N while
+# it slides, against the velocity and r times the angular velocity. A ball in its socket rubs with mu r |F| against the
+# angular velocity. Each pin of a universal joint is a journal, on which the force across it presses; so it is with
+# freedoms of custom joints, one on the other, of which those that slide are guides.
+
+
+def plate(asked: Rubbing) -> Made:
+    """Return the friction of what slides on a plane, and perhaps turns on it."""
+    if asked.flat:
+        raise ModelError(
+            f"nothing presses along the normal of {asked.element.joint!r} in a model that stays in its plane; let a "
+            "contact rub, or give the model what leaves the plane: a weight, a force",
+            number="M114",
+        ).under("joint")
+    asked.without("length", "pads are for sliders and hinges; a plane joint rubs with the force along its normal")
+    moves, radius = asked.joint.moves, asked.element.radius
+    if len(moves) == 2:
+        asked.without("radius", f"{asked.element.joint!r} does not turn, so that nothing rubs at a radius")
+    first, second = (unit_vector(step.slides[0]) for step in moves[:2])
+    normal: Point = unit_vector(_nodes(cross(first, second)))
+    if not aligned(cross(normal, first), second) or not all(aligned(step.turns[0], normal) for step in moves[2:]):
+        return stacked(asked)
+    speeds = [*asked.rates[:2], *([] if radius is None else [radius * asked.rates[2]])]
+    rows = tuple(RubbingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
+    return asked.reactions([(normal, ORIGIN)]), [asked.part(rows, range(1))]
+
+
+def ball(asked: Rubbing) -> Made:
+    """Return the friction of a ball in its socket, against its angular velocity."""
+    asked.without("length", "a ball has none; give its radius")
+    radius = asked.radius("a ball rubs at its radius: give it")
+    rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(_turning(asked), 1))
+    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+    return asked.reactions([(unit, ORIGIN) for unit in units]), [asked.part(rows, range(3), radius, norm=True)]
+
+
+def _turning(asked: Rubbing) -> Sequence[Node]:
+    """Return the angular velocity along axes at right angles: the child's, the parent's where angles are chosen."""
+    if len(asked.joint.moves) == 1:
+        return asked.rates
+    R: Mat = UNIT_MATRIX
+    total: Vec = (ZERO, ZERO, ZERO)
+    for step, freedom in zip(asked.joint.moves, asked.freedoms, strict=True):
+        assert freedom.coordinate is not None
+        axis = unit_vector(step.turns[0])
+        total = add(total, scale(freedom.rate, apply(R, axis)))
+        R = product(R, turned(axis, freedom.coordinate))
+    return _nodes(total)
+
+
+def two_pins(asked: Rubbing) -> Made:
+    """Return the friction of the two pins of a universal joint, on each of which the force across it presses."""
+    asked.without("length", "bearings a length apart are for hinges; the pins rub with the joint's force alone")
+    asked.radius("a universal joint rubs on its two pins: give their radius")
+    return stacked(asked)
+
+
+def stacked(asked: Rubbing) -> Made:
+    """Return the friction of freedoms one on the other: guides and pins, each pressed by the force across it."""
+    asked.without("length", "pads and bearings a length apart are for joints with one freedom")
+    normals: list[ReactionRow] = []
+    parts: list[FrictionPart] = []
+    R: Mat = UNIT_MATRIX
+    for k, (step, freedom) in enumerate(zip(asked.joint.moves, asked.freedoms, strict=True), 1):
+        axis, turns = unit_vector((*step.turns, *step.slides)[0]), bool(step.turns)
+        across = asked.across(axis, flat=asked.flat and not turns)
+        name = f"{asked.name}.{'pin' if turns else 'slide'}{k}"
+        own = range(len(normals), len(normals) + len(across))
+        normals += asked.reactions([(_nodes(apply(R, n)), ORIGIN) for n in across], name)
+        row = (BrakingRow if turns else RubbingRow)(f"{name}.friction", freedom.rate)
+        arm = asked.radius("what turns rubs on a pin: give its radius") if turns else ONE
+        parts.append(asked.part((row,), own, arm, norm=len(across) > 1, name=name))
+        if turns:
+            assert freedom.coordinate is not None
+            R = product(R, turned(axis, freedom.coordinate))
+    return normals, parts
+
+
+def _nodes(vector: Vec) -> Point:
+    x, y, z = (as_node(v) for v in vector)
+    return x, y, z
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+SIDE_WORDS: Final = ("pressed", "0")
+
+
+def joint_frictions(references: References) -> Iterator[OneWay]:
+    """Yield the friction of joints that is declared."""
+    flat = references.plane or in_plane(references.system)
+    for name, element in references.system.forces.items():
+        if isinstance(element, Friction):
+            with at("forces", name):
+                yield _friction(name, element, references, flat)
+
+
+def _friction(name: str, element: Friction, references: References, flat: bool) -> OneWay:
+    with at("joint"):
+        references.verify_joint(element.joint)
+    joint = references.system.joints[element.joint]
+    kinds = tuple(type(step) for step in joint.moves)
+    make = ball if isinstance(joint, Spherical) else _MAKERS.get(kinds)
+    if make is None and kinds and set(kinds) <= {Translate, Rotate} and isinstance(joint, Custom):
+        make = stacked
+    asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
+    if make is None or any(step.motion is not None for step in joint.moves):
+        raise asked.another()
+    normals, parts = make(asked)
+    frames = references.carried_frames(element.joint)
+    return OneWay(
+        name,
+        "friction",
+        ("forces", name),
+        tuple(replace(row, frames=frames) for row in normals),
+        unilateral=False,
+        frictions=tuple(parts),
+        words=SIDE_WORDS,
+        group=name,
+        joint=element.joint,
+    )
+
+
+def _guide(asked: Rubbing) -> Made:
+    asked.without("radius", "a slider has none; give the length over which its pads are apart, or nothing")
+    axis = unit_vector(asked.joint.moves[0].slides[0])
+    across, row = asked.across(axis), RubbingRow(f"{asked.name}.friction", asked.rates[0])
+    if asked.element.length is None:
+        normals = asked.reactions([(n, ORIGIN) for n in across])
+        return normals, [asked.part((row,), range(len(normals)), norm=len(normals) > 1)]
+    return _pads(asked, axis, across, row)
+
+
+def _journal(asked: Rubbing) -> Made:
+    radius = asked.radius("a hinge rubs on a journal: give its radius")
+    axis, row = unit_vector(asked.joint.moves[0].turns[0]), BrakingRow(f"{asked.name}.friction", asked.rates[0])
+    if asked.element.length is None:
+        normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
+        return normals, [asked.part((row,), range(2), radius, norm=True)]
+    return _pads(asked, axis, normals_of(axis), row, radius)
+
+
+def _pads(asked: Rubbing, axis: Point, across: Sequence[Point], row: Row, arm: Node = ONE) -> Made:
+    """Return the reactions of two pads or bearings a length apart along an axis, and their friction.
+
+    In a plane it is one friction of both, in space one of each, from its own reaction across the axis.
+    """
+    name, length = asked.name, asked.element.length
+    assert length is not None
+    shares = [[_pad(axis, n, side / length) for n in across] for side in (ONE, -ONE)]
+    normals = [x for k, pad in enumerate(shares, 1) for x in asked.reactions(pad, f"{name}.pad{k}")]
+    if len(across) == 1:
+        return normals, [asked.part((row,), range(2), arm)]
+    rows = [replace(row, name=f"{name}.pad{k}.friction") for k in (1, 2)]
+    return normals, [
+        asked.part((each,), range(2 * k - 2, 2 * k), arm, norm=True, name=f"{name}.pad{k}")
+        for k, each in enumerate(rows, 1)
+    ]
+
+
+def _pad(axis: Point, normal: Point, share: Node) -> tuple[Point, Point]:
+    """Return the force along a normal of a pad as part of the force and of the moment that both transmit."""
+    about = scale(share, cross(axis, normal))
+    half = scale(ONE / 2, normal)
+    return half, about
+
+
+def _sleeve(asked: Rubbing) -> Made:
+    asked.without("length", "pads are for sliders; give a radius, with which it rubs about its axis as well")
+    axis = unit_vector(asked.joint.moves[0].slides[0])
+    if not aligned(axis, unit_vector(asked.joint.moves[1].turns[0])):
+        return stacked(asked)
+    normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
+    rows: tuple[Row, ...] = (RubbingRow(f"{asked.name}.along", asked.rates[0]),)
+    if asked.element.radius is not None:
+        rows += (RubbingRow(f"{asked.name}.about", asked.element.radius * asked.rates[1]),)
+    return normals, [asked.part(rows, range(2), norm=True)]
+
+
+def _thread(asked: Rubbing) -> Made:
+    asked.without("length", "a screw has none; give the mean radius of its thread")
+    radius = asked.radius("a screw rubs on its thread: give its mean radius")
+    (step,) = asked.joint.moves
+    assert isinstance(step, Screw)
+    size = sqrt(radius**2 + step.lead**2)
+    cosine, sine = radius / size, step.lead / size
+    rubbing = RubbingRow(f"{asked.name}.friction", size * asked.rates[0])
+    axis = unit_vector(step.slides[0])
+    normal = ReactionRow(
+        f"{asked.name}.normal", asked.element.joint, NOWHERE_YET, axis, ORIGIN, cosine, sine, rubbing.name
+    )
+    return [normal], [asked.part((rubbing,), range(1))]
+
+
+def _wire(asked: Rubbing) -> Made:
+    """Return what presses across a curve: the one component in its plane, or the force less its part along the way."""
+    for field in ("radius", "length"):
+        asked.without(field, "a bead on a wire rubs with the force across the wire; leave it out")
+    step, (coordinate, *_) = asked.joint.moves[0], asked.freedoms
+    assert isinstance(step, Follow)
+    assert coordinate.coordinate is not None
+    way = step.at(coordinate.coordinate).way
+    length = sqrt(dot(way, way))
+    x, y, z = scale(1 / length, way)
+    row = RubbingRow(f"{asked.name}.friction", length * coordinate.rate)
+    if asked.flat:
+        normals = asked.reactions([((-y, x, ZERO), ORIGIN)])
+        return normals, [asked.part((row,), range(1))]
+    parts = [subtract(axis, scale(part, (x, y, z))) for axis, part in zip(step.axes, (x, y, z), strict=True)]
+    normals = asked.reactions([((a, b, c), ORIGIN) for a, b, c in parts])
+    return normals, [asked.part((row,), range(3), norm=True)]
+
+
+_MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
+    (Translate,): _guide,
+    (Rotate,): _journal,
+    (Translate, Rotate): _sleeve,
+    (Screw,): _thread,
+    (Follow,): _wire,
+    (Follow, Rotate): _wire,
+    (Translate, Translate): plate,
+    (Translate, Translate, Rotate): plate,
+    (Rotate, Rotate): two_pins,
+}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Stops: the limits of joints that act, each a row phi >= 0 on the joint's coordinate.
+
+
+FREE: Final = "free"
+
+
+def stops(references: References) -> Iterator[OneWay]:
+    """Yield the stops of all joints: below, then above."""
+    for name, joint in references.system.joints.items():
+        limits = joint.stops if isinstance(joint, MovingJoint) else None
+        if limits is None:
+            continue
+        coordinate = references.coordinate(name)
+        if limits.lower is not None:
+            yield _stop(name, "lower", coordinate - limits.lower, limits)
+        if limits.upper is not None:
+            yield _stop(name, "upper", limits.upper - coordinate, limits)
+
+
+def _stop(joint: str, side: str, gap: Node, limits: Limits) -> OneWay:
+    name = f"{joint}.{side}"
+    return OneWay(
+        name,
+        "stop",
+        ("joints", joint),
+        (ExpressionRow(name, gap),),
+        restitution=limits.restitution or ZERO,
+        collides=limits.restitution is not None,
+        words=(side, FREE),
+        group=joint,
+        joint=joint,
+    )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What presses in a joint: parts of its reaction as affine functions of udot and of what acts on the bodies.
+#
+# The reaction of a tree joint on its child balances what its child and all that this carries need and are given. Its
+# part f . F + m . M, about the joint's point, is therefore the power of their inertia less that of all that acts on
+# them, in a virtual motion in which they move as one rigid body: the joint's point along f, turning with m.
+
+
+Twist = tuple[Vec, Vec]
+_NEARLY_ZERO: Final = 1e-300
+"""The square of a force that has no direction."""
+
+
+@dataclass(frozen=True)
+class PartOfReaction:
+    """A part of a joint's reaction: `columns` (nu) . udot + `rest` + sum over rows of `of_rows` lambda."""
+
+    columns: list[S]
+    rest: S
+    of_rows: list[S]
+
+
+def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
+    """Return the part of a reaction that a row names; `wrenches` are those of each row's unit multiplier on bodies."""
+    index = row.frames[1].body
+    if motion.mechanism.bodies[index].joint_name == row.joint:
+        return _of_tree_joint(row, motion, index, wrenches)
+    cut = next(cut for cut in motion.mechanism.cuts if cut.name == row.joint)
+    return _of_cut_joint(row, motion, cut, wrenches)
+
+
+def _of_tree_joint(
+    row: ReactionRow, motion: Motion, index: int, wrenches: Sequence[Sequence[Wrench]]
+) -> PartOfReaction:
+    twists = _carried_along(motion, index, _twist(row, motion))
+    momenta = [NO_WRENCH] * len(motion.bodies)
+    rest: S = 0
+    acting, at_rest = applied(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
+    for k, twist in twists.items():
+        momenta[k] = _momentum(motion.masses[k], *twist)
+        rest = rest + _power(twist, _inertia(motion, k, *at_rest[k])) - _power(twist, acting[k])
+    of_rows = [-sum((_power(twist, of_body[k]) for k, twist in twists.items()), 0) for of_body in wrenches]
+    return PartOfReaction(generalized_forces(motion, momenta), rest, of_rows)
+
+
+def _of_cut_joint(
+    row: ReactionRow, motion: Motion, cut: CutJoint, wrenches: Sequence[Sequence[Wrench]]
+) -> PartOfReaction:
+    """Return a part of what the rows that stand for a joint exert on its child."""
+    child, twist = row.frames[1], _twist(row, motion)
+    of_rows: list[S] = [0] * len(wrenches)
+    for k in cut.rows:
+        of_rows[k] = _power(twist, wrenches[k][child.body])
+    return PartOfReaction([0] * len(motion.state.u), 0, of_rows)
+
+
+def _twist(row: ReactionRow, motion: Motion) -> Twist:
+    """Return the velocity of the child's origin, and its turning, at which the joint has the power f . F + m . M."""
+    child = row.frames[1]
+    turning, moving = (
+        apply_transposed(motion.rotation(child.body), direction(motion, row.frames[0], part))
+        for part in (row.moment, row.force)
+    )
+    return subtract(moving, cross(turning, motion.point(child))), turning
+
+
+def _carried_along(motion: Motion, index: int, twist: Twist) -> dict[int, Twist]:
+    """Return the velocities of a body and of all that it carries, which move with it as one."""
+    found = {index: twist}
+    for k, body in enumerate(motion.mechanism.bodies):
+        if body.parent in found and k != index:
+            found[k] = from_parent(motion.bodies[k], found[body.parent])
+    return found
+
+
+def _momentum(mass: BodyMass, v: Vec, w: Vec) -> Wrench:
+    """Return momentum and angular momentum about the body's origin."""
+    x, y, z = add(v, cross(w, mass.com))
+    linear = mass.mass * x, mass.mass * y, mass.mass * z
+    return linear, add(apply(mass.inertia, w), cross(mass.com, linear))
+
+
+def _inertia(motion: Motion, index: int, a: Vec, alpha: Vec) -> Wrench:
+    """Return the rate of a body's momentum about its origin."""
+    mass, w = motion.masses[index], motion.bodies[index].w_WB
+    x, y, z = add(a, apply(spread(alpha, w), mass.com))
+    force = mass.mass * x, mass.mass * y, mass.mass * z
+    turning = add(apply(mass.inertia, alpha), cross(w, apply(mass.inertia, w)))
+    return force, add(turning, cross(mass.com, force))
+
+
+def _power(twist: Twist, wrench: Wrench) -> S:
+    return dot(twist[0], wrench[0]) + dot(twist[1], wrench[1])
+
+
+def along_reactions(
+    forces: Sequence[Sequence[S]], beside: Mapping[int, Sequence[int]], multipliers: Sequence[S]
+) -> list[list[S]]:
+    """Return what rows exert (s x nu), those that go `beside` others times their part of the vectors' direction."""
+    found = [list(row) for row in forces]
+    for k, others in beside.items():
+        x = multipliers[k]
+        square = sum((multipliers[other] * multipliers[other] for other in others), x * x)
+        part = x / sqrt(square + _NEARLY_ZERO)
+        found[k] = [part * f for f in found[k]]
+    return found

@@ -1,0 +1,217 @@
+"""What holds one way only: contacts, slack ropes, stops and friction, and which of it holds in a mode.
+
+Rows of a contact's normal, a rope or a stop are written phi >= 0, so that their multipliers, normal force and tension,
+are >= 0 too and phi lambda = 0. Friction rows are directions t: phidot is the sliding speed v_t, the multiplier the
+force along t, at most `static` times the normal force N while it sticks, -`kinetic` N sign(v_t) where it slides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
+from typing import Final, Literal
+
+from multibody_sym.mechanics.row_records import Row
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import ONE, ZERO, Node, number
+
+INACTIVE: Final = 0
+ACTIVE: Final = 1
+STICKS: Final = 0
+ALONG_VELOCITY: Final = 2
+"""The slip of friction in space: against the sliding velocity, whichever way it leads."""
+
+BOUNDLESS: Final = number(10**6)
+"""The coefficient of friction that is always enough, in place of an infinite one: it slides only where the normal force
+is no more than a millionth of the friction, which then alone keeps the contact closed."""
+
+OneWayKind = Literal["contact", "rope", "stop", "friction"]
+
+
+@dataclass(frozen=True)
+class FrictionPart:
+    """Friction along one row, or in space two or three rows across each other, by Coulomb's law.
+
+    `static` and `kinetic` are coefficients (m for rolling resistance, whose rows are of turning). With `enough` it
+    never slips while it is pressed; both are `BOUNDLESS` then. N is the sum of the sizes of the multipliers of
+    `normals`, places among those of its element, or with `norm` their length as a vector. With `wrap` it is a rope
+    over a rough wheel: the coefficients are tanh(mu phi / 2), phi being the angle over which the rope of that row
+    is in touch there, and N the mean tension. What turns rubs at an `arm` (m), by which the coefficients are
+    multiplied already. `regularised` by a speed e it is -kinetic N v / sqrt(v^2 + e^2), never sticks, and creeps
+    where it would.
+    """
+
+    name: str
+    rows: tuple[Row, ...]
+    static: Node
+    kinetic: Node
+    enough: bool = False
+    normals: tuple[int, ...] = (0,)
+    norm: bool = False
+    wrap: int | None = None
+    regularised: Node | None = None
+    arm: Node = ONE
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is friction at all."""
+        return self.enough or not (self.static is self.kinetic is ZERO)
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """An element that holds one way only, or rubs.
+
+    `unilateral`: its first normal row has a multiplier >= 0 and restricts motion while it is active; a rope that rubs
+    on several wheels has others, which define what presses on each. Otherwise `normals` define components of a joint's
+    reaction, of either sign. `words` tell whether it is active or not; `path` is where
+    the model declares it; parts of one declared element share a `group`. `open`: it does not touch at
+    the start. `joint`: the one in which a stop holds, or friction rubs. `collides`: its `restitution` is declared, so
+    that there may be an impact without collision; `tangential_restitution` is the part of the tangential speed that an
+    impact returns.
+    """
+
+    name: str
+    kind: OneWayKind
+    path: tuple[str, str]
+    normals: tuple[Row, ...]
+    unilateral: bool = True
+    frictions: tuple[FrictionPart, ...] = ()
+    restitution: Node = ZERO
+    collides: bool = False
+    tangential_restitution: Node = ZERO
+    words: tuple[str, str] = ("closed", "open")
+    group: str = ""
+    open: bool = False
+    joint: str = ""
+
+    @property
+    def rows(self) -> Iterator[Row]:
+        """All its rows: normals, then those of friction."""
+        yield from self.normals
+        for part in self.frictions:
+            yield from part.rows
+
+    def normals_of(self, part: FrictionPart) -> list[Row]:
+        """Return the rows whose forces press a part."""
+        return [self.normals[k] for k in part.normals]
+
+
+PRESSING: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
+"""The component with which elements of a kind press, pull or stop."""
+FRICTION: Final = "friction"
+
+
+def components_of(part: FrictionPart, word: str) -> list[str]:
+    """Return the names of a part's components by a word, with 1, 2 .. where it has several."""
+    return [f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1)]
+
+
+def component_word(element: OneWay, part: FrictionPart) -> str:
+    """Return the name of a part's force among those of its element: `friction`, or the last word of its name."""
+    return FRICTION if part.name == element.name else part.name.rpartition(".")[2]
+
+
+def component_names(element: OneWay, part: FrictionPart) -> list[str]:
+    """Return the names of a part's components among those of its element."""
+    return components_of(part, component_word(element, part))
+
+
+def _by_component(part: FrictionPart, word: str) -> dict[str, tuple[Row, ...]]:
+    """Return the rows of a part's force, then of its components, by their names."""
+    each = zip(components_of(part, word), part.rows, strict=True)
+    return {word: tuple(part.rows), **{name: (row,) for name, row in each}}
+
+
+def exerted_by(element: OneWay) -> dict[str, dict[str, tuple[Row, ...]]]:
+    """Return what an element exerts by name and component, as expressions ask it, each with the rows along which it is.
+
+    What acts along several rows is the length of its components, `friction` that of `friction_1` and `friction_2`.
+    Corners are asked alone and by their contact's name, friction in joints by its parts, as two pads. Ropes have
+    tensions.
+    """
+    if element.kind == "rope":
+        return {}
+    found: dict[str, tuple[Row, ...]] = {PRESSING[element.kind]: element.normals[:1]}
+    parts = element.frictions
+    if not element.unilateral:
+        return {x.name: found | _by_component(x, FRICTION) for x in parts}
+    for part in parts:
+        found |= _by_component(part, component_word(element, part))
+    return dict.fromkeys((element.name, element.group) if element.kind == "contact" else (element.name,), found)
+
+
+def row_forces(element: OneWay) -> Iterator[tuple[str, str, str]]:
+    """Yield for the rows of an element the name of what exerts their force, and of the component; not for ropes."""
+    if element.kind == "rope":
+        return
+    if element.unilateral:
+        yield element.normals[0].name, element.name, PRESSING[element.kind]
+    for part in element.frictions:
+        if not element.unilateral:
+            yield from ((row.name, part.name, PRESSING[element.kind]) for row in element.normals_of(part))
+        for row, component in zip(part.rows, component_names(element, part), strict=True):
+            yield row.name, element.name, component
+
+
+@dataclass(frozen=True)
+class Share:
+    """What rows of one element carry where forces are not unique: `forces` at first (N, of turning N m), by its rows.
+
+    They change by combinations of `ways`, of which the last has as many numbers as there are rows and each before it
+    one less: as little as need be, measured by how many of each it takes.
+    """
+
+    rows: tuple[str, ...]
+    forces: tuple[float, ...]
+    ways: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How all rows of a mode share what they carry together; `room` is how far forces are from their bounds.
+
+    That is a part of the largest force.
+    """
+
+    elements: tuple[Share, ...]
+    room: float
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Which one-way elements are active and how they slide.
+
+    `sides`: by element, 0 inactive, 1 active; of a joint's friction the sign of the reaction that presses, by the names
+    of the normal rows where there are several. `slips`: by friction part of active elements, 0 sticks, 1 and -1 slides
+    that way, 2 in space along its velocity. `directions`: of parts that start to slide in space from rest, where to
+    (unit vectors).
+
+    Where forces are not unique, as of a box that rests on two corners, a mode may say which of them a basic solution
+    has: `idle` elements touch and carry nothing; of parts that rest, `carried` is 0 where they exert nothing, 1 or -1
+    where they are at their static limit as if they slid that way; of parts along several rows it is 0 by the name of a
+    row that exerts nothing. Or all rows act, and `shares` says what of it each carries.
+    """
+
+    sides: Mapping[str, int]
+    slips: Mapping[str, int] = field(default_factory=dict)
+    directions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    carried: Mapping[str, int] = field(default_factory=dict)
+    idle: tuple[str, ...] = ()
+    shares: Shares | None = None
+
+    def acts(self, element: OneWay) -> bool:
+        """Return whether an element touches, is taut or is pressed."""
+        return self.sides.get(element.name, INACTIVE) != INACTIVE
+
+    def side(self, element: OneWay, normal: Row) -> int:
+        """Return the side on which the force of a normal row presses, 0 where it has none."""
+        return self.sides.get(normal.name, self.sides.get(element.name, INACTIVE))
+
+    def slip(self, part: FrictionPart) -> int:
+        """Return how a part slips."""
+        return self.slips.get(part.name, STICKS)
+
+    def alike(self, other: Mode) -> bool:
+        """Return whether two modes are the same, whatever each element carries in them."""
+        return replace(self, shares=None) == replace(other, shares=None)

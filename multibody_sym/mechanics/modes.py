@@ -1,0 +1,403 @@
+"""A mechanism in a mode: what holds one way only becomes ordinary rows, as far as it holds there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.mechanics.contact_rows import ContactRow, Edge, Flat, Tip
+from multibody_sym.mechanics.law_elements import ACTIVE, ALONG_VELOCITY, INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.limits import sided
+from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source, once
+from multibody_sym.mechanics.row_records import Row, Sliding, SlidingRow
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.least_norm import PLAIN
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot
+
+_DIRECTION: Final = "direction of "
+_SHARE: Final = "share of "
+
+
+def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mechanism:
+    """Return the mechanism in which active elements are rows, and friction sticks or slides, as a mode says.
+
+    `held` are the places of speeds that stay zero there. Rows keep the order of the elements, after the mechanism's.
+    """
+    parameters = _with_chosen(mechanism.parameters, mode)
+    rows = list(mechanism.rows)
+    for element in mechanism.one_way:
+        rows += rows_in_mode(element, mode, parameters)
+    return replace(
+        mechanism,
+        rows=tuple(rows),
+        parameters=parameters.with_rows(len(rows)),
+        mode=mode,
+        held=tuple(sorted(held)),
+    )
+
+
+def _with_chosen(parameters: ParameterVector, mode: Mode) -> ParameterVector:
+    """Return the vector with what a run chooses in a mode."""
+    added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen(mode).items())
+    return ParameterVector((*parameters.entries, *added))
+
+
+def chosen(mode: Mode) -> dict[str, float]:
+    """Return what a run chooses in a mode, by the names of parameters.
+
+    Directions in which slip in space starts from rest, and what rows carry whose forces are not unique.
+    """
+    found = {
+        _direction_name(name, k): x for name, direction in mode.directions.items() for k, x in enumerate(direction)
+    }
+    for share in mode.shares.elements if mode.shares is not None else ():
+        found |= {share_name(row): force for row, force in zip(share.rows, share.forces, strict=True)}
+        for k, way in enumerate(share.ways):
+            found |= {way_name(share.rows[k], row): x for row, x in zip(share.rows[k:], way, strict=True)}
+    return found
+
+
+def shared_forces(mechanism: Mechanism) -> tuple[list[Node], list[list[tuple[int, Node]]]] | None:
+    """Return by row of a mechanism in a mode what it carries at first, and the ways in which that changes.
+
+    A way is some rows by number, each with its part. None where forces are unique or zero for dependent rows.
+    """
+    mode, slot = mechanism.mode, mechanism.parameters.slot
+    if mode is None or mode.shares is None:
+        return None
+    places = {row.name: k for k, row in enumerate(mechanism.rows)}
+    forces = [ZERO] * len(places)
+    ways = [[(k, ONE)] for k in range(len(places))]
+    for share in mode.shares.elements:
+        for k, row in enumerate(share.rows):
+            forces[places[row]] = slot(share_name(row))
+            ways[places[row]] = [(places[other], slot(way_name(row, other))) for other in share.rows[k:]]
+    return forces, ways
+
+
+def share_name(row: str) -> str:
+    """Return the name of what a row carries at first whose force is not unique."""
+    return _SHARE + row
+
+
+def way_name(row: str, other: str) -> str:
+    """Return the name of the part of another row in the way that takes the place of a row."""
+    return f"{_SHARE}{row} with {other}"
+
+
+def _direction_name(part: str, component: int) -> str:
+    return f"{_DIRECTION}{part} {component + 1}"
+
+
+def direction_names(part: FrictionPart) -> list[str]:
+    """Return the names of the components of the direction in which a part starts to slide in space."""
+    return [_direction_name(part.name, k) for k in range(len(part.rows))]
+
+
+def is_direction(name: str) -> bool:
+    """Return whether a parameter is a component of the direction in which something starts to slide in space."""
+    return name.startswith(_DIRECTION)
+
+
+def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
+    """Yield the rows of an element: those of normals, with sliding friction, and those of friction that sticks."""
+    acts = mode.acts(element)
+    if (element.unilateral and not acts) or element.name in mode.idle:
+        return
+    sliding = [part for part in element.frictions if _slides(part, mode)]
+    for place, normal in enumerate(element.normals):
+        pressed = mode.side(element, normal)
+        frictions = tuple(
+            _by_length(element, part, normal, _sliding(part, mode, parameters, ACTIVE))
+            if part.norm
+            else _sliding(part, mode, parameters, pressed)
+            for part in sliding
+            if place in part.normals and (part.norm or pressed != INACTIVE)
+        )
+        yield SlidingRow(normal.name, normal, frictions) if frictions else normal
+    for part in element.frictions if acts else ():
+        sticks = not _slides(part, mode) and part.name not in mode.carried
+        if sticks and (part.enough or part.static is not ZERO):
+            yield from (row for row in part.rows if row.name not in mode.carried)
+
+
+def with_coefficients(mechanism: Mechanism, coefficient: Callable[[Sliding], Node]) -> Mechanism:
+    """Return a mechanism in a mode in which what slides has other coefficients of friction."""
+
+    def changed(row: Row) -> Row:
+        if not isinstance(row, SlidingRow):
+            return row
+        return replace(row, frictions=tuple(replace(f, coefficient=coefficient(f)) for f in row.frictions))
+
+    return replace(mechanism, rows=tuple(map(changed, mechanism.rows)))
+
+
+def _slides(part: FrictionPart, mode: Mode) -> bool:
+    return part.regularised is not None or slip_of(part, mode) != STICKS
+
+
+def slip_of(part: FrictionPart, mode: Mode) -> int:
+    """Return how the force of a friction part goes: as it slips, or as if where it is at its static limit."""
+    return mode.slip(part) or mode.carried.get(part.name, STICKS)
+
+
+def _by_length(element: OneWay, part: FrictionPart, normal: Row, sliding: Sliding) -> Sliding:
+    """Return friction that the length of a vector presses, of which one of its normals is a component."""
+    return replace(sliding, beside=tuple(row.name for row in element.normals_of(part) if row is not normal))
+
+
+def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
+    """Return how a part slides; a reaction that presses on the negative side rubs by its size."""
+    limit = part.static if part.name in mode.carried else part.kinetic
+    coefficient: Node = limit if side > 0 else negate(limit)
+    if part.regularised is not None:
+        return Sliding(part.rows, coefficient, 1, part.wrap, regularised=part.regularised)
+    slip = slip_of(part, mode)
+    starts = None
+    if slip == ALONG_VELOCITY and part.name in mode.directions:
+        starts = tuple(parameters.slot(_direction_name(part.name, k)) for k in range(len(part.rows)))
+    return Sliding(part.rows, coefficient, slip, part.wrap, starts)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A mechanism in all its modes: every row that may act is there, and numbers say which do and how they rub.
+#
+# What a mode says becomes data of the Programs: 1 for each row that acts, the side on which each reaction presses, the
+# way in which each friction part slides, the direction in which slip in space starts, what rows share, and which
+# speeds stand still.
+
+
+MODES: Final = "modes"
+"""The array of these numbers."""
+
+
+def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
+    """Return a mechanism's rows and those of its one-way elements after them."""
+    return (*mechanism.rows, *(row for element in mechanism.one_way for row in element.rows))
+
+
+@once
+def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
+    """Return the friction parts that rub, with their elements."""
+    pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
+    return tuple((x, part) for x, part in pairs if part.rubs)
+
+
+def in_every_mode(mechanism: Mechanism, *, shares: bool = False) -> Mechanism:
+    """Return a mechanism in no mode with every row and the names of the numbers that say which of them act.
+
+    It has those of shares where forces may be shared, or as one contact of several has them.
+    """
+    rows = every_row(mechanism)
+    names = [_acts(row.name) for row in rows]
+    names += [_side(row.name) for element in mechanism.one_way for row in element.normals if not element.unilateral]
+    for _, part in friction_parts(mechanism):
+        names += [_slip(part.name), _at_limit(part.name), *(direction_names(part) if len(part.rows) > 1 else ())]
+    if shares or may_share(mechanism):
+        names += [share_name(row.name) for row in rows]
+        names += [way_name(row.name, other.name) for group in _groups(mechanism) for row, other in _pairs(group)]
+    names += [_held(speed.name) for speed in mechanism.speeds]
+    names += [_ACTS, _STANDS, _LENGTHS, _SHARES]
+    names += [_watched(function) for function in functions(mechanism)]
+    return replace(
+        mechanism,
+        rows=rows,
+        parameters=mechanism.parameters.with_rows(len(rows)),
+        mode_numbers=tuple(names),
+    )
+
+
+@once
+def functions(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of the switching functions that a mode may have."""
+    return tuple(_functions(mechanism))
+
+
+def _functions(mechanism: Mechanism) -> Iterator[str]:
+    for element in mechanism.one_way:
+        if not element.unilateral:
+            yield from (f"turns {element.normals[k].name}" for k in sided(element))
+            continue
+        yield f"normal {element.name}"
+        if has_end(element):
+            yield f"edge {element.name}"
+        if has_rim(element):
+            yield f"flat {element.name}"
+    for _, part in friction_parts(mechanism):
+        yield f"slip {part.name}"
+        if len(part.rows) > 1:
+            yield f"onward {part.name}"
+            yield f"back {part.name}"
+
+
+def may_share(mechanism: Mechanism) -> bool:
+    """Return whether forces may have shares where they are not unique: not where rows define what presses."""
+    elements = [element for element in mechanism.one_way if element.unilateral]
+    several = len(elements) > 1 or any(len(part.rows) > 1 for x in elements for part in x.frictions)
+    return several and all(row.restricts for row in every_row(mechanism))
+
+
+def _groups(mechanism: Mechanism) -> Iterator[tuple[Row, ...]]:
+    """Yield the rows that may change what they carry together: those of each element, and the model's own alone."""
+    yield from ((row,) for row in mechanism.rows)
+    yield from (tuple(element.rows) for element in mechanism.one_way)
+
+
+def _pairs(group: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
+    yield from ((row, other) for k, row in enumerate(group) for other in group[k:])
+
+
+def has_end(element: OneWay) -> bool:
+    """Return whether what touches may get past the end of a face."""
+    row = element.normals[0] if element.normals else None
+    return isinstance(row, ContactRow) and any(
+        isinstance(skin, Edge | Tip) or (isinstance(skin, Flat) and bool(skin.ends or skin.beside))
+        for skin in row.skins
+    )
+
+
+def has_rim(element: OneWay) -> bool:
+    """Return whether what touches is the rim of a disc in space, which may come to lie flat."""
+    row = element.normals[0] if element.normals else None
+    return isinstance(row, ContactRow) and row.rim is not None
+
+
+_ACTS: Final = "some row acts"
+_STANDS: Final = "some speed is held"
+_LENGTHS: Final = "some length presses"
+_SHARES: Final = "some force is shared"
+
+
+def _acts(row: str) -> str:
+    return f"acts {row}"
+
+
+def _side(row: str) -> str:
+    return f"side {row}"
+
+
+def _slip(part: str) -> str:
+    return f"slip {part}"
+
+
+def _at_limit(part: str) -> str:
+    return f"at limit {part}"
+
+
+def _held(speed: str) -> str:
+    return f"held {speed}"
+
+
+def _watched(function: str) -> str:
+    return f"watched {function}"
+
+
+@dataclass(frozen=True, eq=False)
+class ModeNodes:
+    """The numbers of a mode of a mechanism `in_every_mode` as Nodes."""
+
+    mechanism: Mechanism
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
+
+    def _node(self, name: str) -> Node:
+        return slot(MODES, self._places[name])
+
+    def acts(self, row: Row) -> Node:
+        """Return 1 where a row acts, else 0."""
+        return self._node(_acts(row.name))
+
+    def side(self, element: OneWay, row: Row) -> Node:
+        """Return the sign of the force of a normal row, 0 where it does not press."""
+        return ONE if element.unilateral else self._node(_side(row.name))
+
+    def slip(self, part: FrictionPart) -> Node:
+        """Return the way in which a part slides, 0 where it does not; in space 2."""
+        return self._node(_slip(part.name))
+
+    def at_limit(self, part: FrictionPart) -> Node:
+        """Return 1 where a part that does not slide exerts its static limit as if it did."""
+        return self._node(_at_limit(part.name))
+
+    def direction(self, part: FrictionPart) -> list[Node]:
+        """Return the direction in which slip in space starts, zeros where it does not start."""
+        return [self._node(name) for name in direction_names(part)]
+
+    def carried(self) -> list[Node]:
+        """Return what each row carries at first."""
+        return [self._node(share_name(row.name)) for row in self.mechanism.rows]
+
+    def ways(self) -> list[list[tuple[int, Node]]]:
+        """Return the ways, one in the place of each row, in which that changes: rows by number with their parts."""
+        rows = self.mechanism.rows
+        found: list[list[tuple[int, Node]]] = [[] for _ in rows]
+        places = {row.name: k for k, row in enumerate(rows)}
+        own = replace(self.mechanism, rows=rows[: _declared(self.mechanism)])
+        for row, other in (pair for group in _groups(own) for pair in _pairs(group)):
+            found[places[row.name]].append((places[other.name], self._node(way_name(row.name, other.name))))
+        return found
+
+    @property
+    def any_length(self) -> Node:
+        """Return 1 where the length of a reaction presses on something that slides."""
+        return self._node(_LENGTHS)
+
+    def held(self) -> list[Node]:
+        """Return of each speed 1 where it stays zero."""
+        return [self._node(_held(speed.name)) for speed in self.mechanism.speeds]
+
+    @property
+    def any_shares(self) -> Node:
+        """Return 1 where forces that are not unique are shared."""
+        return self._node(_SHARES)
+
+    @property
+    def any_acts(self) -> Node:
+        """Return 1 where some row acts."""
+        return self._node(_ACTS)
+
+    @property
+    def any_held(self) -> Node:
+        """Return 1 where some speed stays zero."""
+        return self._node(_STANDS)
+
+    def watched(self, function: str) -> Node:
+        """Return 1 where a mode may end at a switching function."""
+        return self._node(_watched(function))
+
+
+def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watched: Iterable[str]) -> list[float]:
+    """Return the numbers of a mode of a mechanism `in_every_mode`, which may end at the functions `watched`.
+
+    What a run chooses in a mode, as the shares of rows, is another matter (`chosen`).
+    """
+    entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared(mechanism)]), mode)
+    acts = 1.0 if mode.shares is None else PLAIN
+    found = {_acts(row.name): acts for row in entered.rows}
+    for element in mechanism.one_way:
+        found |= {_side(row.name): float(mode.side(element, row)) for row in element.normals}
+    parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
+    for sliding in _every_mode_sliding(entered.rows):
+        part = parts[tuple(row.name for row in sliding.rows)]
+        found[_slip(part.name)] = float(sliding.sense)
+        found[_at_limit(part.name)] = float(part.name in mode.carried)
+        found[_LENGTHS] = max(found.get(_LENGTHS, 0.0), float(part.norm))
+    found |= {way_name(row.name, row.name): 1.0 for row in mechanism.rows}
+    found |= {_held(mechanism.speeds[k].name): 1.0 for k in held}
+    found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held)), _SHARES: float(mode.shares is not None)}
+    found |= {_watched(function): 1.0 for function in watched}
+    return [found.get(name, 0.0) for name in mechanism.mode_numbers]
+
+
+def _declared(mechanism: Mechanism) -> int:
+    """Return how many rows of a mechanism `in_every_mode` act in all modes, which come first."""
+    return len(mechanism.rows) - sum(1 for element in mechanism.one_way for _ in element.rows)
+
+
+def _every_mode_sliding(rows: Iterable[Row]) -> Iterator[Sliding]:
+    for row in rows:
+        yield from row.frictions if isinstance(row, SlidingRow) else ()

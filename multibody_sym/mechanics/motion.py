@@ -1,0 +1,656 @@
+"""Motion: positions and velocities of all bodies, and the accelerations that given udot produce."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, singledispatch
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
+from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.state import State
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
+from multibody_sym.model.fields import Point
+from multibody_sym.model.joints import Follow, Rates
+from multibody_sym.model.steps import Ball, OneCoordinate, Rotate, Screw, Step, Translate
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import ONE, ZERO, Node
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    combination,
+    cross,
+    product,
+    quaternion_product,
+    quaternion_rates,
+    quaternion_rotation,
+    scale,
+    subtract,
+    transpose,
+    turned,
+    turned_by,
+)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a joint lets happen, over any scalar: the motion of its frame M relative to F, step by step.
+#
+# Vectors that describe the motion are in M's axes. One rule serves all joints: a joint is its elementary steps, and a
+# ball if free rotation follows them.
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """The motion of M relative to F.
+
+    `rotation` R_FM, `position` of M in F's axes; `linear[k]`, `angular[k]`: velocity and angular velocity of M for a
+    unit speed u[k], in M's axes; `given_linear`, `given_angular`: what prescribed steps add to them; `turning`: its
+    whole angular velocity; `linear_bias`, `angular_bias`: its acceleration and angular acceleration relative to F
+    without udot.
+    """
+
+    rotation: Mat = UNIT_MATRIX
+    position: Vec = ZERO_VECTOR
+    linear: tuple[Vec, ...] = ()
+    angular: tuple[Vec, ...] = ()
+    given_linear: Vec = ZERO_VECTOR
+    given_angular: Vec = ZERO_VECTOR
+    turning: Vec = ZERO_VECTOR
+    linear_bias: Vec = ZERO_VECTOR
+    angular_bias: Vec = ZERO_VECTOR
+
+
+def translated(before: JointMotion, axis: Vec, q: S, u: S) -> JointMotion:
+    """Return the motion when M has moved on by q along a unit axis: the velocity of M gains u a + omega x q a."""
+    return _moved(before, scale(q, axis), axis, scale(u, axis))
+
+
+def _moved(before: JointMotion, arm: Vec, way: Vec, along: Vec) -> JointMotion:
+    """Return the motion when M has moved on by an arm that changes by `way` a unit speed, and now at the rate `along`.
+
+    What the arm's rate changes by itself is left out.
+    """
+    w = before.turning
+    bias = add(cross(before.angular_bias, arm), cross(w, add(cross(w, arm), add(along, along))))
+    return replace(
+        before,
+        position=add(before.position, apply(before.rotation, arm)),
+        linear=(*(add(v, cross(w_k, arm)) for v, w_k in zip(before.linear, before.angular, strict=True)), way),
+        angular=(*before.angular, ZERO_VECTOR),
+        given_linear=add(before.given_linear, cross(before.given_angular, arm)),
+        linear_bias=add(before.linear_bias, bias),
+    )
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a vector (or, in its last component, an angle) follows a parameter s and t: derivatives along s and in t."""
+
+    s: Vec
+    t: Vec
+    ss: Vec
+    st: Vec
+    tt: Vec
+
+    def rate(self, u: S) -> Vec:
+        """Return its rate where s' = u."""
+        return add(scale(u, self.s), self.t)
+
+    def bias(self, u: S) -> Vec:
+        """Return the rate of that, without s''."""
+        return add(scale(u, add(scale(u, self.ss), scale(2, self.st))), self.tt)
+
+
+def followed(before: JointMotion, place: Vec, way: Way, u: S) -> JointMotion:
+    """Return the motion when M has moved on to a place on a curve, by its parameter, whose rate is u."""
+    moved = _moved(before, place, way.s, way.rate(u))
+    return replace(
+        moved, given_linear=add(moved.given_linear, way.t), linear_bias=add(moved.linear_bias, way.bias(u))
+    )
+
+
+def turned_along(moved: JointMotion, rotation: Mat, axis: Vec, angle: Way, u: S) -> JointMotion:
+    """Return the motion when M, which its last step has moved by the speed u, has turned about an axis by an angle."""
+    found = rotated(moved, rotation, (axis,), (angle.rate(u)[2],))
+    given, bias = scale(angle.t[2], axis), scale(angle.bias(u)[2], axis)
+    return replace(
+        found,
+        linear=found.linear[:-1],
+        angular=(*found.angular[:-2], scale(angle.s[2], axis)),
+        given_angular=add(found.given_angular, given),
+        angular_bias=add(found.angular_bias, bias),
+    )
+
+
+def rotated(before: JointMotion, rotation: Mat, axes: Sequence[Vec], u: Sequence[S]) -> JointMotion:
+    """Return the motion when M has turned: angular velocity sum u_k a_k, with the axes a_k constant in the new M."""
+    carried = apply_transposed(rotation, before.turning)
+    own: Vec = ZERO_VECTOR
+    for axis, rate in zip(axes, u, strict=True):
+        own = add(own, scale(rate, axis))
+    return JointMotion(
+        rotation=product(before.rotation, rotation),
+        position=before.position,
+        linear=(*(apply_transposed(rotation, v) for v in before.linear), *(ZERO_VECTOR for _ in axes)),
+        angular=(*(apply_transposed(rotation, w) for w in before.angular), *axes),
+        given_linear=apply_transposed(rotation, before.given_linear),
+        given_angular=apply_transposed(rotation, before.given_angular),
+        turning=add(carried, own),
+        linear_bias=apply_transposed(rotation, before.linear_bias),
+        angular_bias=add(apply_transposed(rotation, before.angular_bias), cross(carried, own)),
+    )
+
+
+def screwed(before: JointMotion, axis: Vec, lead: S, q: S, u: S) -> JointMotion:
+    """Return the motion when M has turned by q about a unit axis and advanced by lead q along it."""
+    moved = translated(before, axis, lead * q, lead * u)
+    turned_too = rotated(moved, turned(axis, q), (axis,), (u,))
+    return replace(
+        turned_too,
+        linear=(*turned_too.linear[:-2], scale(lead, axis)),
+        angular=(*turned_too.angular[:-2], axis),
+    )
+
+
+def prescribed(after: JointMotion, rate: S, acceleration: S) -> JointMotion:
+    """Return the motion where the last step, which has moved at `rate`, is not free but moves so by itself."""
+    (*linear, v), (*angular, w) = after.linear, after.angular
+    return replace(
+        after,
+        linear=tuple(linear),
+        angular=tuple(angular),
+        given_linear=add(after.given_linear, scale(rate, v)),
+        given_angular=add(after.given_angular, scale(rate, w)),
+        linear_bias=add(after.linear_bias, scale(acceleration, v)),
+        angular_bias=add(after.angular_bias, scale(acceleration, w)),
+    )
+
+
+def seen_from(joint: JointMotion, R_BM: Mat, p_BM: Vec) -> JointMotion:
+    """Return the velocities and accelerations of another point of the moving body instead of M, in its axes.
+
+    M stands at p_BM from that point, turned by R_BM.
+    """
+    if R_BM is UNIT_MATRIX and p_BM is ZERO_VECTOR:
+        return joint
+    angular = tuple(apply(R_BM, w) for w in joint.angular)
+    linear = tuple(subtract(apply(R_BM, v), cross(w, p_BM)) for v, w in zip(joint.linear, angular, strict=True))
+    turning, angular_bias = apply(R_BM, joint.turning), apply(R_BM, joint.angular_bias)
+    given_angular = apply(R_BM, joint.given_angular)
+    offset = add(cross(angular_bias, p_BM), cross(turning, cross(turning, p_BM)))
+    return replace(
+        joint,
+        linear=linear,
+        angular=angular,
+        given_linear=subtract(apply(R_BM, joint.given_linear), cross(given_angular, p_BM)),
+        given_angular=given_angular,
+        turning=turning,
+        linear_bias=subtract(apply(R_BM, joint.linear_bias), offset),
+        angular_bias=angular_bias,
+    )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How each kind of step moves a body, over floats, Nodes and sympy: pose, velocity, rates, and what it leaves alone.
+#
+# What a kind is, and what the model asks of it, is said in `model/steps.py`; a new kind registers here how
+# it moves. Steps of one coordinate whose rate is their speed have the rest in common.
+
+
+_UP: Final[Vec] = (0, 0, 1)
+_UNITS: Final[tuple[Point, ...]] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+
+
+# --- motion --------------------------------------------------------------------------------------------------------
+
+
+@singledispatch
+def stepped(step: Step, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    """Return the motion of M when a step has followed those `before`, at its coordinates q and speeds u."""
+    raise TypeError(f"nothing says how {type(step).__name__} moves a body")
+
+
+@stepped.register
+def _(step: Translate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    return translated(before, _axis(step.axis, state), q[0], u[0])
+
+
+@stepped.register
+def _(step: Rotate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    axis = _axis(step.axis, state)
+    return rotated(before, turned(axis, q[0]), (axis,), u)
+
+
+@stepped.register
+def _(step: Screw, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    return screwed(before, _axis(step.axis, state), state.values([step.lead])[0], q[0], u[0])
+
+
+@stepped.register
+def _(step: Ball, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    return rotated(before, quaternion_rotation(q), UNIT_MATRIX, u)
+
+
+@stepped.register
+def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    """Derivatives are taken of the expressions, so that all scalars have the same exact ones."""
+    at = {step.leaf: q[0]}
+    axes = [_axis(axis, state) for axis in step.axes]
+    place = combination(axes, state.values(step.place, at))
+    moved = followed(before, place, _way(step.rates, axes, state, at), u[0])
+    if not step.turns_along:
+        return moved
+    cosine, sine = state.values(step.tangent, at)
+    return turned_along(moved, turned_by(axes[2], cosine, sine), axes[2], _way(step.turning, (_UP,), state, at), u[0])
+
+
+def _way(rates: Rates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> Way:
+    """Return derivatives with their components along axes."""
+    return Way(*(combination(axes, state.values(nodes, at)) for nodes in rates))
+
+
+def _axis(declared: Point, state: State) -> Vec:
+    x, y, z = state.values(declared)
+    return x, y, z
+
+
+@singledispatch
+def step_rates(step: Step, q: Sequence[S], u: Sequence[S]) -> Sequence[S]:
+    """Return the rates of a step's coordinates, qdot = N(q) u."""
+    raise TypeError(f"nothing says how the coordinates of {type(step).__name__} follow its speeds")
+
+
+@step_rates.register
+def _(step: OneCoordinate, q: Sequence[S], u: Sequence[S]) -> Sequence[S]:
+    return u
+
+
+@step_rates.register
+def _(step: Ball, q: Sequence[S], u: Sequence[S]) -> Sequence[S]:
+    return quaternion_rates(q, u)
+
+
+# --- what it leaves alone ------------------------------------------------------------------------------------------
+
+
+@singledispatch
+def invariant_directions(step: Step) -> tuple[Point, ...]:
+    """Return the directions along which both frames may be moved together, and the step moves the body just so."""
+    raise TypeError(f"nothing says which directions {type(step).__name__} leaves alone")
+
+
+@invariant_directions.register
+def _(step: Translate) -> tuple[Point, ...]:
+    return _UNITS
+
+
+@invariant_directions.register(Rotate)
+@invariant_directions.register(Screw)
+def _(step: Rotate | Screw) -> tuple[Point, ...]:
+    return (step.axis,)
+
+
+@invariant_directions.register
+def _(step: Follow) -> tuple[Point, ...]:
+    return (step.axis,) if step.turns_along else _UNITS
+
+
+@invariant_directions.register
+def _(step: Ball) -> tuple[Point, ...]:
+    return ()
+
+
+# --- deviations ----------------------------------------------------------------------------------------------------
+
+
+@singledispatch
+def displaced(step: Step, q: Floats, sigma: Floats) -> Floats:
+    """Return a step's coordinates displaced by deviations, one for each speed: small ones move as its speeds do."""
+    raise TypeError(f"nothing says how {type(step).__name__} is displaced")
+
+
+@displaced.register
+def _(step: OneCoordinate, q: Floats, sigma: Floats) -> Floats:
+    return q + sigma
+
+
+@displaced.register
+def _(step: Ball, q: Floats, sigma: Floats) -> Floats:
+    """Turn on by the rotation vector sigma."""
+    angle = float(np.linalg.norm(sigma))
+    part = 0.5 * np.sinc(angle / (2.0 * np.pi))
+    found = np.array(quaternion_product(q.tolist(), [np.cos(angle / 2.0), *(part * sigma)]), dtype=float)
+    unit: Floats = found / np.linalg.norm(found)
+    return unit
+
+
+@singledispatch
+def deviation_suffixes(step: Step) -> tuple[str | None, ...]:
+    """Return what follows the joint's name in those of deviations; None where one is that of a coordinate."""
+    raise TypeError(f"nothing says what the deviations of {type(step).__name__} are called")
+
+
+@deviation_suffixes.register
+def _(step: OneCoordinate) -> tuple[str | None, ...]:
+    return (None,)
+
+
+@deviation_suffixes.register
+def _(step: Ball) -> tuple[str | None, ...]:
+    return (".rx", ".ry", ".rz")
+
+
+@singledispatch
+def carried_deviations(step: Step, u: Sequence[float]) -> Floats:
+    """Return the matrix D of sigma' = D sigma + ..., what the motion itself makes of deviations."""
+    raise TypeError(f"nothing says what motion makes of the deviations of {type(step).__name__}")
+
+
+@carried_deviations.register
+def _(step: OneCoordinate, u: Sequence[float]) -> Floats:
+    return np.zeros((1, 1))
+
+
+@carried_deviations.register
+def _(step: Ball, u: Sequence[float]) -> Floats:
+    """theta' = - omega x theta."""
+    x, y, z = u
+    return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+
+
+# --- Lagrange's equations ------------------------------------------------------------------------------------------
+
+
+@singledispatch
+def turning_momenta(step: Step, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
+    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
+    raise TypeError(f"nothing says how Lagrange's equations hold in the speeds of {type(step).__name__}")
+
+
+@turning_momenta.register
+def _(step: OneCoordinate, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
+    return (0,)
+
+
+@turning_momenta.register
+def _(step: Ball, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
+    """Return omega x p.
+
+    Of an angular velocity omega = 2 E(q) qdot, N = E^T / 2: with p = dT/domega, dT/dqdot = 2 E^T p, and the projection
+    leaves N^T (d/dt (2 E^T) - (d(2 E qdot)/dq)^T) p = omega x p; the multiplier of |q| = 1 drops out because N^T q = 0.
+    """
+    x, y, z = u
+    a, b, c = momenta
+    return cross((x, y, z), (a, b, c))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """One body's motion; B is the body, P its parent, W the world. `v_WB` is the velocity of the body's origin,
+    `gravity` the acceleration of free fall.
+
+    `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent; `given_linear`,
+    `given_angular`: what its prescribed motion adds. `linear_bias`, `angular_bias`: what the joint adds to the
+    accelerations besides udot (Coriolis terms, relative accelerations). All in body axes, except `p_PB` (in the
+    parent's).
+    """
+
+    R_PB: Mat
+    p_PB: Vec
+    w_WB: Vec
+    v_WB: Vec
+    linear: tuple[Vec, ...]
+    angular: tuple[Vec, ...]
+    given_linear: Vec
+    given_angular: Vec
+    linear_bias: Vec
+    angular_bias: Vec
+    gravity: Vec
+
+
+@dataclass(frozen=True)
+class BodyMass:
+    """Mass, centre of mass and inertia about it over a scalar, in body axes."""
+
+    mass: S
+    com: Vec
+    inertia: Mat
+
+
+@dataclass(frozen=True)
+class Motion:
+    """All bodies' motion at a state, in tree order, with their masses and the gravity vector over the same scalar."""
+
+    mechanism: Mechanism
+    state: State
+    bodies: tuple[BodyMotion, ...]
+    masses: tuple[BodyMass, ...]
+    gravity: Vec
+
+    @cached_property
+    def poses(self) -> list[tuple[Mat, Vec]]:
+        """Orientation R_WB and position p_WB (world axes) of every body."""
+        found: list[tuple[Mat, Vec]] = []
+        for body, moved in zip(self.mechanism.bodies, self.bodies, strict=True):
+            found.append(body_pose(moved, found[body.parent] if body.parent >= 0 else (UNIT_MATRIX, ZERO_VECTOR)))
+        return found
+
+    def rotation(self, body: int) -> Mat:
+        """Return R_WB; the unit matrix for a ground at rest."""
+        return self.poses[body][0] if body >= 0 else UNIT_MATRIX
+
+    def point(self, marker: Marker) -> Vec:
+        """Return a marker's position in its body's axes."""
+        return _triple(self.state, marker.pose.position)
+
+
+@dataclass(frozen=True)
+class PlacedMotion(Motion):
+    """Motion whose poses were found elsewhere."""
+
+    placed: list[tuple[Mat, Vec]]
+
+    @cached_property
+    def poses(self) -> list[tuple[Mat, Vec]]:
+        """Orientation R_WB and position p_WB (world axes) of every body."""
+        return self.placed
+
+
+def motion_of(mechanism: Mechanism, state: State) -> Motion:
+    """Return the motion of all bodies at a state (forward recursion from the world)."""
+    moved: list[BodyMotion] = []
+    masses = []
+    world = moving_parent(ZERO_VECTOR, ZERO_VECTOR, _triple(state, mechanism.gravity))
+    for body in mechanism.bodies:
+        parent = moved[body.parent] if body.parent >= 0 else world
+        moved.append(body_motion(body, parent, state))
+        masses.append(body_mass(body, state))
+    return Motion(mechanism, state, tuple(moved), tuple(masses), world.gravity)
+
+
+def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
+    """Return what the motion of a child depends on: its parent's velocities and gravity, in the parent's axes."""
+    return replace(_WORLD, w_WB=w_WB, v_WB=v_WB, gravity=gravity)
+
+
+def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
+    """Return the motion of one body, given that of its parent."""
+    u = [state.u[k] for k in body.u]
+    R_PB, p_PB, joint = _relative(body, state)
+    w_rel, v_rel = joint.turning, add(combination(joint.linear, u), joint.given_linear)
+    w_parent = apply_transposed(R_PB, parent.w_WB)
+    v_point = add(parent.v_WB, cross(parent.w_WB, p_PB))
+    return BodyMotion(
+        R_PB=R_PB,
+        p_PB=p_PB,
+        w_WB=add(w_parent, w_rel),
+        v_WB=add(apply_transposed(R_PB, v_point), v_rel),
+        linear=joint.linear,
+        angular=joint.angular,
+        given_linear=joint.given_linear,
+        given_angular=joint.given_angular,
+        linear_bias=add(_twice(cross(w_parent, v_rel)), joint.linear_bias),
+        angular_bias=add(cross(w_parent, w_rel), joint.angular_bias),
+        gravity=apply_transposed(R_PB, parent.gravity),
+    )
+
+
+def _relative(body: TreeBody, state: State) -> tuple[Mat, Vec, JointMotion]:
+    """Return R_PB, p_PB, and the motion of B's origin relative to P in B's axes, as the joint's own is in M's."""
+    R_PF, p_PF = pose(state, body.frame_on_parent)
+    R_BM, p_BM = pose(state, body.frame_on_body)
+    joint = _joint_motion(body, state)
+    R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
+    p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
+    return R_PB, p_PB, seen_from(joint, R_BM, p_BM)
+
+
+def _joint_motion(body: TreeBody, state: State) -> JointMotion:
+    moved, free_steps = JointMotion(), iter(body.free_steps)
+    for step, given in zip(body.steps, body.given, strict=True):
+        if given is None:
+            free = next(free_steps)
+            moved = stepped(step, moved, [state.q[k] for k in free.q], [state.u[k] for k in free.u], state)
+        else:
+            q, rate, acceleration = state.values(given)
+            moved = prescribed(stepped(step, moved, [q], [rate], state), rate, acceleration)
+    return moved
+
+
+def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) -> list[tuple[Vec, Vec]]:
+    """Return each body's (acceleration of its origin, angular acceleration) in body axes for given udot.
+
+    `base` is the world's acceleration: with -g the result contains the weight (an apparent acceleration).
+    """
+    found: list[tuple[Vec, Vec]] = []
+    for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
+        parent = found[body.parent] if body.parent >= 0 else (base, ZERO_VECTOR)
+        w_parent = motion.bodies[body.parent].w_WB if body.parent >= 0 else ZERO_VECTOR
+        found.append(body_acceleration(moved, w_parent, parent, [udot[k] for k in body.u]))
+    return found
+
+
+def body_acceleration(
+    moved: BodyMotion, w_parent: Vec, parent: tuple[Vec, Vec], udot: Sequence[S]
+) -> tuple[Vec, Vec]:
+    """Return one body's accelerations, given its parent's angular velocity and accelerations and the joint's udot."""
+    a_parent, alpha_parent = parent
+    carried = apply_transposed(moved.R_PB, add(a_parent, apply(spread(alpha_parent, w_parent), moved.p_PB)))
+    a = add(carried, add(combination(moved.linear, udot), moved.linear_bias))
+    alpha_carried = apply_transposed(moved.R_PB, alpha_parent)
+    return a, add(alpha_carried, add(combination(moved.angular, udot), moved.angular_bias))
+
+
+def from_parent(moved: BodyMotion, parent: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+    """Return the accelerations (linear, angular) that a body at rest shares with its parent, in the body's axes."""
+    a, alpha = parent
+    return apply_transposed(moved.R_PB, add(a, cross(alpha, moved.p_PB))), apply_transposed(moved.R_PB, alpha)
+
+
+def spread(alpha: Vec, w: Vec) -> Mat:
+    """Return [alpha] + [w][w]: times r it is how much more a point at r accelerates than the reference point."""
+    xx, yy, zz = w[0] * w[0], w[1] * w[1], w[2] * w[2]
+    xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
+    return (
+        (-(yy + zz), xy - alpha[2], xz + alpha[1]),
+        (xy + alpha[2], -(xx + zz), yz - alpha[0]),
+        (xz - alpha[1], yz + alpha[0], -(xx + yy)),
+    )
+
+
+def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> list[S]:
+    """Return qdot = N(q) u of the whole mechanism."""
+    qdot: list[S] = []
+    for body in mechanism.bodies:
+        qdot.extend(joint_rates(body, q, u))
+    return qdot
+
+
+def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
+    """Return the part of qdot = N(q) u that belongs to the joint of `body`; q and u are those of the mechanism."""
+    return [
+        rate
+        for free in body.free_steps
+        for rate in step_rates(free.step, [q[k] for k in free.q], [u[k] for k in free.u])
+    ]
+
+
+def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:
+    """Return a declared pose (rotation, position) over the state's scalar."""
+    position = _triple(state, declared.position) if declared.position is not ORIGIN else ZERO_VECTOR
+    if declared.rotation is IDENTITY:
+        return UNIT_MATRIX, position
+    rows = [_triple(state, row) for row in declared.rotation]
+    return (rows[0], rows[1], rows[2]), position
+
+
+def _triple(state: State, nodes: Sequence[Node]) -> Vec:
+    x, y, z = state.values(nodes)
+    return x, y, z
+
+
+def body_pose(moved: BodyMotion, parent: tuple[Mat, Vec]) -> tuple[Mat, Vec]:
+    """Return R_WB and p_WB of one body, given those of its parent."""
+    R_WP, p_WP = parent
+    return product(R_WP, moved.R_PB), add(p_WP, apply(R_WP, moved.p_PB))
+
+
+def body_mass(body: TreeBody, state: State) -> BodyMass:
+    """Return the mass of one body."""
+    xx, yy, zz, xy, xz, yz = state.values(body.mass.inertia)
+    inertia: Mat = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    return BodyMass(state.values([body.mass.mass])[0], _triple(state, body.mass.com), inertia)
+
+
+def _twice(a: Vec) -> Vec:
+    return add(a, a)
+
+
+_WORLD = BodyMotion(UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), *(ZERO_VECTOR,) * 5)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Partial velocities: how each body moves at unit speed of one freedom and, just so, accelerates at unit udot.
+
+
+PartialVelocities = Mapping[int, tuple[Vec, Vec]]
+"""For each speed that moves a body: velocity of its origin and angular velocity at unit speed, in its axes."""
+_TURNS: Final = 3
+_LOCKED: Final = 1e-3
+"""The volume that the axes of three turns span, below which they do not span space."""
+
+
+def partial_velocities(motion: Motion) -> list[PartialVelocities]:
+    """Return each body's partial velocities with respect to the speeds that move it."""
+    found: list[PartialVelocities] = []
+    for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
+        parent = found[body.parent] if body.parent >= 0 else {}
+        carried = {k: from_parent(moved, partial) for k, partial in parent.items()}
+        own = dict(zip(body.u, zip(moved.linear, moved.angular, strict=True), strict=True))
+        found.append({**carried, **own})
+    return found
+
+
+def locked(motion: Motion, place: int) -> str | None:
+    """Return that the first and the third of a body's three successive turns have one axis, over floats; else None."""
+    body, moved = motion.mechanism.bodies[place], motion.bodies[place]
+    turns = [free for free in body.free_steps if free.step.is_hinge]
+    axes = [moved.angular[body.u.index(free.u[0])] for free in turns]
+    if len(turns) != _TURNS or abs(np.linalg.det(np.array(axes, dtype=float))) > _LOCKED:
+        return None
+    first, _, third = (motion.mechanism.coordinates[free.q[0]].name for free in turns)
+    return (
+        f"{first} and {third} turn {body.name} about one axis there, and their rates have no bound: leave out "
+        f"angles: of joint {body.joint_name}, which then has a quaternion, or choose others"
+    )

@@ -1,0 +1,466 @@
+"""From a System to its Mechanism: references, names, tree order, slots. A pure function; every error has a path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.absolute import Freed, freed_bodies, measured
+from multibody_sym.mechanics.contacts import contacts, with_feet
+from multibody_sym.mechanics.declared_rows import (
+    cut_joints,
+    declared_rows,
+    driving_inputs,
+    expression_of,
+    with_constants,
+    with_driving_inputs,
+    with_named_outputs,
+)
+from multibody_sym.mechanics.forces import loads, with_own_names
+from multibody_sym.mechanics.gears import with_withheld
+from multibody_sym.mechanics.impact_records import StruckImpacts
+from multibody_sym.mechanics.impacts import struck_impacts
+from multibody_sym.mechanics.joint_friction import joint_frictions, stops
+from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.mechanism import (
+    TIME,
+    Coordinate,
+    JointLimit,
+    Mechanism,
+    ParameterEntry,
+    ParameterVector,
+    Speed,
+    TreeBody,
+    double_name,
+)
+from multibody_sym.mechanics.mode_words import possible_words
+from multibody_sym.mechanics.questions import verify_questions
+from multibody_sym.mechanics.references import BARE, References
+from multibody_sym.mechanics.ropes import rope_slips
+from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, RopeSlipRow, Row, leaves_wheel
+from multibody_sym.mechanics.spanning_tree import (
+    SpanningTree,
+    body_part,
+    coordinate_names,
+    ground_moves,
+    has_rows,
+    rate_names,
+    spanning_tree,
+    speed_names,
+    used_joints,
+)
+from multibody_sym.mechanics.vocabulary import meanings, verify_curves, verify_expressions, verify_forces
+from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
+from multibody_sym.model.constraints import Rope, Roughness
+from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
+from multibody_sym.model.parameters import Table, input_dimensions
+from multibody_sym.model.states import StateCondition
+from multibody_sym.model.steps import PARAMETER, Rotate, Translate
+from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate, exp
+from multibody_sym.scalars.limits import gripping
+from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity, slot, symbol
+from multibody_sym.scalars.sign_changes import fading_functions, switching_function, switching_functions
+from multibody_sym.text.parser import of_run
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The bodies of the tree with the joints that carry them, a moving ground first.
+
+
+def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterable[str]) -> tuple[TreeBody, ...]:
+    """Return the bodies in tree order, then the massless doubles that cut joints carry, named by their joints."""
+    system = references.system
+    carried = [(name, body_part(system.joints[name].child, system.bodies)[0]) for name in carrying]
+    wanted = [(name, child, mass_of(system.bodies[child]), False) for name, child in carried]
+    wanted += [(name, double_name(system.joints[name].child, name), NO_MASS, True) for name in doubled]
+    made, q, u = [], 0, 0
+    for joint_name, name, mass, double in wanted:
+        joint, (on_parent, on_body) = system.joints[joint_name], references.frames(joint_name)
+        steps = tuple(step.with_directions(unit_vector) for step in joint.moves)
+        nq, nu = len(joint.coordinate_units), len(joint.speed_units)
+        numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))
+        ends = on_parent.pose, on_body.pose
+        foot = isinstance(joint, Foot)
+        made.append(TreeBody(name, on_parent.body, joint_name, steps, *ends, mass, *numbers, double, foot))
+        q, u = q + nq, u + nu
+    return (*_ground(references), *made)
+
+
+def _ground(references: References) -> tuple[TreeBody, ...]:
+    """Return a ground that moves as a body on prescribed steps."""
+    body = references.system.bodies.get(GROUND, BARE)
+    if body.motion is None:
+        return ()
+    if GROUND in references.system.joints:
+        raise ModelError(
+            "ground moves, and its own drive is called 'ground'; give the joint another name", number="M108"
+        ).under(
+            "joints"
+        )
+    places = zip(IDENTITY, (body.motion.x, body.motion.y, body.motion.z), strict=True)
+    moves = [Translate(axis, motion=place) for axis, place in places if place is not ZERO]
+    turns = [Rotate(unit_vector(turn.axis), motion=turn.angle) for turn in body.motion.turn]
+    return (TreeBody(GROUND, -1, GROUND, (*moves, *turns), Pose(), Pose(), mass_of(body), (), ()),)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The one-way elements of a system, in the order in which all that follows tells them.
+
+
+ROPE_WORDS = ("taut", "slack")
+
+
+def slackening(references: References) -> frozenset[str]:
+    """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels.
+
+    Raises ModelError for a rope that is always taut and is to rebound.
+    """
+    ropes = {name: x for name, x in references.system.constraints.items() if isinstance(x, Rope)}
+    rough = {name for name, pulley in references.system.pulleys.items() if pulley.rough is not None}
+    found = frozenset(name for name, rope in ropes.items() if rope.slack or rough.intersection(rope.route[1:-1]))
+    for name, rope in ropes.items():
+        if name not in found and rope.restitution not in (None, ZERO):
+            with at("constraints", name, "restitution"):
+                raise ModelError(
+                    "a rope that is always taut never goes taut, so it does not rebound; add slack: true", number="M114"
+                )
+    return found
+
+
+def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneWay, ...]:
+    """Return all one-way elements; `slack` are the rows of the ropes that may slacken."""
+    found = (*contacts(references), *_ropes(references, slack), *stops(references), *joint_frictions(references))
+    smooth = references.system.simulation.friction
+    return found if smooth is None else tuple(_smoothed(element, smooth.regularised) for element in found)
+
+
+def _smoothed(element: OneWay, speed: Node) -> OneWay:
+    """Return an element whose friction is smooth below a speed, if it has none of its own and may slip at all."""
+    exact = (x.enough or x.regularised is not None for x in element.frictions)
+    parts = zip(element.frictions, exact, strict=True)
+    smooth = (x if keeps else replace(x, regularised=speed / x.arm) for x, keeps in parts)
+    return replace(element, frictions=tuple(smooth))
+
+
+def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
+    for row in rows:
+        name = row.name.partition(".")[0]
+        with at("constraints", name):
+            slips = list(rope_slips(references, row)) if isinstance(row, RopeRow) else []
+        means = _means(row, [slip.name for _, slip, _ in slips])
+        parts = tuple(
+            FrictionPart(part, (slip,), *_limits(rough, slip), normals=(k if means else 0,), wrap=0)
+            for k, (part, slip, rough) in enumerate(slips, 1)
+        )
+        path, rope = ("constraints", name), references.system.constraints[name]
+        given = rope.restitution if isinstance(rope, Rope) else None
+        yield OneWay(
+            row.name,
+            "rope",
+            path,
+            (row, *means),
+            frictions=parts,
+            restitution=given or ZERO,
+            collides=given is not None,
+            words=ROPE_WORDS,
+            group=name,
+        )
+
+
+def _means(row: Row, slips: Sequence[str]) -> list[Row]:
+    """Return rows of what presses on each of several rough wheels; on a single one it is the rope's own multiplier."""
+    if len(slips) < 2:
+        return []
+    parts = [(tuple(slips[:k]), tuple(slips[k + 1 :])) for k in range(len(slips))]
+    return [
+        MeanTensionRow(f"{slip}.mean", row.name, passed, ahead)
+        for slip, (passed, ahead) in zip(slips, parts, strict=True)
+    ]
+
+
+def _limits(rough: Roughness, slip: RopeSlipRow) -> tuple[Node, Node]:
+    return _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap)
+
+
+def _capstan(coefficient: Node, wrap: Node) -> Node:
+    """Return the friction on a wheel over the mean of both tensions: 2 tanh(mu wrap / 2), as T1 = T2 exp(mu wrap)."""
+    if coefficient is ZERO:
+        return ZERO
+    return as_node(gripping(exp(coefficient * wrap)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+def mechanism(system: System) -> Mechanism:
+    """Return the mechanism that a system declares.
+
+    Raises ModelError (with the path of the field) for unknown names, wrong dimensions, bodies that nothing joins, and
+    whatever else contradicts itself.
+    """
+    verify_system(system)
+    system = with_feet(system)
+    relative = with_withheld(_resolved(system), system)
+    verify_questions(system, relative)
+    if system.simulation.coordinates == "relative":
+        return relative
+    freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
+    return with_withheld(replace(_resolved(freed.system, freed), relative=relative), system)
+
+
+def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
+    """Return the mechanism of a system as declared, or with its bodies freed.
+
+    The coordinates of joints that are cut there are measured, as far as poses tell them.
+    """
+    tree = spanning_tree(system)
+    doubled, measuring = _uncarried(system, tree, freed)
+    named = (*tree.carrying, *doubled)
+    coordinates, speeds = _coordinates(system, named), _speeds(system, named)
+    names = meanings(system, (*coordinates, *_coordinates(system, measuring)), (*speeds, *_speeds(system, measuring)))
+    slots = _slots(system, coordinates, speeds)
+    references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
+    bodies = tree_bodies(references, tree.carrying, doubled)
+    told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
+    references = with_constants(replace(references, measured=told), bodies)
+    declared, slack = declared_rows(references), slackening(references)
+    loose = [row for row in declared if row.name.partition(".")[0] in slack]
+    rows = [row for row in declared if row not in loose]
+    cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
+    resolved = _in_slots(told, references.system)
+    one_way = _in_slots(told, one_way_elements(references, loose))
+    return Mechanism(
+        name=system.name,
+        gravity=resolved.gravity,
+        bodies=_in_slots(told, bodies),
+        markers=references.markers(),
+        coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
+        speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
+        parameters=references.parameters.with_rows(len(rows)),
+        inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
+        **_outputs(resolved, told),
+        stops={**_stops(resolved, _in_slots(told, bodies)), **_wheels_left([*rows, *loose])},
+        kinks=_kinks(resolved, slots),
+        fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved, slots)))),
+        loads=_in_slots(told, tuple(loads(references))),
+        rows=_in_slots(told, tuple(rows)),
+        limits=tuple(_resolve_limits(resolved, {**slots, **told})),
+        cuts=_in_slots(told, tuple(cuts)),
+        symbols={**_rates(told, rate_names(system)), **slots, **told},
+        driving_inputs=driving_inputs(system),
+        input_dimensions=input_dimensions(system.inputs),
+        minimum_norm=system.simulation.multipliers == "minimum_norm",
+        one_way=one_way,
+        state_stops=_state_stops(resolved, one_way),
+        impact=_verified(
+            system,
+            one_way,
+            _in_slots(told, struck_impacts(references, one_way, rows, cuts)),
+            [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut],
+        ),
+    )
+
+
+def _uncarried(system: System, tree: SpanningTree, freed: Freed | None) -> tuple[list[str], list[str]]:
+    """Return the cut joints that carry a double of their child, and those whose coordinates are measured."""
+    if freed is None:
+        return _doubled(system, tree), []
+    return [x for x in tree.cut if x in freed.doubled], [x for x in tree.cut if x in freed.measured]
+
+
+def _references(
+    system: System,
+    tree: SpanningTree,
+    doubled: Sequence[str],
+    names: Mapping[str, str],
+    slots: Mapping[Node, Node],
+    *,
+    plane: bool,
+) -> References:
+    """Return what names stand for in a system whose expressions are verified, and written in slots."""
+    spanned = with_own_names(system, names)
+    verify_expressions(spanned, names)
+    verify_curves(spanned, names)
+    numbers = _body_numbers(tree, system)
+    return References(
+        _in_slots(slots, with_named_outputs(with_driving_inputs(spanned), names)),
+        numbers,
+        slots,
+        _parameter_vector(system, slots),
+        plane,
+        carrying=frozenset(tree.carrying),
+        doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
+    )
+
+
+def _outputs(resolved: System, told: Mapping[Node, Node]) -> dict[str, Any]:
+    """Return the outputs that follow from the state alone, measured coordinates too, and those that add up in a run."""
+    adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
+    others = {name: node for name, node in resolved.outputs.items() if name not in adding}
+    return {"outputs": {**{name.data: node for name, node in told.items()}, **others}, "run_outputs": adding}
+
+
+def _changes(node: Node) -> bool:
+    """Return whether an expression depends on more than parameters."""
+    return bool(leaves([node], "quantity")) or any(leaf.data[0] != "parameters" for leaf in leaves([node], "slot"))
+
+
+def _stops(system: System, bodies: Sequence[TreeBody]) -> dict[str, Node]:
+    """Return the functions that become positive where a run ends: as declared, and where a mass is used up."""
+    declared = {name: switching_function(x) for name, x in system.stop.items() if isinstance(x, Node)}
+    varying = (body for body in bodies if body.name in system.bodies and system.bodies[body.name].varying)
+    return {**declared, **{used_up(body.name): -body.mass.mass for body in varying}}
+
+
+def _wheels_left(rows: Sequence[Row]) -> dict[str, Node]:
+    """Return the functions that become positive where a rope lies around none of a wheel any more."""
+    ropes = [row for row in rows if isinstance(row, RopeRow)]
+    passed = [(row.name, bend) for row in ropes for bend in row.path[1:-1]]
+    behind = {(row.rope, row.path[0].pulley) for row in ropes if row.path[0].pulley}
+    passed += [(row.name, row.path[-1]) for row in ropes if (row.rope, row.path[-1].pulley) in behind]
+    names = ((row, x.pulley) for row, x in passed if x.pulley and not x.turns and x.radius.shadow != 0)
+    return {leaves_wheel(*name): negate(quantity("wrap", name)) for name in names}
+
+
+def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:
+    """Return the states that end a run. Raises ModelError for those of unknown elements."""
+    known = possible_words(elements)
+    found = {name: x for name, x in system.stop.items() if isinstance(x, StateCondition)}
+    for name, condition in found.items():
+        with at("stop", name):
+            condition.verify(known)
+    return found
+
+
+def _verified(
+    system: System, elements: Sequence[OneWay], struck: StruckImpacts | None, cut: Sequence[str]
+) -> StruckImpacts | None:
+    """Return impacts. Raises ModelError where expressions ask forces of what has none, nor impulses."""
+    verify_forces(system, [*elements, *(() if struck is None else struck.meetings)], cut)
+    return struck
+
+
+def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:
+    """Return a system, or parts of a mechanism, with names replaced by slots or what they measure."""
+    return with_expressions(part, lambda node: _in(slots, node)) if slots else part
+
+
+def _in(slots: Mapping[Node, Node], node: Node) -> Node:
+    if not node.args:
+        return slots.get(node, node)
+    return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+
+
+def _kinks(resolved: System, slots: Mapping[Node, Node]) -> tuple[Node, ...]:
+    """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
+    tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Table)]
+    return tuple(g for g in switching_functions([*_declared_laws(resolved, slots), *tables]) if _changes(g))
+
+
+def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
+    """Return what is declared of forces, constraints and motions, curves at the coordinates of their joints."""
+    written = expressions_in(resolved, ("forces", "constraints", "inputs", "joints", "bodies"))
+    nodes = [each.node for each in written if each.node.shadow is None]
+    found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
+    for name, joint in resolved.joints.items():
+        for free in joint.free_steps:
+            if isinstance(free.step, Follow):
+                found += free.step.at(slots[symbol(coordinate_names(name, joint)[free.q[0]])]).place
+    return found
+
+
+def _doubled(system: System, tree: SpanningTree) -> list[str]:
+    """Return the cut joints that keep their coordinates, because these are used or no rows can stand for the joint.
+
+    Such a joint carries a massless double of its child, which rows hold to the child itself.
+    """
+    used = used_joints(system) if tree.cut else set()
+    return [name for name in tree.cut if name in used or not has_rows(system.joints[name])]
+
+
+def _body_numbers(tree: SpanningTree, system: System) -> dict[str, int]:
+    """Return the places of the bodies in tree order; a moving ground comes first."""
+    carried = [body_part(system.joints[name].child, system.bodies)[0] for name in tree.carrying]
+    return {name: number for number, name in enumerate([GROUND, *carried], 0 if ground_moves(system.bodies) else -1)}
+
+
+# --- names ---------------------------------------------------------------------------------------------------------
+
+
+def _coordinates(system: System, joints: Iterable[str]) -> tuple[Coordinate, ...]:
+    return tuple(c for name in joints for c in _coordinates_of(name, system.joints[name]))
+
+
+def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:
+    return tuple(s for name in joints for s in _speeds_of(name, system.joints[name]))
+
+
+def _coordinates_of(name: str, joint: Joint) -> list[Coordinate]:
+    initial, units, zeros = _initial(joint), joint.coordinate_units, joint.zero_coordinates
+    each = zip(
+        coordinate_names(name, joint), units, initial.values("q", len(units)), zeros, initial.marks(len(units)),
+        strict=True,
+    )
+    return [
+        Coordinate(
+            q, name, unit, as_node(zero) if value is None else value, value is not None, marked and value is not None
+        )
+        for q, unit, value, zero, marked in each
+    ]
+
+
+def _speeds_of(name: str, joint: Joint) -> list[Speed]:
+    initial, units = _initial(joint), joint.speed_units
+    marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion's are alike, of which three speeds
+    each = zip(speed_names(name, joint), units, initial.values("u", len(units)), marks, strict=True)
+    return [
+        Speed(u, name, unit, ZERO if value is None else value, value is not None, marked and value is not None)
+        for u, unit, value, marked in each
+    ]
+
+
+_NOTHING_GIVEN: Final = Initial()
+
+
+def _initial(joint: Joint) -> Initial:
+    """Return what is given of a joint's start."""
+    return (joint.initial if isinstance(joint, MovingJoint) else None) or _NOTHING_GIVEN
+
+
+def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[Node, Node]:
+    tables = {
+        "parameters": list(system.parameters),
+        "q": [c.name for c in coordinates],
+        "u": [s.name for s in speeds],
+        "inputs": list(system.inputs),
+    }
+    slots = {symbol(name): slot(array, i) for array, names in tables.items() for i, name in enumerate(names)}
+    return {**_rates(slots, rate_names(system)), symbol("t"): TIME, **slots}
+
+
+def _rates(known: Mapping[Node, Node], pairs: Iterable[tuple[str, str]]) -> dict[Node, Node]:
+    """Return the rates of coordinates, as `phi'` names them, that are among what is known."""
+    return {quantity("'", (q,)): known[symbol(u)] for q, u in pairs if symbol(u) in known}
+
+
+def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVector:
+    """Return the declared parameters."""
+    entries = [
+        ParameterEntry(name, _in(slots, parameter.value), parameter.positive, dimension=parameter.dimension)
+        for name, parameter in system.parameters.items()
+    ]
+    return ParameterVector(tuple(entries))
+
+
+def _resolve_limits(system: System, slots: Mapping[Node, Node]) -> list[JointLimit]:
+    made = []
+    for name, joint in system.joints.items():
+        found = getattr(joint, "limits", None)
+        if found is None or not joint.free_steps:
+            continue
+        (coordinate,), (speed,) = coordinate_names(name, joint), speed_names(name, joint)
+        if symbol(coordinate) in slots:
+            made.append(JointLimit(name, coordinate, speed, found.lower, found.upper, found.velocity))
+    return made

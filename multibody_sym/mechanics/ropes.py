@@ -1,0 +1,599 @@
+"""The rows of ropes: one for each run between wheels that turn with the rope."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Final, NoReturn
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.mechanism import Measure, RopeLength, RopeSide, TangentDirection, TreeBody, WrapAngle
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import (
+    Wrench,
+    Wrenches,
+    acceleration,
+    add_force,
+    add_force_at,
+    angular_acceleration,
+    angular_velocity,
+    position,
+    velocity,
+)
+from multibody_sym.mechanics.points import direction as world
+from multibody_sym.mechanics.references import References
+from multibody_sym.mechanics.row_records import Bend, Grip, Marker, RopeRow, RopeSlipRow
+from multibody_sym.model.bodies import GROUND, Pose, unit_vector
+from multibody_sym.model.constraints import Pulley, Rope, Roughness
+from multibody_sym.model.fields import Point
+from multibody_sym.model.system import System
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import atan2, cos, is_exactly, sign, sin, sqrt
+from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, negate, slot
+from multibody_sym.scalars.vectors import S, Vec, add, apply, apply_transposed, cross, dot, scale, subtract
+
+
+def run_names(system: System, name: str) -> list[str]:
+    """Return the names of a rope's rows: its own, or with the number of each run between wheels that it grips."""
+    rope = system.constraints[name]
+    assert isinstance(rope, Rope)
+    count = 1 + sum(step in system.pulleys and system.pulleys[step].grips for step in rope.route[1:-1])
+    return [name] if count == 1 else [f"{name}.{k}" for k in range(1, count + 1)]
+
+
+def tension_names(system: System, name: str) -> list[str]:
+    """Return what each tension of a rope is asked by: its name, or with numbers between wheels on which it rubs too."""
+    rope = system.constraints[name]
+    assert isinstance(rope, Rope)
+    over = [system.pulleys[step] for step in rope.route[1:-1] if step in system.pulleys]
+    count = 1 + sum(pulley.grips or pulley.rough is not None for pulley in over)
+    return [name] if count == 1 else [f"{name}.{k}" for k in range(1, count + 1)]
+
+
+def rope_measures(references: References, name: str, rope: Rope) -> Iterator[tuple[str, Measure]]:
+    """Yield what the start measures of a rope, by the names under which rows ask for it."""
+    runs = _runs(references, name, rope)
+    for place in (place for run in runs for place in run if _bends(rope, place)):
+        yield _of_side(name, place.step), RopeSide(name, place.step)
+    for row, run in zip(run_names(references.system, name), runs, strict=True):
+        grips = [end for end, place in ((0, run[0]), (1, run[-1])) if place.pulley and place.pulley.turns]
+        if grips or rope.length is None:
+            yield row, RopeLength(row, winds=bool(grips))
+        for end in grips:
+            yield _of_end(row, end), TangentDirection(row, end)
+        for place in _rough(run):
+            yield f"{row}.{place.step}", WrapAngle(f"{row}.{place.step}")
+
+
+def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
+    """Return the rows of a rope. Raises ModelError for paths that no rope can take, with the place."""
+    names, runs = run_names(references.system, name), _runs(references, name, rope)
+    _verify_length(rope, len(runs), [*runs[0], *runs[-1]])
+    made = []
+    number = 1
+    for row, run in zip(names, runs, strict=True):
+        path = [replace(place.bend, grip=None) for place in run]
+        for end, k in ((0, 0), (1, -1)):
+            pulley = run[k].pulley
+            if pulley is not None and pulley.turns:
+                grip = run[k].bend.grip
+                assert grip is not None
+                path[k] = replace(path[k], grip=replace(grip, start=references.constants[_of_end(row, end)].slot))
+        length = references.constants[row].slot if row in references.constants else rope.length
+        assert length is not None
+        several = len(tension_names(references.system, name)) > 1
+        rough = _rough(run)
+        rubs = tuple(f"{row}.{place.step}" for place in rough)
+        run_number, label = number if several else 0, rope.label or ""
+        made.append(RopeRow(row, tuple(path), length, name, run_number, rubs=rubs, label=label))
+        number += 1 + len(rough)
+    return made
+
+
+def rope_slips(references: References, row: RopeRow) -> Iterator[tuple[str, RopeSlipRow, Roughness]]:
+    """Yield the wheels on which a run of rope rubs: what their friction is called, the row of the slip, how rough."""
+    pulleys = references.system.pulleys
+    for k in (k for k, bend in enumerate(row.path[1:-1], 1) if bend.rough):
+        pulley = row.path[k].pulley
+        slip, roughness = f"{row.name}.{pulley}", pulleys[pulley].rough
+        assert roughness is not None
+        ropes = (element for element in references.system.constraints.values() if isinstance(element, Rope))
+        alone = sum(pulley in element.route for element in ropes) == 1
+        wrap = references.constants[slip].slot
+        yield (pulley if alone else slip), RopeSlipRow(slip, row, k, wrap), roughness
+
+
+def _rough(run: Sequence[_Place]) -> list[_Place]:
+    return [place for place in run[1:-1] if place.pulley is not None and place.pulley.rough is not None]
+
+
+def _bends(rope: Rope, place: _Place) -> bool:
+    """Return whether the bend alone tells on which side of a wheel the rope runs."""
+    return place.bend.radius.shadow != 0 and place.bend.beside is not None and _word(rope, place.step) is None
+
+
+def _word(rope: Rope, step: str) -> str | None:
+    return rope.wrap.get(step, rope.wrap.get(""))
+
+
+def _of_end(row: str, end: int) -> str:
+    return f"{row} at end {end + 1}"
+
+
+def _of_side(rope: str, step: str) -> str:
+    return f"{rope} at {step}"
+
+
+def _verify_length(rope: Rope, runs: int, ends: Sequence[_Place]) -> None:
+    if rope.length is not None and (runs > 1 or any(p.pulley and p.pulley.turns for p in ends)):
+        raise ModelError(
+            "what lies on wheels that turn counts to no length that could be given: leave length out, and place the "
+            "bodies by their initial positions",
+            number="M110",
+        ).under("length")
+
+
+# --- the path -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A place on a path: what the file calls it, the pulley that it is (None: a point), and the bend there."""
+
+    step: str
+    pulley: Pulley | None
+    bend: Bend
+
+
+def _runs(references: References, name: str, rope: Rope) -> list[list[_Place]]:
+    """Return the path cut at each wheel between its ends that turns with the rope."""
+    places = _places(references, name, rope)
+    cuts = [k for k, p in enumerate(places[1:-1], 1) if p.pulley is not None and p.pulley.grips]
+    ends = [0, *cuts, len(places) - 1]
+    return [places[first : last + 1] for first, last in pairwise(ends)]
+
+
+def _places(references: References, name: str, rope: Rope) -> list[_Place]:
+    """Return the places of a path, with sides as the file gives them, or as the start measures them."""
+    route, pulleys = rope.route, references.system.pulleys
+    _verify_route(rope, pulleys)
+    bends = [_bend(index, step, references) for index, step in enumerate(route)]
+    belt = route[0] == route[-1] and route[0] in pulleys
+    made = []
+    for k, (step, bend) in enumerate(zip(route, bends, strict=True)):
+        pulley = pulleys.get(step)
+        end = k in (0, len(route) - 1)
+        near = (bends[k - 1], bends[(k + 1) % len(bends)]) if not end else (bends[-2], bends[1])
+        beside = (near[0].at, near[1].at) if pulley is not None and (belt or not end) else None
+        word = _word(rope, step) if pulley is not None else None
+        if pulley is not None and end and not belt and word is None:
+            raise _which_side(step, route[1] if k == 0 else route[-2], first=k == 0).under("path")
+        constant = references.constants.get(_of_side(name, step))
+        measured = ZERO if constant is None else constant.slot
+        side = measured if word is None else ONE if word == "+" else negate(ONE)
+        turns = rope.turns.get(step, rope.turns.get("", 0)) if pulley is not None else 0
+        made.append(_Place(step, pulley, replace(bend, side=side, beside=beside, turns=turns)))
+    return made
+
+
+def _which_side(drum: str, near: str, *, first: bool) -> ModelError:
+    """Return the error that shows both readings of a drum at the first or last end of a path."""
+    right, left = ('"-"', '"+"') if first else ('"+"', '"-"')
+    return ModelError(
+        f"on which side the rope leaves drum {drum} is not told. Seen against the drum's axis with {near} straight "
+        f"below it, a rope with wrap: {right} hangs down on the right, with wrap: {left} on the left (+ runs "
+        "counter-clockwise in the order of the path)",
+        number="M115",
+    )
+
+
+def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
+    """Raise ModelError for drums that are none, pulleys at an end or twice on a path, and words for other wheels."""
+    route = rope.route
+    for k, drum in enumerate(rope.wind):
+        with at("wind", k):
+            if drum not in pulleys:
+                raise ModelError(f"no pulley is called {drum!r}", number="M106", word=drum, known=pulleys)
+            if not pulleys[drum].turns:
+                raise ModelError(
+                    f"{drum} stands at a point and turns nothing; a drum is a pulley with body and radius",
+                    number="M115",
+                )
+            if drum in route[1:-1]:
+                raise ModelError(
+                    f"{drum} stands between the ends of the path; a rope winds on a drum at its end", number="M115"
+                )
+    belt = route[0] == route[-1] and route[0] in pulleys and pulleys[route[0]].turns
+    for k in (0, len(route) - 1):
+        if route[k] in pulleys and not belt and route[k] not in rope.wind:
+            with at("path", k):
+                raise ModelError(
+                    f"the rope ends on pulley {route[k]} and is fastened to nothing there: name a body's point, or, if "
+                    f"it winds on it, write wind: {route[k]}",
+                    number="M115",
+                )
+    for k, step in enumerate(route[:-1] if belt else route):
+        if step in pulleys and step in route[:k]:
+            with at("path", k):
+                raise ModelError(
+                    f"the rope runs over pulley {step} twice; declare a second pulley there", number="M115"
+                )
+    for word in ("wrap", "turns"):
+        for name in getattr(rope, word):
+            if name and (name not in pulleys or name not in route):
+                over = [step for step in route if step in pulleys]
+                with at(word, name):
+                    raise ModelError(
+                        f"the rope does not run over a pulley {name!r}", number="M106", word=name, known=over
+                    )
+
+
+def _bend(index: int, step: str, references: References) -> Bend:
+    if step in references.pulleys:
+        return references.pulleys[step]
+    with at("path", index):
+        try:
+            return Bend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
+        except ModelError as error:
+            if not references.pulleys or not error.known or "." in step:
+                raise
+            told = f"no body or pulley is called {step!r}"
+            raise ModelError(told, number="M106", word=step, known=[*references.pulleys, *error.known]) from error
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Wheels that turn with their ropes: by which coordinates they turn about their axes, and relative to what.
+
+
+_PARALLEL: Final = 1e-12
+
+
+def pulley_bends(references: References) -> dict[str, Bend]:
+    """Return every declared pulley; those that turn with their ropes with what turns them."""
+    made = {}
+    for name, pulley in references.system.pulleys.items():
+        with at("pulleys", name, "at" if pulley.body is None else "body"):
+            centre = references.marker(pulley.at or pulley.body or "")
+            bend = Bend(centre, pulley.radius, unit_vector(pulley.axis), name)
+            bend = replace(bend, massless=pulley.is_held, rough=pulley.rough is not None)
+            made[name] = bend if pulley.body is None else replace(bend, grip=grip_of(references.bodies, bend))
+    return made
+
+
+def grip_of(bodies: Sequence[TreeBody], wheel: Bend) -> Grip:
+    """Return how a wheel turns: the sum of the angles of all hinges about its axis between it and a body that keeps it.
+
+    Raises ModelError where its own joint turns it otherwise, so that no coordinate tells whole turns.
+    """
+    index, axis, angle = wheel.at.body, wheel.axis, ZERO
+    if index < 0 or bodies[index].name == GROUND:
+        raise ModelError("ground turns with no rope; a pulley that stands still is {at: ..}", number="M115")
+    while index >= 0:
+        turned = _turned(bodies[index], axis)
+        if turned is None:
+            break
+        own, axis = turned
+        angle = angle + own
+        index = bodies[index].parent
+    if angle is ZERO:
+        body = bodies[wheel.at.body]
+        raise ModelError(
+            f"joint {body.joint_name} does not turn {body.name} by an angle about the axis of the wheel, and nothing "
+            "counts its turns; join it by a revolute or planar joint about that axis",
+            number="M115",
+        )
+    return Grip(Marker(wheel.at.name, index, Pose()), axis, _across(axis), angle, ZERO)
+
+
+def _turned(body: TreeBody, axis: Point) -> tuple[Node, Point] | None:
+    """Return by what angle a joint turns its body about an axis of it, and that axis in the parent's; else None."""
+    here: Point = _nodes(apply_transposed(body.frame_on_body.rotation, axis))
+    angle, free = ZERO, iter(body.free_steps)
+    for step in body.steps:
+        places = next(free).q if step.motion is None else ()
+        if not step.turns:
+            continue
+        if not step.is_hinge:
+            return None
+        factor = _parallel(step.turns[0], here)
+        if factor is None:
+            return None
+        own = slot("q", places[0]) if step.motion is None else step.motion
+        angle = angle + own if factor > 0 else angle - own
+    return angle, _nodes(apply(body.frame_on_parent.rotation, here))
+
+
+def _parallel(a: Point, b: Point) -> int | None:
+    """Return 1 or -1 for unit vectors that are equal or opposite whatever parameters are, else None."""
+    if a == b:
+        return 1
+    across = [as_node(x).shadow for x in cross(a, b)]
+    along = as_node(dot(a, b)).shadow
+    if along is None or any(x is None or abs(x) > _PARALLEL for x in across):
+        return 1 if a == b else None
+    return 1 if along > 0 else -1
+
+
+def _across(axis: Point) -> Point:
+    """Return a unit vector that is normal to an axis: x where that is, else what is left of x, y or z."""
+    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+    sizes = [x.shadow if x.shadow is not None else 0.5 for x in axis]
+    k = min(range(3), key=lambda i: (round(abs(sizes[i]), 6), i))
+    part = dot(axis, units[k])
+    rest = [u - part * x for u, x in zip(units[k], axis, strict=True)]
+    return unit_vector(_nodes(rest))
+
+
+def _nodes(vector: Sequence[object]) -> Point:
+    x, y, z = (as_node(v) for v in vector)
+    return x, y, z
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Ropes: straight segments between points and tangents of pulleys, the whole length, and what tensions do.
+
+
+class NoDirectionError(ModelError, ZeroDivisionError):
+    """No straight piece of rope leads from one place to the next: they are one place, or a wheel reaches over both.
+
+    For what tries other positions it is arithmetic that fails there.
+    """
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A pulley with a radius on a rope's path, and the axis about which the rope turns to the left there (world).
+
+    `normal` is the axis as it is declared, fixed on a `body`: the rope stays in the plane across it.
+    """
+
+    radius: S
+    axis: Vec
+    side: S
+    normal: Vec
+    body: int
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A straight piece of rope from the first to the second marker's body: its length and unit direction (world).
+
+    On a wheel the piece is a tangent; frictionless wheels let the rope slide, so the rate of the rope's length and its
+    derivative are those of a piece fixed to the wheel's centre with the tangent's direction and length. Wheels that it
+    `grips` turn with it: it is fixed to their rims. What is `steady` keeps its direction n; of
+    other pieces between circles `rims` are vectors with d = length n + sum rim x n, d from centre to centre. On
+    a wheel it lies in its `plane`.
+    """
+
+    ends: tuple[Marker, Marker]
+    length: S
+    direction: Vec
+    grips: tuple[Wheel | None, Wheel | None] = (None, None)
+    steady: bool = False
+    rims: tuple[Vec, ...] = ()
+    plane: Wheel | None = None
+
+    def touches(self, motion: Motion, end: int) -> Vec:
+        """Return where the piece ends (world): its marker, or where it touches the wheel that it grips."""
+        centre, wheel = position(motion, self.ends[end]), self.grips[end]
+        return centre if wheel is None else add(centre, scale(-wheel.radius, cross(wheel.axis, self.direction)))
+
+
+def segments(motion: Motion, path: Sequence[Bend], straight: Sequence[Point | None] = ()) -> tuple[list[Segment], S]:
+    """Return the straight pieces of a rope's path and its length, arcs on wheels and what is wound on them included.
+
+    `straight` are the directions (world) of pieces that keep them, None where a piece does not.
+    """
+    centres = [position(motion, bend.at) for bend in path]
+    wheels = [wheel_at(motion, path, k) for k in range(len(path))]
+    pieces = []
+    for k in range(len(path) - 1):
+        ends, d = (path[k].at, path[k + 1].at), subtract(centres[k + 1], centres[k])
+        held = straight[k] if straight else None
+        grips = tuple(wheels[j] if path[j].grip is not None else None for j in (k, k + 1))
+        if held is None:
+            pieces.append(_tangent(ends, d, wheels[k], wheels[k + 1], (grips[0], grips[1])))
+        else:
+            x, y, z = motion.state.values(held)
+            pieces.append(Segment(ends, dot((x, y, z), d), (x, y, z), (grips[0], grips[1]), steady=True))
+    length = sum((piece.length for piece in pieces), 0)
+    for bend, wheel, before, after in zip(path[1:-1], wheels[1:-1], pieces[:-1], pieces[1:], strict=True):
+        if wheel is not None:
+            length = length + wheel.radius * _wrapped(motion, wheel, before, after)
+            if bend.turns:
+                length = length + wheel.radius * (bend.turns * motion.state.values([2 * PI])[0])
+    return pieces, length + _wound(motion, path[-1], wheels[-1], pieces[-1]) - _wound(
+        motion, path[0], wheels[0], pieces[0]
+    )
+
+
+def sides(motion: Motion, path: Sequence[Bend]) -> list[S | None]:
+    """Return to which side (1, -1; 0: none) a rope turns about each wheel's axis; None for points."""
+    wheels = [wheel_at(motion, path, k) for k in range(len(path))]
+    return [None if wheel is None else wheel.side for wheel in wheels]
+
+
+def wheel_at(motion: Motion, path: Sequence[Bend], k: int) -> Wheel | None:
+    """Return the wheel at bend k, None for a point; it has no radius where no side was found."""
+    bend = path[k]
+    if bend.radius.shadow == 0 or (k in (0, len(path) - 1) and bend.grip is None):
+        return None
+    radius, side, *components = motion.state.values([bend.radius, bend.side, *bend.axis])
+    axis = apply(motion.rotation(bend.at.body), components)
+    return Wheel(radius * side * side, scale(side, axis), side, axis, bend.at.body)
+
+
+def inner_side(motion: Motion, bend: Bend) -> S:
+    """Return on which side of a wheel a rope has the centre inside its bend: 1 to the left about the axis, -1, or 0.
+
+    Where the rope runs straight back (both ends hang below the centre) the bend has no inside.
+    """
+    assert bend.beside is not None
+    axis = apply(motion.rotation(bend.at.body), motion.state.values(bend.axis))
+    centre, (before, behind) = position(motion, bend.at), (position(motion, marker) for marker in bend.beside)
+    return sign(dot(axis, cross(subtract(centre, before), subtract(behind, centre))))
+
+
+def _tangent(
+    ends: tuple[Marker, Marker],
+    d: Vec,
+    first: Wheel | None,
+    second: Wheel | None,
+    grips: tuple[Wheel | None, Wheel | None],
+) -> Segment:
+    """Return the common tangent of two circles whose centres are d apart (None: a point).
+
+    With m = axis x n the left normal of the direction n: the tangent touches at c - r m, so d = l n + (r2 - r1) m and
+    l^2 = d^2 - (r2 - r1)^2; where the second wheel turns the rope the other way, its radius counts negative. Raises
+    NoDirectionError where points are at one place, or one is inside the wheel of the other.
+    """
+    square = dot(d, d)
+    if first is None and second is None:
+        length = sqrt(square)
+        if isinstance(length, float) and length == 0.0:
+            names = " and ".join(end.name for end in ends)
+            raise NoDirectionError(f"{names} are at one place, and a rope between them has no direction: start apart")
+        return Segment(ends, length, scale(1 / length, d))
+    step, axis = _step(first, second)
+    rest = square - step * step
+    if isinstance(rest, float) and rest <= 0.0:
+        _refuse(ends, math.sqrt(square), abs(step))
+    length = sqrt(rest)
+    across = subtract(scale(length, d), scale(step, cross(axis, d)))
+    rims = [scale(s * wheel.radius, wheel.axis) for s, wheel in ((-1, first), (1, second)) if wheel is not None]
+    return Segment(ends, length, scale(1 / square, across), grips, rims=tuple(rims), plane=first or second)
+
+
+def _refuse(ends: tuple[Marker, Marker], apart: float, least: float) -> NoReturn:
+    first, second = (end.name for end in ends)
+    raise NoDirectionError(
+        f"{first} is {apart:g} m from {second}, where no straight piece of rope leads from one to the other: their "
+        f"wheels ask for more than {least:g} m; start elsewhere (initial: {{q: ..}}), or give smaller radii",
+        number="M119",
+    )
+
+
+def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:
+    """Return r2 - r1 and the axis."""
+    if first is None:
+        assert second is not None
+        return second.radius, second.axis
+    if second is None:
+        return -first.radius, first.axis
+    return second.radius * dot(first.axis, second.axis) - first.radius, first.axis
+
+
+def _wrapped(motion: Motion, wheel: Wheel, before: Segment, after: Segment) -> S:
+    """Return the angle between both tangents, so cut that it runs on past half a turn; of straight ones in full."""
+    quarter, half = motion.state.values([PI / 2, PI])
+    across, along = dot(wheel.axis, cross(before.direction, after.direction)), dot(before.direction, after.direction)
+    if before.steady and after.steady:
+        known = ((0, -1, half), (0, 1, 0), (1, 0, quarter))
+        exact = (angle for x, y, angle in known if is_exactly(across, x) and is_exactly(along, y))
+        return next(exact, quarter + atan2(-along, across))
+    return quarter + atan2(-along, across)
+
+
+def wrap_angle(motion: Motion, row: RopeRow, k: int) -> S:
+    """Return around how much of the wheel at bend k a rope lies, full turns included; 0 at a point."""
+    pieces, _ = segments(motion, row.path, row.straight)
+    wheel = wheel_at(motion, row.path, k)
+    if wheel is None:
+        return 0
+    (turns,) = motion.state.values([2 * row.path[k].turns * PI])
+    return _wrapped(motion, wheel, pieces[k - 1], pieces[k]) + turns
+
+
+def wrap_between(motion: Motion, before: RopeRow, after: RopeRow) -> S:
+    """Return around how much of the wheel a rope lies that two runs of it grip, one behind the other."""
+    wheel = wheel_at(motion, before.path, len(before.path) - 1)
+    assert wheel is not None
+    pieces = [segments(motion, row.path, row.straight)[0] for row in (before, after)]
+    return _wrapped(motion, wheel, pieces[0][-1], pieces[1][0])
+
+
+# --- tensions --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Pull:
+    """Segments under tensions: the sum of tension times d(length)/dt, of that times d^2(length)/dt^2, and wrenches."""
+
+    stretching: S
+    stretching_rate: S
+    of_body: list[Wrench]
+
+
+def pull(motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]) -> Pull:
+    """Return what tensions in straight segments do.
+
+    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega
+    and r alpha about its axis are added: forces act at the rim.
+    """
+    wrenches = Wrenches(len(motion.bodies))
+    stretching: S = 0
+    stretching_rate: S = 0
+    for part, tension in zip(parts, tensions, strict=True):
+        dv = subtract(velocity(motion, part.ends[1]), velocity(motion, part.ends[0]))
+        da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
+        along = dot(part.direction, dv)
+        rate, further = along, dot(part.direction, da)
+        further = further + _turning(motion, part, dv, along)
+        for end, sense in enumerate((-1, 1)):
+            wheel, marker, force = part.grips[end], part.ends[end], scale(-sense * tension, part.direction)
+            if wheel is None:
+                add_force(wrenches, motion, marker, force)
+                continue
+            rate = rate + sense * wheel.radius * dot(wheel.axis, angular_velocity(motion, marker.body))
+            spinning = dot(wheel.axis, angular_acceleration(motion, marker.body, bias))
+            further = further + sense * wheel.radius * spinning
+            add_force_at(wrenches, motion, marker.body, part.touches(motion, end), force)
+        stretching = stretching + tension * rate
+        stretching_rate = stretching_rate + tension * further
+    return Pull(stretching, stretching_rate, wrenches.of_body)
+
+
+def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
+    """Return n' . dv. Between points l n' = dv - (n . dv) n; in the plane across an axis a, n' . a = -n . a'."""
+    if part.steady:
+        return 0
+    if part.plane is None:
+        return (dot(dv, dv) - along * along) / part.length
+    axis = part.plane.normal
+    across = dot(cross(axis, part.direction), dv)
+    tilting = dot(part.direction, cross(angular_velocity(motion, part.plane.body), axis))
+    return across * across / part.length - dot(axis, dv) * tilting
+
+
+# --- what is wound on a wheel ---------------------------------------------------------------------------------------
+
+
+def _wound(motion: Motion, bend: Bend, wheel: Wheel | None, piece: Segment) -> S:
+    """Return what a wheel that turns has wound up of the rope that comes to it along a piece, since it stood at zero.
+
+    A point of the rim runs away from the tangent point, which turns about the centre as the piece does.
+    """
+    if bend.grip is None or wheel is None:
+        return 0
+    (turned,) = motion.state.values([bend.grip.angle])
+    if not piece.steady:
+        x, y = _tangent_components(motion, bend, piece.direction)
+        (start,) = motion.state.values([bend.grip.start])
+        turned = turned - atan2(y * cos(start) - x * sin(start), x * cos(start) + y * sin(start))
+    return wheel.side * wheel.radius * turned
+
+
+def tangent_direction(motion: Motion, row: RopeRow, end: int) -> S:
+    """Return the angle from `across` of its grip at which a run of rope meets the wheel at an end (0, 1)."""
+    pieces, _ = segments(motion, row.path)
+    x, y = _tangent_components(motion, row.path[-end], pieces[-end].direction)
+    return atan2(y, x)
+
+
+def _tangent_components(motion: Motion, bend: Bend, direction: Vec) -> tuple[S, S]:
+    """Return a direction's components along `across` of a grip, and a quarter turn on about its axis."""
+    assert bend.grip is not None
+    along, axis = (world(motion, bend.grip.frame, v) for v in (bend.grip.across, bend.grip.axis))
+    return dot(direction, along), dot(direction, cross(axis, along))

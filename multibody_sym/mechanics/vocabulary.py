@@ -1,0 +1,674 @@
+"""What the expressions of a system may say: which names, which quantities, in which dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.errors import ExpressionError, ModelError, MultibodyError, at, joined
+from multibody_sym.mechanics.law_elements import PRESSING, OneWay, exerted_by
+from multibody_sym.mechanics.mechanism import NORMAL, Coordinate, Speed
+from multibody_sym.mechanics.references import BARE
+from multibody_sym.mechanics.ropes import run_names, tension_names
+from multibody_sym.mechanics.spanning_tree import coordinate_names, ground_moves, rate_names, speed_names
+from multibody_sym.model.bodies import GROUND, OWN_POINTS
+from multibody_sym.model.constraints import (
+    Coupler,
+    Distance,
+    Gear,
+    PrescribedMotion,
+    Rope,
+    VelocityConstraint,
+    row_names,
+)
+from multibody_sym.model.contacts_and_impacts import contact_names
+from multibody_sym.model.fields import AXES, Element, dimension_of_unit
+from multibody_sym.model.forces import Damper, SpringDamper, Torque
+from multibody_sym.model.joints import Foot, MovingJoint, guides
+from multibody_sym.model.parameters import Table, input_dimensions
+from multibody_sym.model.settings import Ask, Equation
+from multibody_sym.model.steps import PARAMETER
+from multibody_sym.model.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.text.parser import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, component_kind, of_run
+from multibody_sym.text.printer import AT, COMPONENTS, FORCE_NAMES, text
+from multibody_sym.text.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, measured
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The dimensions of a system's expressions: one check for each of them, with all that the model tells of units.
+#
+# Units are checked in models that give units to parameters or inputs. There coordinates and speeds have the units of
+# their joints and the time is in s; elsewhere a number may be in any unit.
+
+
+_ALONG: Final = {"m": dimension_of_unit("N"), "rad": dimension_of_unit("N*m")}
+"""What acts along a coordinate, by the coordinate's unit."""
+_RATES: Final = {"'": 1, "''": 2}
+_OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LENGTH}
+"""The dimensions of the names that a potential has of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dimensions:
+    """What is known of the dimensions of a system's names and quantities."""
+
+    system: System
+
+    def verify(self, written: Written) -> None:
+        """Raise ModelError or ExpressionError where an expression contradicts itself, or is in a wrong unit."""
+        found, unit = measured(written.node, self.of_leaf), self._unit(written)
+        if found is None or unit is None or not found.certain:
+            return
+        if found.dimension not in (DIMENSIONLESS, dimension_of_unit(unit)):  # a pure number fits everywhere
+            raise ModelError(
+                f"the expression is a quantity in {found.dimension}; here one in {unit or 'no unit'} is wanted"
+                + self._given_in(written.node),
+                number="M105",
+            )
+
+    def _given_in(self, node: Node) -> str:
+        """Return the units in which parameters of an expression are given, of which one may be wrong."""
+        given = ((leaf.data, self._given.get(leaf.data)) for leaf in leaves([node], "symbol"))
+        units = ", ".join(f"{name} in {unit}" for name, unit in given if unit not in (None, DIMENSIONLESS))
+        return f" ({units})" if units else ""
+
+    def verify_elements(self) -> None:
+        """Raise ModelError where a number has another unit than its element's joint or coordinate asks for.
+
+        So it is where factors that tie joints to each other have other units than these.
+        """
+        for (section, name), units in self._of_elements.items():
+            element = getattr(self.system, section)[name]
+            with at(section, name):
+                for key, unit in units.items():
+                    element.verify_unit(key, unit)
+        for name, element in self.system.constraints.items():
+            if isinstance(element, (Gear, Coupler)):
+                with at("constraints", name):
+                    measured(self._tied(element), self.of_leaf)
+        for name, given in self.system.inputs.items():
+            if isinstance(given, Table):
+                self._verify_table(name, given)
+
+    def _verify_table(self, name: str, table: Table) -> None:
+        """Raise ModelError where arguments of a table are in another unit than the expression that they belong to."""
+        argument = self._followed(table.of, self.of_leaf)
+        if argument is not None and argument.certain:
+            with at("inputs", name):
+                table.verify_arguments("" if argument.dimension == DIMENSIONLESS else str(argument.dimension))
+
+    # --- names and quantities -------------------------------------------------------------------------------------
+
+    def of_leaf(self, leaf: Node) -> Measured | None:
+        """Return what is known of a name or quantity."""
+        if leaf.op != "quantity":
+            return self._of_name(leaf.data) if leaf.op == "symbol" else None
+        function, arguments = leaf.data
+        if function == PARAMETER:
+            return Measured(dimension_of_unit(arguments[1]), numbered=True)  # the x of `x^2/2` may have a factor 1/m
+        if function in QUANTITIES:
+            return given_in(QUANTITIES[function].dimension) or self._of_asked(function, arguments)
+        own = _OWN.get(function) if self._gives_units else None
+        return None if own is None else Measured(own)
+
+    def _of_asked(self, function: str, arguments: Sequence[str]) -> Measured | None:
+        """Return what is known of a quantity whose dimension depends on what is asked: of reactions and rates."""
+        if function == "reaction":
+            element, component = arguments
+            owner = element.partition(".")[0]
+            if component in COMPONENTS or owner in self._contacts:
+                return given_in(dimension_of_unit(component_kind(component).unit))
+            if component == PRESSING["stop"]:
+                return given_in(_ALONG.get(self._units_of_motion.get(self._only_coordinate(owner), "")))
+        moving = self._of_name(arguments[0]) if function in _RATES else None
+        return None if moving is None else moving.times(Measured(TIME), -_RATES[function])
+
+    def _of_name(self, name: str) -> Measured | None:
+        """Return what is known of a name; one that is an expression of others has the dimension of that."""
+        stack = [name]
+        while stack:
+            last = stack[-1]
+            node = self._expressions.get(last)
+            names = [] if node is None or last in self._known else [x.data for x in leaves([node], "symbol")]
+            missing = [x for x in names if x in self._expressions and x not in self._known and x not in stack]
+            if missing:
+                stack.append(missing[0])
+                continue
+            stack.pop()
+            if node is not None and last not in self._known:
+                self._known[last] = self._followed(node, self._of_known)
+        return self._known.get(name)
+
+    @staticmethod
+    def _followed(node: Node, of_leaf: Callable[[Node], Measured | None]) -> Measured | None:
+        """Return what is known of an expression, nothing of one that contradicts itself, which is refused elsewhere."""
+        try:
+            return measured(node, of_leaf)
+        except ExpressionError:
+            return None
+
+    def _of_known(self, leaf: Node) -> Measured | None:
+        return self._known.get(leaf.data) if leaf.op == "symbol" else self.of_leaf(leaf)
+
+    @cached_property
+    def _known(self) -> dict[str, Measured | None]:
+        """What is known of names; those of expressions follow when they are asked for."""
+        found: dict[str, Measured | None] = {}
+        if self._gives_units:
+            found["t"] = Measured(TIME)
+            found |= {x: Measured(dimension_of_unit(unit)) for x, unit in self._units_of_motion.items()}
+        return found | {name: given_in(dimension) for name, dimension in self._given.items()}
+
+    @cached_property
+    def _given(self) -> dict[str, Dimension]:
+        """The dimensions of parameters and inputs that the model gives."""
+        stated = {name: x.dimension for name, x in self.system.parameters.items()}
+        found = {name: dimension for name, dimension in stated.items() if dimension is not None}
+        return found | input_dimensions(self.system.inputs)
+
+    @cached_property
+    def _gives_units(self) -> bool:
+        """Whether the model gives units, other than those of angles, so that motion and time have units too."""
+        return any(dimension != DIMENSIONLESS for dimension in self._given.values())
+
+    @cached_property
+    def _contacts(self) -> Collection[str]:
+        """The names of contacts, those that repeat among them."""
+        return contact_names(self.system.contacts).keys() - self.system.joints.keys()
+
+    @cached_property
+    def _expressions(self) -> dict[str, Node]:
+        """The names that are expressions of others: parameters, inputs, outputs; a coordinate's name stands for it."""
+        parameters = {name: x.value for name, x in self.system.parameters.items()}
+        inputs = {name: x for name, x in self.system.inputs.items() if isinstance(x, Node)}
+        found = {**self.system.outputs, **inputs, **parameters}
+        others = (*self._given, *self._units_of_motion)
+        return {name: node for name, node in found.items() if node.shadow is None and name not in others}
+
+    def verify_sides(self, given: Equation, of_answers: Mapping[Node, Measured | None] | None = None) -> None:
+        """Raise ModelError where the sides of an equation are certain to be in different units."""
+        known = of_answers or {}
+
+        def of_leaf(leaf: Node) -> Measured | None:
+            return known[leaf] if leaf in known else self.of_leaf(leaf)
+
+        sides = (given.left, given.left_unit), (given.right, given.right_unit)
+        left, right = (
+            measured(x, of_leaf) if unit is None else given_in(dimension_of_unit(unit)) for x, unit in sides
+        )
+        if left is None or right is None or not left.certain or not right.certain:
+            return
+        if left.dimension != right.dimension and DIMENSIONLESS not in (left.dimension, right.dimension):
+            raise ModelError(
+                f"{given}: the left side is a quantity in {left.dimension}, the right one in {right.dimension}"
+            )
+
+    # --- what a place wants ---------------------------------------------------------------------------------------
+
+    def _unit(self, written: Written) -> str | None:
+        """Return the unit that the place of an expression wants; None where any fits."""
+        section, *path = written.path
+        if written.unit is not None:
+            return written.unit
+        if section == "parameters" and path[0] in self._given:
+            return str(self._given[path[0]])
+        own = self._of_elements.get((section, path[0]))
+        if own is not None:
+            return own.get(path[1])
+        joint = self.system.joints[path[0]] if section == "joints" else None
+        return joint.unit_at(path[1:]) if isinstance(joint, MovingJoint) else None
+
+    @cached_property
+    def _of_elements(self) -> dict[tuple[str, str], Mapping[str, str]]:
+        """The units of those fields of forces, constraints and questions that depend on others, by element."""
+        system = self.system
+        forces = {("forces", name): self._units_of_force(element) for name, element in system.forces.items()}
+        driven = {
+            ("constraints", name): {"value": unit}
+            for name, x in system.constraints.items()
+            if isinstance(x, PrescribedMotion) and (unit := self._units_of_motion.get(self._only_coordinate(x.joint)))
+        }
+        return forces | driven | {("ask", name): self._units_of_question(x) for name, x in system.ask.items()}
+
+    @cached_property
+    def _units_of_motion(self) -> dict[str, str]:
+        """The unit of each coordinate and speed of a joint."""
+        found: dict[str, str] = {}
+        for name, joint in self.system.joints.items():
+            if isinstance(joint, MovingJoint):
+                found |= zip(coordinate_names(name, joint), joint.coordinate_units, strict=True)
+                found |= zip(speed_names(name, joint), joint.speed_units, strict=True)
+        return found
+
+    def _only_coordinate(self, name: str) -> str:
+        """Return the coordinate of a joint that has one, else the empty text."""
+        joint = self.system.joints.get(name)
+        names = coordinate_names(name, joint) if isinstance(joint, MovingJoint) else []
+        return names[0] if len(names) == 1 else ""
+
+    def _units_of_question(self, question: Ask) -> Mapping[str, str]:
+        """Return the units of the moments at which a coordinate has a value, and of the ends of a search."""
+        found = {}
+        for key in ("when", "at", "until"):
+            moment = getattr(question, key)
+            for name in moment if isinstance(moment, Mapping) else ():
+                if name in self._units_of_motion:
+                    found[key] = self._units_of_motion[name]
+        if question.between is not None and question.find in self._given:
+            found["between"] = str(self._given[question.find])
+        elif question.between is not None and question.find in self._units_of_motion:
+            found["between"] = self._units_of_motion[question.find]
+        return found
+
+    def _tied(self, element: Gear | Coupler) -> Node:
+        """Return what stays zero where joints are tied to each other."""
+        if isinstance(element, Coupler):
+            factors, value = element.joints, -element.value
+        else:
+            factors, value = dict(zip(element.joints, (as_node(1), -element.ratio), strict=True)), -element.value
+        named = ((self._only_coordinate(joint), factor) for joint, factor in factors.items())
+        return sum((factor * symbol(q) for q, factor in named if q), value)
+
+    def _units_of_force(self, element: Element) -> Mapping[str, str]:
+        """Return the units of those fields of a force that depend on the freedom it acts along."""
+        if not isinstance(element, (Torque, SpringDamper, Damper)):
+            return {}
+        if element.joint is None:
+            return element.units()
+        joint = self.system.joints.get(element.joint)
+        if joint is None:
+            return {}
+        coordinates, speeds = coordinate_names(element.joint, joint), speed_names(element.joint, joint)
+        known = dict(zip(speeds, joint.speed_units, strict=True))
+        by_coordinate = {q: f"{unit}/s" for q, unit in zip(coordinates, joint.coordinate_units, strict=True) if unit}
+        only = speeds[0] if len(speeds) == 1 else None
+        speed = {**by_coordinate, **known}.get(element.freedom or only or "")
+        return {} if speed is None else element.units(speed)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
+    """Return what names in expressions stand for; raise where two things but outputs and what moves share one."""
+    taken = {"t": "the time"}
+    declared: list[tuple[str, str, tuple[str, ...]]] = [
+        *((name, "a parameter", ("parameters", name)) for name in system.parameters),
+        *((c.name, "a coordinate", _named_at(c.joint, c.name, system)) for c in coordinates),
+        *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
+        *((name, "an input", ("inputs", name)) for name in system.inputs),
+        *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name in system.parameters),
+    ]
+    for name, what, path in declared:
+        with at(*path):
+            if name not in RESERVED:
+                _verify_name(name, what)
+            if name in taken or name in RESERVED:
+                other = "one already" if taken.get(name) == what else taken.get(name, "reserved")
+                raise ModelError(
+                    f"{name!r} cannot be {what}: it is {other}; choose another name",
+                    number="M108",
+                    word=name,
+                )
+        taken[name] = what
+    return taken
+
+
+def _named_at(joint: str, name: str, system: System) -> tuple[str, ...]:
+    """Return where a joint names a coordinate; the joint itself where it has a name by default."""
+    given = getattr(system.joints.get(joint), "q", None) or ()
+    place = ("q", str(given.index(name))) if name in given else ()
+    return ("joints", joint, *place[: 1 + (len(given) > 1)])
+
+
+def _verify_name(name: str, what: str) -> None:
+    try:
+        verify_symbol(name)
+    except ModelError as error:
+        hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
+        raise ModelError(error.message + hint, number=error.number, word=name) from None
+
+
+_MOTION: Final = "motion"
+_ANSWER: Final = "an answer"
+_OUTPUT: Final = "an output"
+_ONLY_PARAMETERS: Final = ("a parameter",)
+_MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
+    "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "constraints": ("a parameter", "a coordinate", "an input", "the time"),
+    "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
+    "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT),
+    "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT),
+    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT, _ANSWER),
+    _MOTION: ("a parameter", "an input", "the time"),
+}
+_MAY_ASK: Final = ("outputs", "stop", "ask")
+_KINDS: Final[Mapping[str, str]] = {
+    "moving": "no speed, and no coordinate whose rate is a speed",
+    "coordinate": "no coordinate whose rate is a speed",
+    "whole": "no body, nor the word system",
+    "about": "no point, nor the word com",
+    "store": "no body and no force",
+    "exerting": "no force, constraint, contact or joint, no body whose mass varies, nor the word weight",
+    "freedom": "no coordinate and no speed",
+}
+
+
+def verify_expressions(system: System, names: Mapping[str, str]) -> None:
+    dimensions = Dimensions(system)
+    vocabulary, adds_up = _vocabulary(system), _adding_outputs(system).difference(names)
+    dimensions.verify_elements()
+    known_in: dict[str, dict[str, str]] = {}
+    for written in _declared(system):
+        path, node, _ = written
+        if node.shadow is not None:  # a number names nothing and fits everywhere
+            continue
+        try:
+            allowed = _may_name(system, path)
+            question = path[1] if path[0] == "ask" else ""
+            known = known_in.get(question) or {**_later_names(system, path), **names}
+            known_in[question] = known
+            own = path[1] if path[0] in ("parameters", "inputs", "outputs", "ask") else None
+            _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
+            if path[0] == "constraints" or _is_driven(path):
+                _verify_driving(system, node, allowed, names)
+            for leaf in _asked(node):
+                _verify_quantity(leaf, path[0], vocabulary)
+            _verify_adding(system, path, node, adds_up)
+            dimensions.verify(written)
+        except (ModelError, ExpressionError) as error:
+            raise joined([_placed(each, path) for each in (error, *error.others)]) from None
+
+
+def _placed(error: MultibodyError, path: Sequence[str]) -> ModelError:
+    """Return an error of an expression as one of what stands at a path."""
+    where = replace(error.where, path=tuple(path), column=None)
+    placed = ModelError(error.message, where=where, number=error.number, word=error.word, meant=error.meant)
+    placed.known = error.known
+    return placed
+
+
+def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
+    """Return the names beside those of the motion that an expression at a path may use.
+
+    Those of outputs, and in a question those of answers: to others, and to the extremes that it asks for itself.
+    """
+    outputs = dict.fromkeys(system.outputs, _OUTPUT)
+    if path[0] != "ask":
+        return outputs
+    equation = system.ask[path[1]].so
+    return outputs | dict.fromkeys((*system.ask, *(() if equation is None else equation.extremes)), _ANSWER)
+
+
+def verify_curves(system: System, names: Mapping[str, str]) -> None:
+    """Raise ModelError where the parameter of a curve has the name of something else than a coordinate."""
+    for path, node, _ in _declared(system):
+        if node.shadow is not None:
+            continue
+        for leaf in leaves([node], "quantity"):
+            name = leaf.data[1][0] if leaf.data[0] == PARAMETER else ""
+            if name in RESERVED or names.get(name, "a coordinate") != "a coordinate":
+                what = names.get(name, "reserved")
+                error = ModelError(
+                    f"{name!r} is {what} of the model and the parameter of this curve; rename one", number="M108"
+                )
+                raise ModelError(error.message, where=replace(error.where, path=path, column=None), number=error.number)
+
+
+def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
+    """Return what an expression at a path may name."""
+    if _is_of_mass(path) and system.bodies[path[1]].varying is not None:
+        return _MAY_NAME["forces"] if path[-2].endswith("_velocity") else _VARIES_WITH
+    allowed = _MAY_NAME.get(_MOTION if _is_driven(path) else path[0], _ONLY_PARAMETERS)
+    of_speeds = path[0] == "constraints" and isinstance(system.constraints[path[1]], VelocityConstraint)
+    return (*allowed, "a speed") if of_speeds else allowed
+
+
+_VARIES_WITH: Final = ("a parameter", "a coordinate", "the time")
+_MASS_HINT: Final = (
+    "; a mass that varies says how what leaves or joins moves, and com and inertia vary with it only: "
+    "mass: {value: m0 - k*t, relative_velocity: [-c, 0, 0]}"
+)
+
+
+def _is_of_mass(path: Sequence[str]) -> bool:
+    """Return whether an expression is of a body's mass, centre of mass, inertia, or its shape's sizes."""
+    return path[0] == "bodies" and path[2] in ("mass", "com", "inertia", "shape")
+
+
+def _is_driven(path: Sequence[str]) -> bool:
+    """Return whether what stands at a path moves something as it says: a motion, a curve of a joint."""
+    return path[2:3] == (_MOTION,) or (path[0] in ("joints", "constraints") and "curve" in path[2:])
+
+
+def _declared(system: System) -> Iterator[Written]:
+    """Yield the expressions of a system where they are declared: those of feet stand with their curves too."""
+    feet = {name for name, joint in system.joints.items() if isinstance(joint, Foot)}
+    yield from (each for each in expressions(system) if each.path[0] != "joints" or each.path[1] not in feet)
+
+
+_CONSTANTS: Final = {"e": "exp(1)", "E": "exp(1)", "PI": "pi", "Pi": "pi"}
+
+
+def _speed_meant(name: str, known: Mapping[str, str]) -> str:
+    """Return the speed that a name such as phi_dot or dphi means, the empty text where it means none."""
+    means = (name.removesuffix("dot").removesuffix("_"), name.removeprefix("d"), name.removeprefix("v_"))
+    return next((f"u_{x}" for x in means if x != name and f"u_{x}" in known), "")
+
+
+def _verify_leaves(
+    node: Node, allowed: tuple[str, ...], names: Mapping[str, str], own: str | None, hint: str = ""
+) -> None:
+    """Raise ModelError where the value of `own`, None for what has no name, says what it may not."""
+    for leaf in leaves([node], "symbol"):
+        if leaf.data not in names:
+            fitting = [name for name, what in names.items() if what in allowed and name != own]
+            none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
+            told, word = f"{leaf.data!r} is not declared", leaf.data
+            if meant := _CONSTANTS.get(word):
+                raise ModelError(f"{told}; did you mean {meant}?", number="M107", word=word, meant=meant)
+            if word in QUANTITIES:
+                form = f"{word}({', '.join(QUANTITIES[word].arguments)})"
+                raise ModelError(f"{told}; did you mean {form}?", number="M107", word=word, meant=form)
+            if speed := _speed_meant(word, names):
+                raise ModelError(f"{told}; did you mean {speed}, the speed?", number="M107", word=word, meant=speed)
+            raise ModelError(told if fitting else told + none, number="M107", word=word, known=fitting)
+        if names[leaf.data] not in allowed:
+            may = f"here an expression names {_listed(allowed)} only"
+            varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
+            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; {may}{varies}", number="M113")
+
+
+def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
+    """Raise ModelError where an input names what the motion or constraint that it drives may not name."""
+    for driving in leaves([node], "symbol"):
+        if driving.data not in system.inputs:
+            continue
+        nodes = [written.node for written in expressions(system.inputs[driving.data])]
+        for leaf in leaves(nodes, "symbol"):
+            if leaf.data in names and names[leaf.data] not in (*allowed, "an input"):
+                what = f"{driving.data!r} names {leaf.data!r}, {names[leaf.data]}"
+                raise ModelError(
+                    f"{what}; here an input follows {_listed(_without_inputs(allowed))} only", number="M113"
+                )
+
+
+def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(word for word in allowed if word != "an input")
+
+
+def _vocabulary(system: System) -> dict[str, list[str]]:
+    """Return the names that each kind of argument of a quantity may be."""
+    bodies = {GROUND: BARE, **system.bodies}
+    points = [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))]
+    pulling = {name for name, element in system.constraints.items() if isinstance(element, (Rope, Distance))}
+    tensions = {
+        name: tension_names(system, name) if isinstance(element, Rope) else row_names(name, element)
+        for name, element in system.constraints.items()
+    }
+    return {
+        "point": points,
+        "body": list(bodies),
+        "rope": [x for name, names in tensions.items() if name in pulling for x in names],
+        "axis": list(AXES),
+        "coordinate": [q for q, _ in rate_names(system)],
+        "moving": [
+            *(q for q, _ in rate_names(system)),
+            *(speed for name, joint in system.joints.items() for speed in speed_names(name, joint)),
+        ],
+        **_of_theorems(system, points),
+    }
+
+
+def _of_theorems(system: System, points: Sequence[str]) -> dict[str, list[str]]:
+    """Return what momenta, energies, powers and impulses may be asked of, momenta about `points`."""
+    varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
+    declared = (system.forces, system.constraints, contact_names(system.contacts), system.joints, varying)
+    freedoms = [
+        x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
+    ]
+    return {
+        "whole": [SYSTEM, *system.bodies],
+        "about": [OWN_CENTRE, *points],
+        "store": [SYSTEM, *system.bodies, *system.forces],
+        "exerting": [WEIGHT, *(name for section in declared for name in section if "#" not in name)],
+        "freedom": freedoms,
+    }
+
+
+def _asked(node: Node) -> list[Node]:
+    """Return the quantities that an expression names, other than the spans of pulls."""
+    return [leaf for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES]
+
+
+def _rows_of(system: System) -> Iterator[str]:
+    """Yield the names of the rows of all declared constraints."""
+    for name, element in system.constraints.items():
+        yield from run_names(system, name) if isinstance(element, Rope) else row_names(name, element)
+
+
+def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
+    function = leaf.data[0]
+    if section not in _MAY_ASK:
+        raise ModelError(f"{text(leaf)} can be asked in outputs, stop and ask only{_speed_of(leaf)}", number="M112")
+    if function in ("reaction", "multiplier"):  # see verify_forces
+        return
+    if QUANTITIES[function].of_mode:
+        _verify_mode(leaf, section)
+        return
+    _verify_arguments(leaf, vocabulary)
+
+
+def _verify_arguments(leaf: Node, vocabulary: Mapping[str, Collection[str]]) -> None:
+    """Raise ModelError where an argument of a quantity is no name of its kind."""
+    function, arguments = leaf.data
+    for kind, name in zip(QUANTITIES[function].taking(len(arguments)) or (), arguments, strict=True):
+        if name not in vocabulary[kind]:
+            runs = sum(kind == "rope" and known.startswith(f"{name}.") for known in vocabulary[kind])
+            if runs:
+                each = f"{function}({name}, 1) to {function}({name}, {runs})"
+                raise ModelError(
+                    f"{text(leaf)}: {name!r} has a tension on each side of wheels that turn with it; ask {each}",
+                    number="M112",
+                )
+            what = _KINDS.get(kind, f"no {kind}")
+            raise ModelError(f"{text(leaf)}: {name!r} is {what}", number="M106", word=name, known=vocabulary[kind])
+
+
+def _speed_of(leaf: Node) -> str:
+    return f"; here the speed is u_{leaf.data[1][0]}" if leaf.data[0] == "'" else ""
+
+
+def _adding_outputs(system: System) -> set[str]:
+    """Return the names of outputs that add up along a run, or name such."""
+    found = {name for name, node in system.outputs.items() if of_run(node)}
+    while more := {
+        name
+        for name, node in system.outputs.items()
+        if name not in found and any(leaf.data in found for leaf in leaves([node], "symbol"))
+    }:
+        found |= more
+    return found
+
+
+def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Collection[str]) -> None:
+    """Raise ModelError where what adds up along a run, an output of that kind too, is asked otherwise than of a run."""
+    others = system.ask.keys() - {path[1]} if path[0] == "ask" else ()
+    of_outputs = [x for x in leaves([node], "symbol") if x.data in adds_up and x.data not in others]
+    adding = [*(x for x in _asked(node) if QUANTITIES[x.data[0]].of_run), *of_outputs]
+    if path[0] == "outputs" or not adding:
+        return
+    if path[0] != "ask":
+        raise ModelError(f"{adding[0]} adds up along a run: it can be asked in outputs and ask only", number="M112")
+    question = system.ask[path[1]]
+    later = path[2] == "value" and not (question.after is None and question.when is None)
+    if not (later or path[2] in ("max", "min")):
+        told = f"{{value: {adding[0]}, after: 1 s}}, {{value: {adding[0]}, when: ..}}, max or min"
+        raise ModelError(f"{adding[0]} adds up along a run: ask for it at a later moment, {told}", number="M112")
+
+
+def _verify_mode(leaf: Node, section: str) -> None:
+    """Raise ModelError for a frequency or period that is not of a mode by its number, or not in ask."""
+    if section != "ask":
+        raise ModelError(f"{text(leaf)} is one of small oscillations: it can be asked in ask only", number="M110")
+    if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
+        message = f"{text(leaf)}: name a mode by its number; 1 is the one with the lowest frequency"
+        raise ModelError(message, number="M112")
+
+
+def verify_forces(system: System, elements: Iterable[OneWay], cut: Iterable[str]) -> None:
+    """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks.
+
+    `cut`: the names of the rows that stand for cut joints, which have multipliers as those of constraints have.
+    """
+    known = _components(system, elements)
+    rows = {"constraint": [*_rows_of(system), *cut]}
+    for written in expressions_in(system, _MAY_ASK):
+        for leaf in _asked(written.node) if written.node.shadow is None else ():
+            with at(*written.path):
+                if leaf.data[0] == "reaction":
+                    _verify_component(leaf, known)
+                elif leaf.data[0] == "multiplier":
+                    _verify_arguments(leaf, rows)
+
+
+_EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "friction"}
+
+
+def _components(system: System, elements: Iterable[OneWay]) -> dict[str, tuple[str, Sequence[str]]]:
+    """Return by the names by which they are asked what exerts forces, in words, and its components."""
+    one_way = {
+        name: (_EXERTING[x.kind], (*rows, *(AT if x.kind == "contact" else ())))
+        for x in elements
+        for name, rows in exerted_by(x).items()
+    }
+    ground = [GROUND] if ground_moves(system.bodies) else []
+    pulleys = [name for name, pulley in system.pulleys.items() if pulley.is_held]
+    joints = dict.fromkeys((*pulleys, *ground, *system.joints), ("a joint", COMPONENTS))
+    wires = dict.fromkeys(
+        (name for name, joint in system.joints.items() if guides(joint)),
+        ("a joint that guides along a curve", (*COMPONENTS, NORMAL)),
+    )
+    return {**one_way, **joints, **wires}
+
+
+def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]) -> None:
+    element, component = leaf.data[1]
+    if element not in known:
+        what = "no joint, contact, stop or friction"
+        raise ModelError(f"{text(leaf)}: {element!r} is {what}", number="M106", word=element, known=list(known))
+    what, components = known[element]
+    if component not in FORCE_NAMES:
+        message = f"{text(leaf)}: {component!r} is no component"
+        meant = next((x for x in components if x == f"f{component}"), None)  # x of a reaction is a force, no moment
+        raise ModelError(message, number="M106", word=component, known=list(components), meant=meant)
+    if component not in components:
+        raise ModelError(f"{text(leaf)}: {element!r} is {what}, which has {', '.join(components)}", number="M112")
+
+
+def _listed(words: tuple[str, ...]) -> str:
+    plain = [w.removeprefix("a ").removeprefix("an ") for w in words]
+    return ", ".join("the time" if w == "the time" else w + "s" for w in plain)

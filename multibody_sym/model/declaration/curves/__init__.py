@@ -1,1 +1,0 @@
-"""Curves that guide: how they are declared, and the elementary motion along one."""

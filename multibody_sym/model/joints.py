@@ -1,0 +1,743 @@
+"""What all joints have: ends, elementary steps, names and start values of coordinates, limits, prescribed motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from typing import Any, ClassVar, Final, NamedTuple, Self
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.model.argument_checks import OTHERWISE
+from multibody_sym.model.contacts_and_impacts import verify_restitution
+from multibody_sym.model.fields import (
+    Choice,
+    Count,
+    Direction,
+    Element,
+    Flag,
+    Flags,
+    ListOf,
+    OneOf,
+    OptionalScalars,
+    Point,
+    Record,
+    Scalar,
+    Text,
+    holds,
+)
+from multibody_sym.model.steps import (
+    Apart,
+    Ball,
+    Curve,
+    CurveField,
+    FreeStep,
+    OneCoordinate,
+    Rotate,
+    Step,
+    Translate,
+    free_steps,
+    is_flat,
+    is_upright,
+)
+from multibody_sym.model.steps import Screw as ScrewStep
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import tangents
+from multibody_sym.scalars.functions import atan2, evaluate, sqrt
+from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, slot
+from multibody_sym.text.printer import text
+
+
+@dataclass(frozen=True)
+class Joint(Element):
+    """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates.
+
+    All but parent and child is given by keyword: a letter behind them could be an axis or the name of a coordinate.
+    Where joints close a loop one of them is cut and becomes constraints: the one marked `cut`.
+    """
+
+    kind: ClassVar[str]
+
+    parent: str = holds(Text(), says="the body, point or frame that carries the joint", such="ground")
+    child: str = holds(Text(), says="the body, point or frame that it carries", such="crank")
+    cut: bool = holds(
+        Flag(), False, keyword=True, such="true",
+        says="whether this joint closes a loop by constraints, instead of having coordinates",
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The elementary motions that the kind of joint lets happen, from the parent outward."""
+        return ()
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        """The elementary motions, those with a prescribed motion moving by it."""
+        return self.steps
+
+    @cached_property
+    def free_steps(self) -> tuple[FreeStep, ...]:
+        """The elementary motions that have coordinates, with their places among those of the joint."""
+        return free_steps(self.moves)
+
+    @property
+    def coordinate_suffixes(self) -> tuple[str, ...]:
+        """What follows the joint's name in the default names of its coordinates."""
+        letters = [coordinate.letter for free in self.free_steps for coordinate in free.step.coordinates]
+        several = any(len(step.coordinates) > 1 for step in self.steps) or len(self.steps) > 1
+        return tuple(f"_{letter}" for letter in letters) if several else ("",) * len(letters)
+
+    @property
+    def speed_suffixes(self) -> tuple[str | None, ...]:
+        """What follows the joint's name in the names of its speeds; None where a speed is a coordinate's rate."""
+        letters = (speed.letter for free in self.free_steps for speed in free.step.speeds)
+        return tuple(None if letter is None else f"_{letter}" for letter in letters)
+
+    @property
+    def coordinate_units(self) -> tuple[str, ...]:
+        """The units of the coordinates."""
+        return tuple(coordinate.unit for free in self.free_steps for coordinate in free.step.coordinates)
+
+    @property
+    def speed_units(self) -> tuple[str, ...]:
+        """The units of the speeds."""
+        return tuple(speed.unit for free in self.free_steps for speed in free.step.speeds)
+
+    @property
+    def zero_coordinates(self) -> tuple[int, ...]:
+        """The coordinates at which both frames coincide."""
+        return tuple(coordinate.zero for free in self.free_steps for coordinate in free.step.coordinates)
+
+
+def effort_unit(speed: str) -> str:
+    """Return the unit of what does work along a speed in the unit `speed`: a force, or the moment of one."""
+    return "N" if speed == "m/s" else "N*m"
+
+
+@dataclass(frozen=True)
+class Initial(Element):
+    """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) leaves one to be found.
+
+    `known` values are held when closed loops are assembled: of the coordinates in a list that are, or with `True` of
+    all, what is given. What is left out is found, whatever is marked. What is given is held before what is not, and
+    never changed for its sake.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {
+        OTHERWISE: "start values of coordinates stand under q, of speeds under u: {q: 30 deg, u: 2}"
+    }
+
+    q: tuple[Node | None, ...] | None = holds(
+        OptionalScalars(), None, such="30 deg",
+        says="start values of the coordinates, in m or rad; null leaves one to be found",
+    )
+    u: tuple[Node | None, ...] | None = holds(
+        OptionalScalars(), None, such="2",
+        says="start values of the speeds, in m/s or rad/s; null leaves one to be found",
+    )
+    known: bool | tuple[bool, ...] = holds(
+        Flags(), False, such="true",
+        says="whether given values are kept when closed loops are assembled; a list says so one by one",
+    )
+
+    def values(self, name: str, count: int) -> tuple[Node | None, ...]:
+        """Return the values under the key `name` (q, u), None for each that is not given."""
+        given: tuple[Node | None, ...] | None = getattr(self, name)
+        return given or (None,) * count
+
+    def marks(self, count: int) -> tuple[bool, ...]:
+        """Return whether each of a joint's coordinates is marked, of which what is given is known."""
+        return self.known if isinstance(self.known, tuple) else (self.known,) * count
+
+
+@dataclass(frozen=True)
+class Limits(Element):
+    """How far (`lower`, `upper`), how fast (`velocity`) and with how much force or moment (`effort`) a joint may move.
+
+    Stops hold the joint between `lower` and `upper`, and push only; it rebounds from them with `restitution`. Where
+    they do not act (`acts=False`), and past the velocity, nothing stops it: `check` and the summary of a run tell where
+    position and speed pass them. The effort is for programs that choose a drive.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {"min": "lower", "max": "upper", "e": "restitution"}
+
+    lower: Node | None = holds(Scalar(), None, says="the lower stop of the coordinate, in m or rad", such="0")
+    upper: Node | None = holds(Scalar(), None, says="the upper stop of the coordinate, in m or rad", such="0.5")
+    velocity: Node | None = holds(
+        Scalar(), None, says="the largest speed, in m/s or rad/s; runs tell when it is passed", such="2"
+    )
+    effort: Node | None = holds(
+        Scalar(), None, such="50",
+        says="the largest force or moment of a drive, in N or N*m; kept for programs that choose one",
+    )
+    restitution: Node | None = holds(
+        Scalar(""), None, says="which part of the speed a stop gives back, 0 to 1; 0 if left out", such="0.3"
+    )
+    acts: bool = holds(
+        Flag(), True, says="whether the stops hold; else runs only tell when they are passed", such="false"
+    )
+
+    def verify(self) -> None:
+        verify_restitution("restitution", self.restitution)
+        if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
+            return
+        if self.lower.shadow > self.upper.shadow:
+            raise ModelError(
+                f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}", number="M109"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingJoint(Joint):
+    """A joint with freedom: names and initial values of its coordinates.
+
+    `motion` prescribes how it moves: an expression of t and parameters, or a list of one for each translation and
+    rotation in turn, in which null (None) leaves that one free. What is prescribed has no coordinate; its drive shows
+    in the joint's reaction.
+    """
+
+    q: tuple[str, ...] | None = holds(
+        ListOf(Text(), least=1), None, says="names of its coordinates, one or a list", such="phi"
+    )
+    motion: tuple[Node | None, ...] | None = holds(
+        OptionalScalars(), None, such="2*t",
+        says="how it is driven: an expression of t, or one for each freedom with null where it is free",
+    )
+    initial: Initial | None = holds(Record(Initial), None, says="where it starts and how fast", such="{q: 30 deg}")
+    limits: Limits | None = holds(
+        Record(Limits), None, says="how far, how fast and how strongly it may move", such="{lower: 0, upper: 1}"
+    )
+    label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="A")
+
+    @property
+    def with_more(self) -> str:
+        """What to write where it is to have more coordinates; empty where nothing gives it more."""
+        return ""
+
+    @property
+    def stops(self) -> Limits | None:
+        """The limits between which stops hold its coordinate, if there are any."""
+        limits = self.limits
+        bounded = limits is not None and limits.acts and not limits.lower is limits.upper is None
+        return limits if bounded and self.free_steps else None
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        if self.motion is None:
+            return self.steps
+        given = iter(self.motion)
+        return tuple(step.with_motion(next(given)) if step.may_be_prescribed else step for step in self.steps)
+
+    def verify(self) -> None:
+        self._verify_motion()
+        if self.limits is not None and [len(step.speeds) for step in self.steps] != [1]:
+            raise ModelError(
+                f"limits are for joints with one freedom; a {self.kind} joint has more", number="M110"
+            ).under("limits")
+        coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
+        if self.q is not None and len(self.q) != coordinates:
+            if coordinates == 0:
+                raise ModelError(
+                    f"{self._named} has no coordinate to give a name: leave it out", number="M110"
+                ).under("q")
+            advice = self.with_more if len(self.q) > coordinates else ""
+            told = f"{self._named} has {coordinates} coordinates, q names {len(self.q)}{advice}"
+            raise ModelError(told, number="M110")
+        if self.initial is not None:
+            with at("initial"):
+                self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})
+        for (*section, name), units in self._units().items():
+            element = getattr(self, section[0]) if section else self
+            if element is not None and units:
+                with at(*section):
+                    element.verify_unit(name, units)
+
+    def _units(self) -> dict[tuple[str, ...], tuple[str, ...]]:
+        """Return the units of what the joint is given about its coordinates, by where that stands: one for each."""
+        found: dict[tuple[str, ...], tuple[str, ...]]
+        found = {("initial", "q"): self.coordinate_units, ("initial", "u"): self.speed_units}
+        if self.motion is not None:
+            prescribed = [step.coordinates[0].unit for step in self.steps if step.may_be_prescribed]
+            found["motion",] = tuple(prescribed)
+        if self.limits is not None:
+            (step,) = self.steps
+            coordinate, speed = step.coordinates[0].unit, step.speeds[0].unit
+            units = {"lower": coordinate, "upper": coordinate, "velocity": speed, "effort": effort_unit(speed)}
+            found |= {("limits", name): (unit,) for name, unit in units.items()}
+        return found
+
+    def unit_at(self, path: Sequence[str]) -> str | None:
+        """Return the unit of what stands at a path inside the joint, None where that does not depend on the joint."""
+        for steps, units in self._units().items():
+            if tuple(path[: len(steps)]) == steps:
+                return units[int(path[-1]) if len(path) > len(steps) else 0]
+        return None
+
+    def _verify_initial(self, initial: Initial, counts: Mapping[str, int]) -> None:
+        """Raise ModelError for a list of another length, and for one that tears a quaternion apart."""
+        for name, wanted in counts.items():
+            given = getattr(initial, name)
+            if not isinstance(given, tuple):
+                continue
+            with at(name):
+                if len(given) != wanted:
+                    counted = f"{wanted} initial values here, got {len(given)}"
+                    raise ModelError(f"{self._named} needs {counted}; null (None) leaves one out")
+                for free in self.free_steps if name != "u" else ():
+                    if free.step.unit_quaternion and len({given[k] is None or given[k] is False for k in free.q}) > 1:
+                        raise ModelError(
+                            "the last four are one quaternion (w, x, y, z): give all four or none", number="M110"
+                        )
+
+    @property
+    def _named(self) -> str:
+        return f"a {self.kind} joint" + (" whose motion is prescribed" if self.motion is not None else "")
+
+    def _verify_motion(self) -> None:
+        """Raise ModelError unless `motion` has an entry for each step that may be prescribed."""
+        open_to_it = [step.may_be_prescribed for step in self.steps]
+        if self.motion is None or len(self.motion) == sum(open_to_it):
+            return
+        with at("motion"):
+            if not all(open_to_it):
+                raise ModelError(
+                    f"the rotation of a {self.kind} joint is a quaternion, which cannot be prescribed; choose three "
+                    "angles instead (angles: xyz)"
+                )
+            raise ModelError(
+                f"a {self.kind} joint moves by {len(open_to_it)} translations and rotations: give a motion or null for "
+                f"each, got {len(self.motion)}",
+                number="M110",
+            )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The elementary motion along a curve.
+
+
+_TIME = slot("t", 0)
+_UNITS: tuple[Point, ...] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+
+
+class Rates(NamedTuple):
+    """The derivatives of expressions of a curve's parameter s and of t: along s, in t, and the second ones."""
+
+    s: tuple[Node, ...]
+    t: tuple[Node, ...]
+    ss: tuple[Node, ...]
+    st: tuple[Node, ...]
+    tt: tuple[Node, ...]
+
+
+class At(NamedTuple):
+    """A place on a curve, and the derivative of the place along the parameter there."""
+
+    place: Point
+    way: Point
+
+
+def rates(nodes: Sequence[Node], leaf: Node) -> Rates:
+    """Return the derivatives of expressions of a curve's parameter `leaf` and of t."""
+    s, t = (tuple(tangents(nodes, {each: ONE})) for each in (leaf, _TIME))
+    ss, st = (tuple(tangents(s, {each: ONE})) for each in (leaf, _TIME))
+    return Rates(s, t, ss, st, tuple(tangents(t, {_TIME: ONE})))
+
+
+@dataclass(frozen=True)
+class Follow(OneCoordinate):
+    """A way along a curve by its parameter; with `turns_along`, in a plane, M turns so that its x is the tangent.
+
+    `place` are expressions of the parameter's `leaf` along `axes`, unit vectors. (`axis` is that about which a tangent
+    in a plane turns.)
+    """
+
+    place: Point = (ZERO, ZERO, ZERO)
+    leaf: Node = ZERO
+    across: tuple[Point, Point] = (_UNITS[0], _UNITS[1])
+    turns_along: bool = field(default=False, kw_only=True)
+
+    @classmethod
+    def along(cls, curve: Curve, letter: str = "", *, turns_along: bool = False) -> Follow:
+        """Return the step along a declared curve."""
+        return cls(_UNITS[2], letter, place=curve.place, leaf=curve.leaf, turns_along=turns_along)
+
+    @property
+    def axes(self) -> tuple[Point, Point, Point]:
+        """The unit vectors along which `place` has its components."""
+        return *self.across, self.axis
+
+    @property
+    def unit(self) -> str:
+        name: str = self.leaf.data[1][1]
+        return name
+
+    @cached_property
+    def rates(self) -> Rates:
+        """The derivatives of the place."""
+        return rates(self.place, self.leaf)
+
+    @cached_property
+    def tangent(self) -> tuple[Node, Node]:
+        """The unit tangent's components along the first two axes, of a curve in their plane."""
+        x, y, _ = self.rates.s
+        length = sqrt(x * x + y * y)
+        return x / length, y / length
+
+    def at(self, s: Node) -> At:
+        """Return where it leads, and which way, at the parameter's value s."""
+        nodes = (*self.place, *self.rates.s)
+        found = [as_node(x) for x in evaluate(nodes, lambda leaf: s if leaf is self.leaf else leaf)]
+        return At((found[0], found[1], found[2]), (found[3], found[4], found[5]))
+
+    @cached_property
+    def turning(self) -> Rates:
+        """The derivatives of the tangent's angle, of a curve in a plane."""
+        x, y, _ = self.rates.s
+        return rates((atan2(y, x),), self.leaf)
+
+    def with_directions(self, change: Callable[[Point], Point]) -> Self:
+        x, y, z = map(change, self.axes)
+        return replace(self, axis=z, across=(x, y))
+
+    @property
+    def slides(self) -> tuple[Point, ...]:
+        return tuple(axis for axis, way in zip(self.axes, self.rates.s, strict=True) if way is not ZERO)
+
+    @property
+    def turns(self) -> tuple[Point, ...]:
+        return (self.axis,) if self.turns_along else ()
+
+    @property
+    def is_independent(self) -> bool:
+        return False
+
+    @property
+    def drifts(self) -> bool:
+        return any(way is not ZERO for way in self.rates.t)
+
+    @property
+    def is_hinge(self) -> bool:
+        return False
+
+    @property
+    def stays_in_plane(self) -> bool:
+        moved = [axis for axis, way in zip(self.axes, self.place, strict=True) if way is not ZERO]
+        return all(map(is_flat, moved)) and (is_upright(self.axis) or not self.turns_along)
+
+    def is_measured(self, *, plane: bool) -> bool:
+        return False
+
+    def measured(self, apart: Apart) -> Sequence[Node]:
+        raise TypeError("no rows stand for a curve, so that it always keeps its coordinate")
+
+
+def guides(joint: Joint) -> bool:
+    """Return whether a joint guides along a curve in its frame on the parent."""
+    return bool(joint.steps) and isinstance(joint.steps[0], Follow)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Joints: each is declared as itself and moves by elementary steps, the last a ball where three angles would fail.
+#
+# Frame F stands on the parent, frame M on the child; at zero coordinates they coincide. The steps lead from F to M:
+# each translates along, rotates about, or screws along an axis that the steps before it have moved.
+
+
+_AXES: Final = {letter: Direction().accept(letter) for letter in "xyz"}
+_X, _Y, _Z = _AXES.values()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Revolute(MovingJoint):
+    """A hinge: rotation by q about `axis` (components in the parent's attachment frame), z unless it is given."""
+
+    kind: ClassVar[str] = "revolute"
+    axis: Point = holds(Direction(), "z", says="the axis of the hinge, in the axes of the parent's frame", such="z")
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (Rotate(self.axis),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxialJoint(MovingJoint):
+    """A joint that slides along `axis` (components in the parent's attachment frame), which must be given.
+
+    Planes have a normal to turn about, but no direction of their own to slide along.
+    """
+
+    axis: Point = holds(
+        Direction(), None, says="along which axis of the parent's frame it slides; must be given", such="x"
+    )
+
+    def verify(self) -> None:
+        if self.axis is None:
+            message = f"it is missing: say along which direction the {self.kind} joint slides, such as axis: x"
+            raise ModelError(message, number="M102").under("axis")
+        super().verify()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prismatic(AxialJoint):
+    """A slider: translation by q along `axis` (components in the parent's attachment frame)."""
+
+    kind: ClassVar[str] = "prismatic"
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (Translate(self.axis),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screw(AxialJoint):
+    """A nut on a screw: rotation by q about `axis` advances it by `pitch` a turn."""
+
+    kind: ClassVar[str] = "screw"
+    pitch: Node = holds(Scalar("m"), says="how far it advances with each turn", such="5 mm")
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (ScrewStep(self.axis, lead=self.pitch / (2 * PI)),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cylindrical(AxialJoint):
+    """A sleeve on a shaft: z along and phi about `axis`."""
+
+    kind: ClassVar[str] = "cylindrical"
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return Translate(self.axis, "z"), Rotate(self.axis, "phi")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Universal(MovingJoint):
+    """A cardan joint: rotation about the first of `axes` (the parent's), then about the second, turned by it."""
+
+    kind: ClassVar[str] = "universal"
+    axes: tuple[Point, ...] = holds(
+        ListOf(Direction(), 2, 2), ("x", "y"), such="[x, y]",
+        says="both axes: the parent's, and the child's, which the first one turns",
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return Rotate(self.axes[0], "1"), Rotate(self.axes[1], "2")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planar(MovingJoint):
+    """Motion in the x-y plane of the parent's attachment frame: x, y along its axes, then rotation theta about z."""
+
+    kind: ClassVar[str] = "planar"
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return Translate(_X, "x"), Translate(_Y, "y"), Rotate(_Z, "theta")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointJoint(MovingJoint):
+    """A particle that moves along the `axes` of the parent's attachment frame, in a plane (xy) or in space (xyz).
+
+    It does not turn, and so needs no inertia.
+    """
+
+    kind: ClassVar[str] = "point"
+    axes: str = holds(
+        Choice(("xy", "xz", "yz", "xyz")), "xy", says="the axes along which the particle moves", such="xyz"
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return tuple(Translate(_AXES[letter], letter) for letter in self.axes)
+
+    @property
+    def with_more(self) -> str:
+        return "; in space write axes: xyz" if len(self.axes) < 3 else ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveJoint(MovingJoint):
+    """A bead on a wire: the child's frame stays on a `curve` in the parent's; the coordinate is the curve's parameter.
+
+    The child does not turn, as suits a particle, unless it `turns`: with the `tangent`, which stays its x axis, of a
+    curve in the x-y plane, or `free`, about z.
+    """
+
+    kind: ClassVar[str] = "curve"
+    curve: Curve = holds(CurveField(), says="the wire, as an expression of x or of a parameter", such='{y: "x^2/2"}')
+    turns: str | None = holds(
+        Choice(("tangent", "free")), None, such="tangent",
+        says="tangent: the child turns with the wire; free: it turns as it likes; else not at all",
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        leaf, along = self.curve.leaf, self.turns == "tangent"
+        follow = Follow.along(self.curve, leaf.data[1][0], turns_along=along)
+        return (follow, Rotate(_Z, "theta")) if self.turns == "free" else (follow,)
+
+    def verify(self) -> None:
+        if self.turns == "tangent" and self.curve.place[2] is not ZERO:
+            advice = "a curve with a z has no one frame that turns with it; leave turns out, or turns: free"
+            raise ModelError(advice).under("turns")
+        super().verify()
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Three axes of successive rotations, written as letters: `xyz`, `zxz`, ...; no two neighbours alike."""
+
+    def accept(self, value: Any) -> str:
+        word = Text().accept(value)
+        if len(word) != 3 or set(word) - set("xyz") or word[0] == word[1] or word[1] == word[2]:
+            raise ModelError(f"{word!r} names no three successive axes: write xyz, zxz, zyx or the like", number="M103")
+        return word
+
+    def tree(self, value: str) -> str:
+        return value
+
+
+def _turning_freely(angles: str | None) -> tuple[Step, ...]:
+    """Return a ball, or three rotations where `angles` are chosen."""
+    return (Ball(),) if angles is None else tuple(Rotate(_AXES[x], str(k)) for k, x in enumerate(angles, 1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spherical(MovingJoint):
+    """A ball joint: unit quaternion (w first) as coordinates, angular velocity in the child's axes as speeds.
+
+    With `angles`, such as `zxz`, three successive rotations instead (singular where the first and third axis align).
+    """
+
+    kind: ClassVar[str] = "spherical"
+    angles: str | None = holds(
+        Angles(), None, says="three successive rotations as coordinates, instead of a quaternion", such="zxz"
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return _turning_freely(self.angles)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Free(MovingJoint):
+    """No joint at all: position and its speed along the parent's axes, then a ball (or three `angles`)."""
+
+    kind: ClassVar[str] = "free"
+    angles: str | None = holds(
+        Angles(), None, says="three successive rotations as coordinates, instead of a quaternion", such="zyx"
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (Translate(_X, "x"), Translate(_Y, "y"), Translate(_Z, "z"), *_turning_freely(self.angles))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Direct(Element):
+    """One freedom of a custom joint: `translate` along or `rotate` about a direction, which with a `pitch` a turn is a
+    screw; or a way along a `curve`."""
+
+    translate: Point | None = holds(Direction(), None, says="the direction along which it slides", such="x")
+    rotate: Point | None = holds(Direction(), None, says="the axis about which it turns", such="z")
+    pitch: Node | None = holds(
+        Scalar("m"), None, says="how far it advances with each turn about that axis", such="5 mm"
+    )
+    curve: Curve | None = holds(CurveField(), None, says="the curve along which it moves", such='{y: "x^2/2"}')
+
+    def verify(self) -> None:
+        if sum(x is not None for x in (self.translate, self.rotate, self.curve)) != 1:
+            raise ModelError(
+                "a freedom is {translate: axis} or {rotate: axis}, the latter perhaps with a pitch, or {curve: ..}"
+            )
+        if self.rotate is None and self.pitch is not None:
+            raise ModelError("a pitch goes with rotate", number="M110")
+
+    def step(self, letter: str) -> Step:
+        """Return the freedom as a step."""
+        if self.curve is not None:
+            return Follow.along(self.curve, letter)
+        if self.translate is not None:
+            return Translate(self.translate, letter)
+        assert self.rotate is not None
+        if self.pitch is None:
+            return Rotate(self.rotate, letter)
+        return ScrewStep(self.rotate, letter, lead=self.pitch / (2 * PI))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Custom(MovingJoint):
+    """A joint made of its freedoms, one after the other: `free: [{translate: x}, {rotate: z}]`."""
+
+    kind: ClassVar[str] = "custom"
+    free: tuple[Direct, ...] = holds(
+        ListOf(Record(Direct)), (), such="[{translate: x}, {rotate: z}]",
+        says="its freedoms in order, each moved by the ones before",
+    )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return tuple(freedom.step(str(k)) for k, freedom in enumerate(self.free, 1))
+
+    def verify(self) -> None:
+        if not self.free:
+            raise ModelError("free is missing: list the freedoms", number="M102")
+        super().verify()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fixed(Joint):
+    """A weld: no freedom."""
+
+    kind: ClassVar[str] = "fixed"
+    label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="W")
+
+
+def _by_kind(classes: Iterable[type[Joint]]) -> Mapping[str, type[Joint]]:
+    return {cls.kind: cls for cls in classes}
+
+
+JOINTS: Final = OneOf(
+    _by_kind(
+        (
+            *(Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, PointJoint, CurveJoint),
+            *(Spherical, Free, Custom, Fixed),
+        )
+    ),
+    {
+        "hinge": "revolute",
+        "pin": "revolute",
+        "continuous": "revolute",
+        "slider": "prismatic",
+        "cardan": "universal",
+        "ball": "spherical",
+        "floating": "free",
+        "weld": "fixed",
+    },
+    {
+        **dict.fromkeys(("rotation", "rotational", "rotary", "rotating"), "revolute"),
+        **dict.fromkeys(("translation", "translational", "linear", "sliding"), "prismatic"),
+        "rigid": "fixed",
+    },
+)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What follows the place where a curve is touched: made of declarations, never declared itself.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Foot(CurveJoint):
+    """The joint of a massless frame whose x is the tangent of a curve where that is nearest to something else.
+
+    It belongs to the contact or constraint `owner`, and follows the curve that the end number `end` of its two ends
+    `between` names.
+    """
+
+    kind: ClassVar[str] = "foot"
+    owner: str = holds(Text(), says="the contact or constraint whose place it follows", such="c1")
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2), says="the two ends of that contact", such="[a, b]")
+    end: int = holds(Count(0), says="which of the two is the curve", such="0")

@@ -1,0 +1,361 @@
+"""Questions to `solve`, and how a system is simulated."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.fields import (
+    Choice,
+    Direction,
+    Element,
+    Field,
+    Flag,
+    ListOf,
+    MapOf,
+    Names,
+    Point,
+    Record,
+    Scalar,
+    Text,
+    described,
+    fields_of,
+    holds,
+    verify_keys,
+)
+from multibody_sym.model.states import Moment, MomentField, TimeOrMoment, state_condition
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.sign_changes import is_condition
+from multibody_sym.text.parser import parse_scalar
+from multibody_sym.text.printer import text
+
+_FORMS: Final = (
+    "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
+    "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
+    "{find: parameter, so: equation}, {formula: coordinate} or {period_of: coordinate}; c sticks (a state) and "
+    "conditions may stand for {coordinate: value}"
+)
+_SETS: Final = (
+    ("value",),
+    ("value", "when"),
+    ("value", "after"),
+    ("of", "after"),
+    ("when",),
+    ("of", "at"),
+    ("max",),
+    ("min",),
+    ("find", "so"),
+    ("formula",),
+    ("period_of",),
+)
+_BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
+    "along": ("of",),
+    "after": ("max", "min"),
+    "until": ("max", "min"),
+    "between": ("find",),
+}
+"""What may stand beside questions of which keys."""
+
+
+@dataclass(frozen=True)
+class Extreme(Element):
+    """The largest or least value (`kind`: max or min) of an expression over the motion."""
+
+    kind: str = holds(Choice(("max", "min")), says="which of the two", such="max")
+    of: Node = holds(Scalar(), says="the expression", such="y")
+
+    def __str__(self) -> str:
+        return f"{self.kind}({text(self.of)})"
+
+
+@dataclass(frozen=True)
+class Equation(Element):
+    """left == right, which names answers; `extremes`: those that it asks for itself, by the names it has for them.
+
+    `left_unit` and `right_unit`: the SI units of sides that are a number with one, `2 m`.
+    """
+
+    left: Node = holds(Scalar(), says="the left side", such="least")
+    right: Node = holds(Scalar(), says="the right side", such="0")
+    left_unit: str | None = holds(Text(), None, says="the SI unit of a left side that is a number with one", such="m")
+    right_unit: str | None = holds(Text(), None, says="the SI unit of a right side that is a number with one", such="m")
+    extremes: Mapping[str, Extreme] = holds(
+        MapOf(Record(Extreme)), None, says="the largest and least values that it names itself"
+    )
+
+    def __str__(self) -> str:
+        sides = (self.left, self.left_unit), (self.right, self.right_unit)
+        found = " == ".join(text(side) if unit is None else f"{text(side)} {unit}" for side, unit in sides)
+        for name, extreme in self.extremes.items():
+            found = found.replace(name, str(extreme))
+        return found
+
+
+_EXTREME: Final = re.compile(r"\b(max|min)\s*\(")
+
+
+@dataclass(frozen=True)
+class EquationField:
+    """Two expressions with == between them: `least == 0`, `max(normal(c)) == 2*m*g`."""
+
+    def accept(self, value: Any) -> Equation:
+        if isinstance(value, Equation):
+            return value
+        sides = value.split("==") if isinstance(value, str) else []
+        if len(sides) != 2:
+            raise ModelError(f"expected an equation such as least == 0, got {described(value)}", number="M103")
+        extremes: dict[str, Extreme] = {}
+        (left, left_unit), (right, right_unit) = (_side(side, extremes) for side in sides)
+        units = {"left_unit": left_unit, "right_unit": right_unit}
+        return Equation(left=left, right=right, extremes=Names(extremes), **units)
+
+    def tree(self, value: Equation) -> str:
+        return str(value)
+
+
+def _side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | None]:
+    """Return one side of an equation, and its unit if it is a number with one.
+
+    max and min of one expression alone become questions of their own.
+    """
+    known: dict[Node, Node] = {}
+    free = "extreme"
+    while free in side:
+        free += "_"
+    place = 0
+    while (found := _EXTREME.search(side, place)) is not None:
+        end = _closing(side, found.end())
+        inner = side[found.end() : end]
+        if end == len(side) or _has_comma(inner):
+            place = found.end()
+            continue
+        name, standing = f"{found[1]} {len(extremes) + 1}", f"{free}{len(extremes) + 1}"
+        extremes[name] = Extreme(found[1], Scalar().accept(inner))
+        known[symbol(standing)] = symbol(name)
+        side = f"{side[: found.start()]}{standing}{side[end + 1 :]}"
+        place = found.start()
+    written, dimension = parse_scalar(side.strip())
+    node: Node = evaluate([written], lambda leaf: known.get(leaf, leaf))[0]
+    return node, str(dimension) if dimension is not None and any(dimension) else None
+
+
+def _closing(side: str, begin: int) -> int:
+    """Return where the parenthesis closes that is open at a place, the end of the text where none does."""
+    depth = 1
+    for k in range(begin, len(side)):
+        depth += {"(": 1, ")": -1}.get(side[k], 0)
+        if depth == 0:
+            return k
+    return len(side)
+
+
+def _has_comma(inner: str) -> bool:
+    """Return whether a comma stands in no inner parenthesis."""
+    depths = [inner[:k].count("(") - inner[:k].count(")") for k, letter in enumerate(inner) if letter == ","]
+    return 0 in depths
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask(Element):
+    """A question that `solve` answers.
+
+    `value`: an expression at the start; at the moment `when`; or `after` a time. `of` and `after`: the path of a body
+    in a time; with `along`, a direction, its displacement that way, which has a sign. `when` alone: the time at which a
+    coordinate comes to a value (back to one that it has at the start), a condition becomes true or a state begins; 0
+    where that holds from the start on. `of` and `at`: the speed of a body then, or its velocity `along` a direction.
+    `max`, `min`: the largest or least value of an expression over the motion, `after` a time and `until` another or a
+    moment. `find`: the value of a parameter, coordinate or speed at the start for which the equation `so` holds,
+    `between` two values if that is known. `formula`: a coordinate as a function of time. `period_of`: the period of a
+    coordinate in the motion from the start, whatever its amplitude. Expressions name other answers too.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {
+        "ask": "the equation names other answers and expressions itself, {find: mu, so: N == 1}",
+    }
+
+    value: Node | None = holds(
+        Scalar(), None, says="an expression, at the start, at a moment (when) or after a time", such="fx(A)"
+    )
+    of: str | None = holds(Text(), None, says="the body whose path, displacement or speed is asked for", such="block")
+    after: Node | None = holds(Scalar("s"), None, says="the time that has passed", such="4 s")
+    when: Moment | None = holds(
+        MomentField(), None, such="{x: 2 m}",
+        says="the moment: a coordinate reaches a value, a condition comes true, or a state begins",
+    )
+    at: Moment | None = holds(
+        MomentField(), None, says="the moment at which the speed of the body is asked for", such="{x: 2 m}"
+    )
+    along: Point | None = holds(
+        Direction(), None, says="the direction of the displacement or velocity that is asked for", such="x"
+    )
+    max: Node | None = holds(
+        Scalar(), None, says="the expression whose largest value over the motion is asked for", such="y"
+    )
+    min: Node | None = holds(
+        Scalar(), None, says="the expression whose least value over the motion is asked for", such="y"
+    )
+    until: Node | Moment | None = holds(
+        TimeOrMoment(), None, says="the time or moment at which looking for the extreme ends", such="2 s"
+    )
+    find: str | None = holds(Text(), None, says="the parameter or start value that is to be found", such="v0")
+    so: Equation | None = holds(
+        EquationField(), None, says="the equation that is to hold, between answers and expressions", such="least == 0"
+    )
+    between: tuple[Node, ...] | None = holds(
+        ListOf(Scalar(), 2, 2), None, says="two values between which it is looked for", such="[0, 10]"
+    )
+    formula: str | None = holds(Text(), None, says="the coordinate that is asked for as a function of time", such="x")
+    period_of: str | None = holds(Text(), None, says="the coordinate whose period is asked for", such="phi")
+
+    def verify(self) -> None:
+        given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
+        kind = next((x for x in sorted(_SETS, key=len, reverse=True) if given.issuperset(x)), None)
+        beside = given.difference(kind or ())
+        if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):
+            raise ModelError(f"{{{', '.join(sorted(given))}}} is no known question; ask with {_FORMS}", number="M104")
+
+
+@dataclass(frozen=True)
+class AskField:
+    """A question: an expression, `{of: block, after: 4 s}`, `{x: 2 m}`, `c sticks`, `{max: y}`, and so on."""
+
+    def accept(self, value: Any) -> Ask:
+        if isinstance(value, Ask):
+            return value
+        if state_condition(value) is not None:
+            return Ask(when=value)
+        if not isinstance(value, Mapping):
+            asked = Ask(value=value)
+            return Ask(when=asked.value) if asked.value is not None and is_condition(asked.value) else asked
+        if not any(key in _KEYS for key in value):
+            return Ask(when=_reached(value))
+        return Ask(**_known(value))
+
+    def tree(self, value: Ask) -> Any:
+        fields: dict[str, Field] = fields_of(Ask)
+        found = {name: f.tree(getattr(value, name)) for name, f in fields.items() if getattr(value, name) is not None}
+        only = next(iter(found)) if len(found) == 1 else None
+        return found[only] if only in ("value", "when") else found
+
+
+_KEYS: Final = tuple(fields_of(Ask))
+
+
+def _reached(value: Mapping[str, Any]) -> Mapping[str, Any]:
+    if any(state_condition(given) is not None for given in value.values()):
+        raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}", number="M104")
+    if len(value) != 1:
+        raise ModelError("name one coordinate and its value, such as {x: 2 m}")
+    return value
+
+
+def _known(value: Mapping[str, Any]) -> dict[str, Any]:
+    verify_keys(value, _KEYS, Ask.meant)
+    return dict(value)
+
+
+@dataclass(frozen=True)
+class Baumgarte(Element):
+    """Baumgarte's stabilisation: gamma - 2 alpha phidot - beta^2 phi; without alpha it is chosen from the step."""
+
+    alpha: Node | None = holds(
+        Scalar("1/s"), None, says="how fast errors of rates fade; chosen from the step if left out", such="20"
+    )
+    beta: Node | None = holds(
+        Scalar("1/s"), None, says="how fast errors of positions fade; chosen from the step if left out", such="20"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stabilisation(Element):
+    """How constraints are kept: `projection` after each step, `baumgarte`, or `index_2`, as part of the equations."""
+
+    baumgarte: Baumgarte | None = holds(
+        Record(Baumgarte), None, says="Baumgarte's terms, which let errors fade", such="{alpha: 20, beta: 20}"
+    )
+    projection: bool | None = holds(
+        Flag(), None, says="whether each step is brought back to what the constraints demand", such="true"
+    )
+    index_2: bool | None = holds(
+        Flag(), None, says="whether constraints are solved as part of the equations of each step", such="true"
+    )
+
+    def verify(self) -> None:
+        chosen = {"baumgarte": self.baumgarte is not None, "projection": self.projection, "index_2": self.index_2}
+        if sum(map(bool, chosen.values())) > 1:
+            names = [name for name, asked in chosen.items() if asked]
+            raise ModelError(
+                f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}", number="M110"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SmoothFriction(Element):
+    """Friction made smooth: below the speed `regularised` (m/s, or rad/s where things turn) it fades, and all creeps.
+
+    What would stick moves so fast that friction, mu N v / sqrt(v^2 + e^2), is as large as it takes.
+    """
+
+    regularised: Node = holds(
+        Scalar("m/s"), says="the speed below which friction fades; m/s, or rad/s where things turn", such="1e-3"
+    )
+
+    def verify(self) -> None:
+        if self.regularised.shadow is not None and not self.regularised.shadow > 0.0:
+            raise ModelError("it is a speed greater than zero", number="M109").under("regularised")
+
+
+MULTIPLIERS: Final = ("basic", "minimum_norm")
+"""Those of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
+
+
+COORDINATES: Final = ("relative", "absolute")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(Element):
+    """How a system is simulated, unless the call says otherwise.
+
+    `coordinates` are those of joints from body to body, or of each body, which every joint restricts.
+    `project` lets every start value change, known ones too, as little as constraints need.
+    `multipliers` says which are taken where rows are redundant and others serve equally well.
+    `friction` makes dry friction smooth, which it is not otherwise.
+    """
+
+    t_end: Node = holds(Scalar("s"), 10, says="when the run ends", such="2 s")
+    step: Node | None = holds(
+        Scalar("s"), None, says="a fixed step; if left out the method chooses its own", such="1 ms"
+    )
+    rtol: Node | None = holds(
+        Scalar(""), None, says="relative tolerance of a method that chooses its step", such="1e-9"
+    )
+    atol: Node | None = holds(
+        Scalar(""), None, says="absolute tolerance of a method that chooses its step", such="1e-9"
+    )
+    method: str = holds(Text(), "dormand_prince", says="the integration method, such as rk4 or radau_5", such="rk4")
+    samples: Node = holds(
+        Scalar(""), 1001, says="number of rows of the result, evenly spaced, both ends among them", such="501"
+    )
+    coordinates: str = holds(
+        Choice(COORDINATES), COORDINATES[0], such="absolute",
+        says="coordinates of joints (relative), or of each body (absolute)",
+    )
+    constraints: Stabilisation | None = holds(
+        Record(Stabilisation), None, says="how constraints are kept during a run", such="{projection: true}"
+    )
+    project: bool = holds(
+        Flag(), False, such="true",
+        says="whether all start values, known ones too, may change as little as constraints need",
+    )
+    multipliers: str = holds(
+        Choice(MULTIPLIERS), MULTIPLIERS[0], such="minimum_norm",
+        says="which forces are told where constraints depend on each other",
+    )
+    friction: SmoothFriction | None = holds(
+        Record(SmoothFriction), None, such="{regularised: 1e-3}",
+        says="makes dry friction smooth, which it is not otherwise",
+    )

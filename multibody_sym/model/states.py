@@ -1,0 +1,222 @@
+"""Moments: states of what holds one way only that begin (`c sticks`), conditions, values that coordinates reach."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any, ClassVar, Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.fields import Condition, MapOf, Scalar, described
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.sign_changes import is_condition
+from multibody_sym.text.printer import text
+
+STRIKES: Final = "strikes"
+"""What an element does that takes an impulse, whether it bounces or stays: no state, but a moment as its beginning."""
+VERBS: Final[Mapping[str, tuple[str, ...]]] = {
+    "sticks": ("stick",),
+    "slides": ("slide", "slide+", "slide-"),
+    "opens": ("open", "slack", "free"),
+    "closes": ("closed", "stick", "slide", "slide+", "slide-", "taut", "lower", "upper"),
+    "tautens": ("taut",),
+    "slackens": ("slack",),
+    "grips": ("grip",),
+    "rolls": ("roll",),
+    "slips": ("slip", "slip+", "slip-", "slide", "slide+", "slide-"),
+    "stops": ("lower", "upper"),
+    "frees": ("free",),
+    STRIKES: ("impact",),
+}
+"""What an element begins to do, and the words of the states in which it does.
+
+A rope closes as it becomes taut, a stop as it holds.
+"""
+_EITHER_WAY: Final[Mapping[str, tuple[str, ...]]] = {"slide": VERBS["slides"], "slip": ("slip", "slip+", "slip-")}
+"""Words of states that say no direction, where a run tells one."""
+WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
+"""Along an axis or tangent, or against it, in sentences: words of states end with these signs."""
+_JOINED: Final = re.compile(r"\s(and|or)\s")
+_WORDS: Final = tuple(dict.fromkeys(word for words in VERBS.values() for word in words))
+"""The words of states, as runs print them: each is one that begins, too."""
+_SAID: Final = "|".join(map(re.escape, sorted((*VERBS, *_WORDS), key=len, reverse=True)))
+_STATED: Final = re.compile(rf"\s*(\S.*?)\s+({_SAID})\s*")
+_STATED_WITHIN: Final = re.compile(rf"(?<![\w.])(?!(?:and|or)\s)([A-Za-z][\w.]*)\s+({_SAID})(?![\w+-])")
+"""A state in an expression, where names never stand side by side."""
+_TWO_WORDS: Final = re.compile(r"\s*([A-Za-z][\w.]*)\s+(?!and\b|or\b)([A-Za-z]+)\s*")
+"""What is written as a state, whatever its second word."""
+
+
+@dataclass(frozen=True)
+class StateCondition:
+    """That an element, or a part of it that rubs, begins to be in a state: `c sticks`, or its word, `c slide+`."""
+
+    element: str
+    verb: str
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words of the states that are meant."""
+        return VERBS.get(self.verb) or _EITHER_WAY.get(self.verb, (self.verb,))
+
+    def __str__(self) -> str:
+        return f"{self.element} {self.verb}"
+
+    def holds(self, words: Mapping[str, str]) -> bool:
+        """Return whether it holds where elements are in the states that `words` tell."""
+        return words.get(self.element) in self.words
+
+    @property
+    def closes(self) -> bool:
+        """Whether it is a state in which an element is closed that may be open."""
+        return bool({*self.words} & {*VERBS["closes"]})
+
+    @property
+    def strikes(self) -> bool:
+        """Whether it is an impact, which is no state."""
+        return self.words == VERBS[STRIKES]
+
+    def verify(self, known: Mapping[str, Iterable[str]]) -> None:
+        """Raise ModelError where no element of that name holds one way only, or it is never in such a state.
+
+        `known` are the words of the states in which such elements may be, by their names.
+        """
+        if self.element not in known:
+            if _JOINED.search(self.element):
+                raise _joined(str(self), f"{self.element.split()[-1]} {self.verb}")
+            parts = [name for name in known if name.startswith(f"{self.element}.")]
+            able = [name for name in parts if set(known[name]).intersection(self.words)]
+            if parts and not able:
+                fitting = self._fitting(parts, known)
+                told = f"{str(self)!r}: it has no such state{self._why_not(parts, known)}; say {fitting}"
+                raise ModelError(told, number="M106")
+            if parts:
+                raise ModelError(
+                    f"{self.element!r} has no state of its own, its parts have; say {able[0]} {self.verb}"
+                    + (f", or another of {', '.join(able)}" if len(able) > 1 else ""),
+                    number="M106",
+                )
+            raise ModelError(
+                f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states",
+                number="M106",
+                word=self.element,
+                known=known,
+            )
+        if not set(known[self.element]).intersection(self.words):
+            fitting = self._fitting([self.element], known)
+            told = f"{str(self)!r}: it has no such state{self._why_not([self.element], known)}; say {fitting}"
+            raise ModelError(told, number="M106")
+
+    @staticmethod
+    def _fitting(names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
+        """Return what may be said of elements, each in one way."""
+        pairs = (
+            (name, verb)
+            for name in names
+            for verb, its in VERBS.items()
+            if set(known[name]).intersection(its) and not (verb == "slips" and {*VERBS["slides"]} & {*known[name]})
+        )
+        return " or ".join(f"{name} {verb}" for name, verb in pairs)
+
+    def _why_not(self, names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
+        """Return the reason why elements neither stick nor slide."""
+        if not {*self.words} <= {*VERBS["sticks"], *VERBS["slides"]}:
+            return ""
+        if any({*VERBS["rolls"]} & {*known[name]} for name in names):
+            return ": a wheel that rolls has the words rolls, slips"
+        return " without friction (static, kinetic)"
+
+
+def state_condition(value: Any) -> StateCondition | None:
+    """Return what is written as an element and what it begins to do, None for all else."""
+    if isinstance(value, StateCondition):
+        return value
+    found = _STATED.fullmatch(value) if isinstance(value, str) else None
+    if found is None and isinstance(value, str) and (other := _TWO_WORDS.fullmatch(value)) is not None:
+        raise ModelError(
+            f"{other[2]!r} is no word for a state of {other[1]}; the words are {', '.join(VERBS)}",
+            number="M106",
+        )
+    if found is None and isinstance(value, str) and (state := _STATED_WITHIN.search(value)) is not None:
+        raise _joined(value, " ".join(state.groups()))
+    return None if found is None else StateCondition(*found.groups())
+
+
+def _joined(written: str, state: str) -> ModelError:
+    """Return the error about a state that is part of an expression."""
+    return ModelError(
+        f"{written!r}: states are not joined with conditions by 'and' and 'or'; name the state alone, such as {state}",
+        number="M106",
+    )
+
+
+@dataclass(frozen=True)
+class State:
+    """A state that begins, such as `c sticks`."""
+
+    def accept(self, value: Any) -> StateCondition:
+        found = state_condition(value)
+        if found is None:
+            raise ModelError(
+                f"expected a state such as c sticks ({', '.join(VERBS)}), got {described(value)}", number="M103"
+            )
+        return found
+
+    def tree(self, value: StateCondition) -> str:
+        return str(value)
+
+
+@dataclass(frozen=True)
+class StopCondition(Condition):
+    """A comparison, or a state that begins."""
+
+    def accept(self, value: Any) -> Any:
+        return state_condition(value) or super().accept(value)
+
+    def tree(self, value: Node | StateCondition) -> str:
+        return str(value) if isinstance(value, StateCondition) else super().tree(value)
+
+
+Moment = Mapping[str, Node] | Node | StateCondition
+"""When: a coordinate reaches a value (`{x: 2 m}`), a condition becomes true (`x > 2`), a state begins (`c sticks`)."""
+
+
+@dataclass(frozen=True)
+class MomentField:
+    """A moment: `{x: 2 m}`, a condition such as `x > 2 and u < 0`, or a state such as `c sticks`."""
+
+    of_any_unit: ClassVar[bool] = True
+
+    def accept(self, value: Any) -> Moment:
+        if isinstance(value, str) and "==" in value:
+            raise ModelError(
+                f"{value!r} is an equation: a coordinate that reaches a value is {{phi: 0}}, a time is after: 2 s, and "
+                "the start needs no moment",
+                number="M103",
+            )
+        if not isinstance(value, Mapping):
+            accepted: Moment = StopCondition().accept(value)
+            return accepted
+        if len(value) != 1:
+            raise ModelError("name one coordinate and its value, such as {x: 2 m}")
+        return MapOf(Scalar()).accept(value)
+
+    def tree(self, value: Moment) -> Any:
+        return MapOf(Scalar()).tree(value) if isinstance(value, Mapping) else StopCondition().tree(value)
+
+
+@dataclass(frozen=True)
+class TimeOrMoment:
+    """A time, such as `2 s`, or a moment."""
+
+    of_any_unit: ClassVar[bool] = True
+
+    def accept(self, value: Any) -> Node | Moment:
+        if isinstance(value, Mapping) or state_condition(value) is not None:
+            return MomentField().accept(value)
+        node = Scalar().accept(value)
+        return MomentField().accept(value) if is_condition(node) else Scalar("s").accept(value)
+
+    def tree(self, value: Node | Moment) -> Any:
+        return text(value) if isinstance(value, Node) else MomentField().tree(value)

@@ -1,0 +1,454 @@
+"""System: everything the user declared, and nothing that follows from it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from functools import cache, cached_property
+from typing import Any, Final, NamedTuple
+
+from multibody_sym.errors import ModelError, at, nearest
+from multibody_sym.model.argument_checks import flag, text
+from multibody_sym.model.bodies import Body
+from multibody_sym.model.constraints import CONSTRAINTS, Pulley
+from multibody_sym.model.contacts_and_impacts import Contact, Impacts, ImpactsField
+from multibody_sym.model.fields import (
+    Count,
+    Element,
+    MapOf,
+    Names,
+    Point,
+    Prose,
+    Record,
+    Scalar,
+    Text,
+    Vector,
+    described,
+    fields_of,
+    fields_tree,
+    from_fields,
+    holds,
+    is_text,
+    listed,
+    verify_keys,
+)
+from multibody_sym.model.forces import FORCES
+from multibody_sym.model.joints import JOINTS, Joint
+from multibody_sym.model.parameters import Constant, InputField, Parameter, ParameterField, Table
+from multibody_sym.model.settings import Ask, AskField, Settings
+from multibody_sym.model.states import StateCondition, StopCondition
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, symbol, symbol_with
+
+_MAPS: Final = (
+    *("parameters", "bodies", "joints", "forces", "constraints", "pulleys", "contacts"),
+    *("inputs", "outputs", "stop", "ask"),
+)
+_COUNTED: Final = (("bodies", "body"), *((f"{one}s", one) for one in ("joint", "constraint", "contact", "force")))
+_SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+RESERVED: Final = ("t", "pi")
+t: Final = symbol("t")
+"""The time, as expressions name it."""
+
+
+class Written(NamedTuple):
+    """An expression that stands in a system: where, and in which unit its field wants it (None: any)."""
+
+    path: tuple[str, ...]
+    node: Node
+    unit: str | None
+
+
+@dataclass(frozen=True)
+class System(Element):
+    """A declared multibody system; each field is a key of the model file.
+
+    Symbols made by `multibody_sym.parameters` bring their declarations along; they need not stand in `parameters`.
+    """
+
+    name: str = holds(Text(), says="what the system is called", such="pendulum")
+    gravity: Point = holds(
+        Vector("m/s^2"), (0, 0, 0), says="acceleration of free fall, along the inertial axes", such="[0, -g, 0]"
+    )
+    parameters: Mapping[str, Parameter] = holds(
+        MapOf(ParameterField()), None, says="named numbers, which expressions use", such="{m: 1 kg, l: 0.5 m}"
+    )
+    bodies: Mapping[str, Body] = holds(
+        MapOf(Record(Body)), None, such="{bob: {mass: m, com: [0, -l, 0]}}",
+        says="bodies by name; ground is there by itself and may be given points, frames, surfaces, a motion",
+    )
+    joints: Mapping[str, Joint] = holds(
+        MapOf(JOINTS), None, such="{hinge: {type: revolute, parent: ground, child: bob}}",
+        says="joints by name: how each body moves relative to another",
+    )
+    forces: Mapping[str, Element] = holds(
+        MapOf(FORCES), None, such="{air: {type: drag, on: bob, linear: c}}",
+        says="forces, springs, dampers, motors and friction by name",
+    )
+    constraints: Mapping[str, Element] = holds(
+        MapOf(CONSTRAINTS), None, such="{rod: {type: distance, between: [a, b], value: l}}",
+        says="ropes, rods, gears, rolling and other constraints by name",
+    )
+    pulleys: Mapping[str, Pulley] = holds(
+        MapOf(Record(Pulley)), None, says="pulleys by name, which paths of ropes use", such="{P1: {at: ground.top}}"
+    )
+    contacts: Mapping[str, Contact] = holds(
+        MapOf(Record(Contact)), None, keyword=True, such="{c1: {between: [block, ground.table], static: 0.4}}",
+        says="what may touch, push and rub, by name",
+    )
+    impact: Impacts | None = holds(
+        ImpactsField(), None, keyword=True, such="{impulse: [0, I, 0], at: coin.edge}",
+        says="what strikes at the start: one impact, a map of several, or closing",
+    )
+    inputs: Mapping[str, Node | Table | Constant] = holds(
+        MapOf(InputField()), None, such="{tau: T0*sin(t)}",
+        says="inputs by name: expressions of t and parameters, or tables",
+    )
+    outputs: Mapping[str, Node] = holds(
+        MapOf(Scalar()), None, such="{pull: fy(hinge)}",
+        says="outputs by name: expressions that runs report; solve tells those that ask names",
+    )
+    stop: Mapping[str, Node | StateCondition] = holds(
+        MapOf(StopCondition()), None, says="conditions by name that end a run", such="{fall: y < 0}"
+    )
+    ask: Mapping[str, Ask] = holds(
+        MapOf(AskField()), None, says="questions by name that solve answers", such="{path: {of: block, after: 4 s}}"
+    )
+    simulation: Settings = holds(
+        Record(Settings), None, says="how it is simulated, unless a command says otherwise", such="{t_end: 2 s}"
+    )
+
+    description: str | None = holds(
+        Prose(), None, keyword=True, says="what the system is and what is asked: the statement of a problem",
+        such="A block slides down a rough incline.",
+    )
+
+    def __post_init__(self) -> None:
+        for name in _MAPS:
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, {})
+        if self.simulation is None:
+            object.__setattr__(self, "simulation", Settings())
+        states = not any(self.gravity is none for none in (None, type(self).gravity, _NO_GRAVITY))
+        super().__post_init__()
+        if not states:
+            object.__setattr__(self, "gravity", _NO_GRAVITY)
+        self._collect_declarations()
+
+    def __repr__(self) -> str:
+        counted = [(len(getattr(self, several)), one, several) for several, one in _COUNTED]
+        parts = [f"{n} {several if n > 1 else one}" for n, one, several in counted if n]
+        return f"<System {self.name}: {', '.join(parts) or 'nothing in it'}>"
+
+    @cached_property
+    def _written(self) -> list[Written]:
+        """Its expressions: what looks at a large system asks for them a dozen times."""
+        return _gathered(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a pickle and a copy keep: what follows from the fields is found again."""
+        return {name: value for name, value in vars(self).items() if name != "_written"}
+
+    def _collect_declarations(self) -> None:
+        """Move declarations that symbols carry into `parameters`, leaving plain symbols behind."""
+        found: dict[str, Parameter] = dict(self.parameters)
+        written = _gathered(self)
+        pending = [each.node for each in written]
+        declares = False
+        while pending:
+            carried = leaves(pending, "declared")
+            declares = declares or bool(carried)
+            pending = []
+            for leaf in carried:
+                name, parameter = leaf.data
+                if found.setdefault(name, parameter) != parameter:
+                    with at("parameters", name):
+                        raise ModelError(f"{name} is declared twice, with different values", number="M108")
+                pending.append(parameter.value)
+        object.__setattr__(self, "parameters", Names(found))
+        if not declares:  # a system from a file, or made from another one
+            vars(self)["_written"] = written
+            return
+        for f in fields(self):
+            object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _plain))
+
+
+_NO_GRAVITY: Final = (ZERO, ZERO, ZERO)
+"""The gravity of a system that states none: this very tuple, so that changed systems keep it."""
+
+
+def states_gravity(system: System) -> bool:
+    """Return whether gravity is declared, if only as none."""
+    return system.gravity is not _NO_GRAVITY
+
+
+_PLAIN: Final = (str, int, float, type(None))
+
+
+def _plain(node: Node) -> Node:
+    def leaf(n: Node) -> Node:
+        return symbol(n.data[0]) if n.op == "declared" else n
+
+    return evaluate([node], leaf)[0] if leaves([node], "declared") else node
+
+
+def expressions(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
+    """Return every expression inside a system, element, map or tuple, with its path and the unit its field asks for."""
+    return list(part._written) if isinstance(part, System) and not path else _gathered(part, path)
+
+
+def expressions_in(system: System, names: Iterable[str]) -> list[Written]:
+    """Return every expression inside some fields of a system, field by field."""
+    found: dict[str, list[Written]] = {}
+    for written in expressions(system):
+        found.setdefault(written.path[0], []).append(written)
+    return [written for name in names for written in found.get(name, ())]
+
+
+def _gathered(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
+    found: list[Written] = []
+    _gather(part, path, None, found)
+    return found
+
+
+def _gather(part: Any, path: tuple[str, ...], unit: str | None, found: list[Written]) -> None:
+    if isinstance(part, Node):
+        found.append(Written(path, part, unit))
+    elif isinstance(part, Element):
+        for steps, value, field_unit in part.written():
+            if isinstance(value, Node):  # most are, in large models
+                found.append(Written((*path, *steps), value, field_unit))
+            elif not isinstance(value, _PLAIN):
+                _gather(value, (*path, *steps), field_unit, found)
+    elif isinstance(part, tuple):
+        for i, x in enumerate(part):
+            _gather(x, (*path, str(i)), unit, found)
+    elif isinstance(part, Mapping):
+        for name, x in part.items():
+            _gather(x, (*path, name), unit, found)
+
+
+def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
+    """Return a system, record, map or tuple with every expression but constants replaced by `change` of it.
+
+    What nothing changes in is returned as it is.
+    """
+    if isinstance(part, Node):
+        return change(part) if part.shadow is None else part
+    if isinstance(part, _PLAIN):
+        return part
+    if isinstance(part, Names):
+        content = {name: with_expressions(x, change) for name, x in part.items()}
+        return part if all(x is part[name] for name, x in content.items()) else Names(content)
+    if type(part) is tuple:
+        changed_items = tuple([with_expressions(x, change) for x in part])
+        return part if all(a is b for a, b in zip(changed_items, part, strict=True)) else changed_items
+    if is_dataclass(part) and not isinstance(part, type):
+        changed = {}
+        for name in _fields_of(type(part)):
+            old = getattr(part, name)
+            if (new := with_expressions(old, change)) is not old:
+                changed[name] = new
+        if not changed:
+            return part
+        return part.with_fields(changed) if isinstance(part, Element) else replace(part, **changed)
+    return part
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(kind))
+
+
+def parameters(
+    names: str, values: Any, *, positive: bool = False, units: str | None = None
+) -> tuple[Node, ...]:
+    """Return symbols for parameters declared with sample values.
+
+    `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg` (of one name the
+    value alone will do); `units`, also separated by spaces, state their dimensions.
+    Raises ModelError where the counts differ or a name is no symbol.
+    """
+    if not isinstance(names, str):
+        raise ModelError(f"expected names separated by spaces, got {described(names)}", number="M103")
+    words, positive = names.split(), flag("positive", positive)
+    given = listed(values)
+    given = [values] if given is None else given
+    unit_words = [""] * len(words) if units is None else text("units", units).split()
+    if not len(words) == len(given) == len(unit_words):
+        raise ModelError(f"{len(words)} names, {len(given)} values and {len(unit_words)} units do not match")
+    made = []
+    for name, value, unit in zip(words, given, unit_words, strict=True):
+        with at("parameters", name):
+            verify_symbol(name)
+            value = f"{value} {unit}" if unit else value
+            parameter = ParameterField().accept({"value": value, "positive": positive})
+            made.append(symbol_with(name, parameter))
+    return tuple(made)
+
+
+def variable(name: str) -> Node:
+    """Return the symbol of what a system declares under this name: a coordinate, speed, input, parameter; or of t."""
+    if text("name", name) != "t":
+        verify_symbol(name)
+    return symbol(name)
+
+
+def verify_symbol(name: str) -> None:
+    """Raise ModelError unless `name` can stand in expressions."""
+    if not _SYMBOL.fullmatch(name):
+        raise ModelError(
+            f"{name!r} cannot stand in expressions: use letters, digits and _, a letter first", number="M108"
+        )
+    if name in RESERVED:
+        raise ModelError(f"{name!r} is reserved", number="M108")
+
+
+def verify_system(value: object) -> None:
+    """Raise ModelError unless `value` is a System; a file's name is what people hand over instead."""
+    if not isinstance(value, System):
+        raise ModelError(f"expected a System, got {described(value)}; load(...) reads one from a file", number="M103")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Between a System and the plain tree (maps, lists, text) that a model file holds.
+
+
+VERSION: Final = "1"
+VERSION_KEY: Final = "multibody_sym"
+REPEAT_KEY: Final = "repeat"
+
+
+def system_from_tree(tree: Any) -> System:
+    """Return the System that a model file's content describes.
+
+    Raises InputError with the path of the field in `where.path`.
+    """
+    if not isinstance(tree, Mapping):
+        raise ModelError(f"a model file is a map, got {described(tree)}", number="F103")
+    known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
+    if VERSION_KEY not in tree:
+        verify_keys([key for key in tree if nearest(str(key), known) == VERSION_KEY], known)
+    version = tree.get(VERSION_KEY)
+    if version != VERSION:
+        with at(VERSION_KEY):
+            raise ModelError(
+                f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}", number="F103"
+            )
+    verify_keys(tree, known)
+    content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
+    for index, entry in _repeats(tree.get(REPEAT_KEY)):
+        with at(REPEAT_KEY, *index):
+            content = _with_chain(content, entry)
+    system = from_fields(System, content)
+    assert isinstance(system, System)
+    return system
+
+
+def tree_from_system(system: System) -> dict[str, Any]:
+    """Return the content of a model file that describes the System."""
+    return {VERSION_KEY: VERSION, **{key: part for key, part in fields_tree(system).items() if part != {}}}
+
+
+@dataclass(frozen=True)
+class AnyMap:
+    """A map that is read later, once for each copy; in full it is what `like` reads."""
+
+    like: Any
+
+    def accept(self, value: Any) -> Mapping[str, Any]:
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map, got {described(value)}", number="M103")
+        return value
+
+    def tree(self, value: Mapping[str, Any]) -> Any:
+        return value
+
+
+@dataclass(frozen=True)
+class Repeat(Element):
+    """A chain of `count` like bodies: each joined by `joint` to the point `parent` of the one before.
+
+    The first is joined to `start`. Bodies are called `<body_name>1`, `<body_name>2`, ..., joints `<joint_name>1`, ...
+    """
+
+    count: int = holds(Count(), says="how many copies there are", such="10")
+    body: Mapping[str, Any] = holds(
+        AnyMap(Record(Body)), says="the body of each copy",
+        such="{mass: m, com: [0, -l/2, 0], points: {end: [0, -l, 0]}}",
+    )
+    joint: Mapping[str, Any] = holds(
+        AnyMap(JOINTS), such="{type: revolute, parent: end}",
+        says="the joint of each copy, without child; parent names a point of the copy before",
+    )
+    start: str = holds(Text(), "ground", says="what the first copy is joined to", such="ground.top")
+    body_name: str = holds(Text(), "body", says="the bodies are called by this name and 1, 2, ..", such="rod")
+    joint_name: str = holds(Text(), "joint", says="the joints are called by this name and 1, 2, ..", such="hinge")
+
+
+MOST_REPEATS: Final = 10_000
+
+
+def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
+    if value is None or is_text(value, ""):
+        return []
+    single: list[tuple[tuple[str, ...], Any]] = [((), value)]
+    listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single
+    read: list[tuple[tuple[str, ...], Repeat]] = []
+    for index, entry in listed:
+        with at(REPEAT_KEY, *index):
+            repeat = Record(Repeat).accept(entry)
+            assert isinstance(repeat, Repeat)
+            if repeat.count > MOST_REPEATS:
+                with at("count"):
+                    raise ModelError(f"at most {MOST_REPEATS} copies", number="M109")
+            read.append((index, repeat))
+    return read
+
+
+def _with_chain(tree: Mapping[str, Any], repeat: Repeat) -> dict[str, Any]:
+    with at("body"):
+        body = Record(Body).accept(repeat.body)
+    joint, point = dict(repeat.joint), repeat.joint.get("parent")
+    bodies, joints = dict(tree.get("bodies") or {}), dict(tree.get("joints") or {})
+    for k in range(1, repeat.count + 1):
+        names = f"{repeat.body_name}{k}", f"{repeat.joint_name}{k}"
+        _refuse_taken(names[0], bodies)
+        _refuse_taken(names[1], joints)
+        before = f"{repeat.body_name}{k - 1}" + (f".{point}" if point else "")
+        with at("joint"):
+            ends = {"parent": repeat.start if k == 1 else before, "child": names[0]}
+            joints[names[1]] = JOINTS.accept({**joint, **ends})
+        bodies[names[0]] = body
+    return {**tree, "bodies": bodies, "joints": joints}
+
+
+def _refuse_taken(name: str, taken: Mapping[str, Any]) -> None:
+    if name in taken:
+        raise ModelError(
+            f"the chain would declare {name!r} a second time; choose another body_name or joint_name", number="M108"
+        )
+
+
+_COPIED: Final = {"bodies": "body", "joints": "joint"}
+"""Sections with copies, and under which key of a chain these stand, as they are called where it names none."""
+
+
+def path_in_file(tree: Any, path: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the path in a file's content of what stands at a path of the system: of copies that of their chain."""
+    section, name = (*path[:2], "", "")[:2]
+    if section not in _COPIED or not isinstance(tree, Mapping):
+        return path
+    declared, chains = tree.get(section), tree.get(REPEAT_KEY)
+    if isinstance(declared, Mapping) and name in declared:
+        return path
+    part = _COPIED[section]
+    listed = [((str(i),), x) for i, x in enumerate(chains)] if isinstance(chains, list) else [((), chains)]
+    for index, chain in listed:
+        begin = str(chain.get(f"{part}_name", part)) if isinstance(chain, Mapping) else None
+        if begin is not None and name.removeprefix(begin).isdecimal() and name.startswith(begin):
+            return (REPEAT_KEY, *index, part, *path[2:])
+    return path

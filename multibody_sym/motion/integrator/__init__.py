@@ -1,0 +1,1 @@
+"""One step in Python, and what may happen in it."""

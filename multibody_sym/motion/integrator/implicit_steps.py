@@ -1,0 +1,351 @@
+"""Steps of collocation methods by simplified Newton iteration with the exact Jacobian; `implicit.c` is the same in C.
+
+The unknowns of a stage are y = (x, z), with multipliers z where rows are part of the equations:
+W E (y - y0) = h start f(t, y0) + h f(t + c h, y), `StageEquations`. Steps and iterations are judged by x alone; the
+multipliers come along, with the order of the stages.
+
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, sections IV.8 and VII.4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from sys import float_info
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.motion.integrator.flow import (
+    Flow,
+    Status,
+    Step,
+    StepError,
+    Trial,
+    hermite,
+    require_finite,
+    scaled_norm,
+)
+from multibody_sym.motion.methods.collocation import Scheme
+from multibody_sym.scalars.arrays import Floats
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The linear equations of simplified Newton iteration for the stages of a collocation method, factorised.
+#
+# Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8.
+
+
+class StageMatrices:
+    """The factors of gamma E - h J and of [alpha E - h J, -beta E; beta E, alpha E - h J] for the kept rows."""
+
+    def __init__(self, scheme: Scheme, differential: Floats, jacobian: Floats, h: float) -> None:
+        """Factorise; `differential` (n,) is the diagonal of E. Raises ZeroDivisionError where a matrix is singular."""
+        self.scheme = scheme
+        E, J = np.diag(differential), h * jacobian
+        if scheme.gamma > 0.0 or scheme.error is not None:
+            self.single = _factors(scheme.filter * E - J)
+        if scheme.beta > 0.0:
+            diagonal, off = scheme.alpha * E - J, scheme.beta * E
+            self.pairs = _factors(np.block([[diagonal, -off], [off, diagonal]]))
+
+    def solved(self, rest: Floats) -> Floats:
+        """Return the transformed changes (s, n) for the transformed residuals."""
+        parts = []
+        if self.scheme.gamma > 0.0:
+            parts.append(_substituted(self.single, rest[0]))
+        if self.scheme.beta > 0.0:
+            parts.append(_substituted(self.pairs, rest[-2:].ravel()))
+        return np.concatenate(parts).reshape(rest.shape)
+
+    def filtered(self, right: Floats) -> Floats:
+        """Return (filter E - h J)^-1 right (n,)."""
+        return _substituted(self.single, right)
+
+
+_Factors = tuple[Floats, list[int]]
+
+
+def _factors(matrix: Floats) -> _Factors:
+    """Return L U of the matrix with rows exchanged, and which row took each place; raises ZeroDivisionError."""
+    a, rows = matrix.copy(), []
+    for k in range(len(a)):
+        pivot = k + int(np.argmax(np.abs(a[k:, k])))
+        rows.append(pivot)
+        if pivot != k:
+            a[[k, pivot]] = a[[pivot, k]]
+        if not abs(a[k, k]) > 0.0:
+            raise ZeroDivisionError
+        a[k + 1 :, k] = a[k + 1 :, k] / a[k, k]
+        a[k + 1 :, k + 1 :] -= a[k + 1 :, k, None] * a[k, k + 1 :]
+    return a, rows
+
+
+def _substituted(factors: _Factors, right: Floats) -> Floats:
+    a, rows = factors
+    b = right.copy()
+    for k, pivot in enumerate(rows):
+        b[k], b[pivot] = b[pivot], b[k]
+    for k in range(len(b)):
+        b[k + 1 :] -= a[k + 1 :, k] * b[k]
+    for k in range(len(b) - 1, -1, -1):
+        b[k] = b[k] / a[k, k]
+        b[:k] -= a[:k, k] * b[k]
+    return b
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends
+SLOW: Final = 1e-2  # contraction from which on a new Jacobian is worth its price in the next step
+ADAPTIVE_ROUNDS: Final = 10
+FIXED_ROUNDS: Final = 50
+GROWTHS: Final = 3  # of the change, under fixed steps: what was at rest may be moved by what moves, a round later
+FAR: Final = 4.0  # the step before is no guide to one that is so many times longer
+LEAST_SCALE: Final = 1e-6  # of the largest component of x and z: no component has to be better than this part of it
+ROUND_OFF: Final = 1e-8  # where an iteration that stands still stands still on account of rounding
+LEAST_GROWTH: Final = 1.2  # a step that could grow by less keeps its length, and its factors
+
+
+class CollocationStepper:
+    """A collocation method at work; the stages of a trial are z_i = u(t + c_i h) - y, y = (x, multipliers)."""
+
+    def __init__(self, scheme: Scheme, flow: Flow) -> None:
+        assert flow.stages is not None
+        self.scheme = scheme
+        self.flow = flow
+        self.equations = flow.stages
+        self.size = len(flow.x0)
+        self.rounds = ADAPTIVE_ROUNDS if flow.step is None else FIXED_ROUNDS
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the step before, its multipliers and the Jacobian."""
+        self.multipliers: Floats | None = None
+        self.before: tuple[float, Floats] | None = None
+        self.factored = 0.0
+        self.contraction = 0.0
+        self.expected = 1.0
+        self.fresh = False
+        self.trials = 0
+        self.latest: tuple[float, Floats] | None = None
+
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+        """Return a step; raises StepError where Newton's iteration does not converge with a new Jacobian either."""
+        self.trials += 1
+        if self.multipliers is None:
+            self.multipliers = self.equations.multipliers(t, x)
+        stages = self._stages(t, x, slope, h)
+        self.latest = h, stages
+        z = stages[:, : self.size]
+        for node, stage in zip(self.scheme.c.tolist(), z, strict=True):
+            self.equations.found(t + node * h, x + stage)
+        x_new = self._end(z) + x
+        require_finite(x_new, t_new)
+        error = self._error(t, x, slope, h, z, x_new) if self.flow.step is None else None
+        return Trial(t, x, slope, h, t_new, x_new, error, list(z), least_growth=LEAST_GROWTH)
+
+    def _end(self, stages: Floats) -> Floats:
+        total = np.zeros(stages.shape[1])
+        for weight, stage in zip(self.scheme.end.tolist(), stages, strict=True):
+            if weight != 0.0:
+                total = total + weight * stage
+        return total
+
+    def finish(self, trial: Trial, x_new: Floats) -> Step:
+        """Return the step with the slope at its end."""
+        slope_new = self.flow.slope(trial.t_new, x_new)
+
+        def value(theta: float) -> Floats:
+            if self.scheme.hermite:
+                return hermite(trial.x, trial.slope, x_new, slope_new, trial.h, theta)
+            total = np.zeros_like(trial.x)
+            for coefficients, stage in zip(self.scheme.dense, trial.stages, strict=True):
+                weight = 0.0
+                for coefficient in coefficients[::-1].tolist():
+                    weight = (weight + coefficient) * theta
+                total = total + weight * stage
+            return total + trial.x
+
+        return Step(trial.t, trial.x, trial.h, trial.t_new, x_new, slope_new, value)
+
+    def advance(self, step: Step) -> None:
+        """Keep the stages of the step, which predict those of the next, and the multipliers at its end."""
+        assert self.latest is not None
+        assert self.multipliers is not None
+        self.before = self.latest
+        self.multipliers = self.multipliers + self._end(self.before[1][:, self.size :])
+        self.fresh, self.trials = False, 0
+
+    # --- Newton's iteration ---------------------------------------------------------------------------------------
+
+    def _stages(self, t: float, x: Floats, slope: Floats, h: float) -> Floats:
+        """Solve for z (s, n + m); where the old Jacobian does not do, with a new one."""
+        if not self.fresh and not (self.before is not None and self.contraction <= SLOW):
+            self._evaluate_jacobian(t, x)
+        while True:
+            try:
+                if self.factored != h:
+                    self._factorise(t, h)
+                return self._iterated(t, x, slope, h, self._predicted(h))
+            except StepError:
+                if self.fresh:
+                    raise
+            self._evaluate_jacobian(t, x)
+
+    def _evaluate_jacobian(self, t: float, x: Floats) -> None:
+        """Take a new Jacobian, and with it a new choice of independent rows."""
+        assert self.multipliers is not None
+        self.jacobian = self.equations.jacobian(t, np.concatenate([x, self.multipliers]))
+        kept = self.equations.kept(self.jacobian)
+        self.active = [*range(self.size), *(self.size + k for k in kept)]
+        self.multipliers = _only(self.multipliers, kept)
+        self.flow.counts.jacobians += 1
+        self.fresh, self.factored, self.contraction, self.expected = True, 0.0, 0.0, 1.0
+
+    def _factorise(self, t: float, h: float) -> None:
+        self.flow.counts.factorisations += 1
+        self.factored = 0.0
+        differential = np.array([float(k < self.size) for k in self.active])
+        try:
+            jacobian = self.jacobian[np.ix_(self.active, self.active)]
+            self.matrices = StageMatrices(self.scheme, differential, jacobian, h)
+        except ZeroDivisionError:
+            raise StepError(Status.NOT_CONVERGED, t, 0) from None
+        self.factored = h
+
+    def _guided(self, h: float) -> bool:
+        """Tell whether the step before is a guide to one over h."""
+        return self.before is not None and h / self.before[0] <= FAR
+
+    def _predicted(self, h: float) -> Floats:
+        """Return the polynomial of the step before, led on; zero where there is none, and for rows not kept."""
+        z = np.zeros((len(self.scheme.c), len(self.jacobian)))
+        if self.before is None or not self._guided(h):
+            return z
+        ratio = h / self.before[0]
+        for i, node in enumerate(self.scheme.c.tolist()):
+            theta = 1.0 + node * ratio
+            for coefficients, stage in zip(self.scheme.dense, self.before[1], strict=True):
+                there = here = 0.0
+                for coefficient in coefficients[::-1].tolist():
+                    there = (there + coefficient) * theta
+                    here += coefficient
+                z[i, self.active] = z[i, self.active] + (there - here) * stage[self.active]
+        return z
+
+    def _iterated(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
+        before, growths = math.inf, 0
+        contraction = self.expected = math.pow(self.expected, 0.8)
+        for round_ in range(self.rounds):
+            change = self._change(self._residual(t, x, slope, h, z))
+            size, worst = self._change_size(x, z, change)
+            z = z + change
+            if round_ > 0:
+                contraction = size / before
+                self.expected = max(contraction, float_info.epsilon)
+            if round_ == 1:
+                self.contraction = contraction
+            if self._converged(size, before, contraction if self._known(round_, h) else 1.0):
+                return z
+            growths += round_ > 0 and contraction >= 1.0
+            if not size < math.inf or growths > (GROWTHS if self.flow.step is not None else 0):
+                if self._rounded(x, z, change):
+                    return z
+                break
+            before = size
+        raise StepError(Status.NOT_CONVERGED, t, worst)
+
+    def _known(self, round_: int, h: float) -> bool:
+        """Tell whether the contraction is one.
+
+        From far off, without a prediction, the first change is much larger than what it leaves; the next ones are not.
+        """
+        return round_ > 0 if self.flow.step is not None else round_ > 1 or self._guided(h)
+
+    def _residual(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
+        """Return T^-1 (h start f(t, y) + h f(t + c h, y + z) - W E z)."""
+        assert self.multipliers is not None
+        scheme, n, y = self.scheme, self.size, np.concatenate([x, self.multipliers])
+        rest = np.zeros_like(z)
+        rest[:, :n] = _transformed(scheme.W, z[:, :n])
+        explicit = np.concatenate([slope, np.zeros_like(self.multipliers)])
+        for i, (node, start) in enumerate(zip(scheme.c.tolist(), scheme.start.tolist(), strict=True)):
+            values = self.equations.values(t + node * h, y + z[i])
+            require_finite(values[:n], t + node * h)
+            rest[i] = h * (start * explicit + values) - rest[i]
+        return _transformed(scheme.T_inverse, rest)
+
+    def _change(self, rest: Floats) -> Floats:
+        """Return the change of z."""
+        change = np.zeros_like(rest)
+        change[:, self.active] = self.matrices.solved(rest[:, self.active])
+        return _transformed(self.scheme.T, change)
+
+    def _change_size(self, x: Floats, z: Floats, change: Floats) -> tuple[float, int]:
+        """Return the change in units of the tolerance, in the mean square, or for fixed steps its largest entry."""
+        parts = change[:, : self.size] / self._scales(x, z[:, : self.size])
+        total = 0.0
+        for part in parts.ravel().tolist():
+            total += part * part
+        worst = int(np.argmax(np.abs(parts)))
+        fixed = self.flow.step is not None and total < math.inf
+        size = float(np.abs(parts).max()) if fixed else math.sqrt(total / parts.size)
+        return size, worst % len(x)
+
+    def _scales(self, x: Floats, z: Floats) -> Floats:
+        if self.flow.step is None:
+            return self.flow.atol + self.flow.rtol * np.abs(x) + self.flow.noise() * float(np.max(np.abs(x)))
+        scales = np.maximum(np.abs(x), np.abs(z).max(axis=0))
+        least = LEAST_SCALE * float(scales.max())
+        return np.where(scales > least, scales, least if least > 0.0 else 1.0)
+
+    def _converged(self, size: float, before: float, contraction: float) -> bool:
+        """Tell whether the iteration is near enough to its limit: within a part of the tolerance, or to round-off."""
+        rest = contraction / (1.0 - contraction) * size if contraction < 1.0 else math.inf
+        if self.flow.step is not None:
+            at_rest = size >= before and size <= ROUND_OFF
+            return size <= float_info.epsilon or rest <= 0.25 * float_info.epsilon or at_rest
+        wanted = max(10.0 * float_info.epsilon / self.flow.rtol, KAPPA) if self.flow.rtol > 0.0 else KAPPA
+        return 10.0 * size <= wanted or rest <= wanted
+
+    def _rounded(self, x: Floats, z: Floats, change: Floats) -> bool:
+        """Tell whether what keeps moving is rounding.
+
+        It is that of the largest components under fixed steps, where stiff forces show it; else no more than what
+        round-off may falsify near a singular position.
+        """
+        most = float(np.abs(change[:, : self.size]).max())
+        if self.flow.step is None:
+            return most <= self.flow.noise() * float(np.max(np.abs(x)))
+        return most <= ROUND_OFF * float(self._scales(x, z[:, : self.size]).max())
+
+    def _error(self, t: float, x: Floats, slope: Floats, h: float, z: Floats, x_new: Floats) -> Floats:
+        """Return the error; where a start that is not smooth yet makes the step fail, with the slope it leads to."""
+        rough = self.before is None or self.trials > 1
+        error = self._filtered(h * slope, z)
+        if not rough or scaled_norm(error, self.flow.scales(x, x_new)) <= 1.0:
+            return error
+        return self._filtered(h * self.flow.slope(t, x + error), z)
+
+    def _filtered(self, error: Floats, z: Floats) -> Floats:
+        assert self.scheme.error is not None
+        for weight, stage in zip(self.scheme.error.tolist(), z, strict=True):
+            error = error + weight * stage
+        right = np.zeros(len(self.active))
+        right[: self.size] = error
+        return self.matrices.filtered(right)[: self.size]
+
+
+def _transformed(matrix: Floats, stages: Floats) -> Floats:
+    result = np.zeros_like(stages)
+    for i, row in enumerate(matrix.tolist()):
+        for weight, stage in zip(row, stages, strict=True):
+            result[i] = result[i] + weight * stage
+    return result
+
+
+def _only(values: Floats, places: Sequence[int]) -> Floats:
+    """Return the values at some places, and zero elsewhere."""
+    kept = np.zeros_like(values)
+    kept[list(places)] = values[list(places)]
+    return kept

@@ -1,0 +1,1 @@
+"""A run of one problem: in C or Python, in legs."""

@@ -1,0 +1,1 @@
+"""The methods, as tables that prove themselves."""

@@ -1,0 +1,1 @@
+"""From a System to what runs: settings, Programs, functions, exports."""

@@ -1,0 +1,206 @@
+"""Source code of a system's Programs, with a table of names and a self-test, in a folder of its own."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.derivation.routes import FORMALISMS, verify_formalism
+from multibody_sym.dynamics.programs.reactions import switchings
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
+from multibody_sym.errors import InputError, OutputError, Where, at, shown
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.gears import reasons
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import text as text_of
+from multibody_sym.model.system import System
+from multibody_sym.motion.prepare.programs import formalism_name
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import Program
+from multibody_sym.program.target_layout import Samples, spread_samples
+from multibody_sym.program.targets import LANGUAGES
+from multibody_sym.program.trace import folded
+from multibody_sym.text.files import is_special, path_name, write_whole
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The folder of an export: its files replace those of an earlier one, never what somebody else wrote or changed.
+#
+# `names.json` tells under `written` what the files were when they were written, itself included.
+
+
+_TABLE: Final = "names.json"
+_WRITTEN: Final = "written"
+_DIGITS: Final = 24
+
+
+def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, Any]) -> list[Path]:
+    """Write `texts` by file name and `table` as `names.json` into a folder made if need be; return the files.
+
+    Raises InputError, and writes nothing, where one of them is there already and is not what an export wrote;
+    OutputError.
+    """
+    if "\0" in str(directory):
+        raise InputError("no folder has such a name", where=Where(file=repr(str(directory))), number="O101")
+    contents = {name: text.encode("utf-8") for name, text in texts.items()}
+    earlier = _written_before(directory)
+    written = {**earlier, **{name: _digest(content) for name, content in contents.items()}}
+    written.pop(_TABLE, None)
+    contents[_TABLE] = _signed(table, written)
+    for name, content in contents.items():
+        _verify_replaceable(directory / name, content, earlier.get(name))
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as problem:
+        message = f"the folder cannot be made: {getattr(problem, 'strerror', None) or problem}"
+        raise OutputError(message, where=Where(file=str(directory)), number="O101") from None
+    for name, content in contents.items():
+        write_whole(directory / name, content)
+    return [directory / name for name in contents]
+
+
+def _signed(table: Mapping[str, Any], written: Mapping[str, str]) -> bytes:
+    """Return the table as a file that tells what was written, and what it is itself."""
+    own = _digest(_printed({**table, _WRITTEN: written}))
+    return _printed({**table, _WRITTEN: {**written, _TABLE: own}})
+
+
+def _printed(table: Mapping[str, Any]) -> bytes:
+    return (json.dumps(table, indent=2) + "\n").encode("utf-8")
+
+
+def _written_before(directory: Path) -> dict[str, str]:
+    """Return the digests of what earlier exports wrote into the folder, that of the table being that of the file."""
+    place = directory / _TABLE
+    if is_special(str(place)):
+        return {}
+    try:
+        content = place.read_bytes()
+        table = json.loads(content)
+        written = {str(name): str(digest) for name, digest in table.pop(_WRITTEN).items()}
+        del written[_TABLE]
+        if content == _signed(table, written):
+            written[_TABLE] = _digest(content)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+    return written
+
+
+def _verify_replaceable(path: Path, content: bytes, digest: str | None) -> None:
+    try:
+        there = None if is_special(str(path)) else path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError:
+        there = None
+    if there is None or (there != content and _digest(there) != digest):
+        message = "this file is not as an export wrote it here; move it away, or choose another folder"
+        raise InputError(message, where=Where(file=str(path)), number="O101")
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_SAMPLES: Final = 2
+
+
+def export(
+    system: System,
+    to: str,
+    directory: str | os.PathLike[str],
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    fold: bool = False,
+) -> list[Path]:
+    """Write a system's Programs as source code with a self-test and `names.json`; return the files.
+
+    Neither C nor Python needs this package then; `integrate.py` beside the latter shows a loop that integrates it.
+
+    Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters` .. `project`, what the call changes of
+    the system (`Changes`); `formalism` by name, None for the cheapest; `fold` puts the values of all parameters into
+    the code, which then reads none.
+    Raises InputError for what the model contradicts and for files in the folder that no export wrote, NoSolutionError
+    without a start, OutputError.
+    """
+    fold, folder = flag("fold", fold), path_name(directory, "a folder")
+    if text_of("to", to) not in LANGUAGES:
+        with at("to"):
+            raise InputError(f"there is no language {shown(to)}", number="M104", word=to, known=LANGUAGES)
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    verify_formalism(formalism)
+    placed = with_numbers_as_data(examined_state(asked))
+    resolved, begin = placed.mechanism, placed.start
+    name = formalism_name(formalism, resolved)
+    made = programs(resolved, FORMALISMS[name]).exported()
+    state = (0.0, begin.q, begin.u, begin.parameters)
+    samples = _samples(made, state)
+    if fold:
+        made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
+        samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
+    texts = LANGUAGES[to].files(made, samples)
+    ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]
+    mode = {"mode": placed.words, "mode_ends": ends} if resolved.one_way else {}
+    table = {"formalism": name, "folded": fold, **mode, **_names(resolved, state), "programs": _signatures(made)}
+    return write_export(Path(folder), texts, table)
+
+
+def _samples(made: Mapping[str, Program], state: tuple[ArrayLike, ...]) -> Samples:
+    """Return the start and a few other states as samples for each Program."""
+    inputs = interpret(made["inputs"], *state)[0]
+    others = spread_samples(made, _SAMPLES)
+    return {name: [_arguments(program, (*state, inputs, np.empty(0))), *others[name]] for name, program in made.items()}
+
+
+def _arguments(program: Program, values: tuple[ArrayLike, ...]) -> list[ArrayLike]:
+    return list(values[: len(program.inputs)])
+
+
+def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
+    """Return what the entries of the arrays stand for, with the values at the start."""
+    _, q, u, parameters = state
+    told = MechanismUnits(resolved)
+    return {
+        "system": resolved.name,
+        "coordinates": [
+            {"name": c.name, "unit": c.unit, "initial": x} for c, x in zip(resolved.coordinates, q, strict=True)
+        ],
+        "speeds": [{"name": s.name, "unit": s.unit, "initial": x} for s, x in zip(resolved.speeds, u, strict=True)],
+        "parameters": [
+            {"name": p.name, "unit": told.parameters[p.name], "value": x}
+            for p, x in zip(resolved.parameters, parameters, strict=True)
+        ],
+        "inputs": list(resolved.inputs),
+        "driving_inputs": list(resolved.driving_inputs),
+        "outputs": list(resolved.outputs),
+        "withheld_outputs": list(resolved.untold),
+        "withheld_reasons": reasons(resolved.withheld),
+        "constraints": [row.name for row in resolved.rows],
+        "units": {"inputs": told.inputs, "outputs": told.outputs, "constraints": told.multipliers},
+    }
+
+
+def _signatures(made: Mapping[str, Program]) -> dict[str, Any]:
+    return {
+        name: {
+            "inputs": {array.name: array.shape for array in program.inputs},
+            "outputs": {output.name: output.shape for output in program.outputs},
+        }
+        for name, program in made.items()
+    }

@@ -1,0 +1,606 @@
+"""The equations of motion as a function x' = f(t, x) that any integrator takes."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import field, replace
+from functools import partial
+from typing import Final, get_args, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.contact_laws.impact_problem import Struck
+from multibody_sym.derivation.routes import verify_formalism
+from multibody_sym.dynamics.contact.contact_problem import accelerations_of
+from multibody_sym.dynamics.contact.impact_problem import Blow, pose, struck_rows
+from multibody_sym.dynamics.contact.impact_programs import StruckMode, impact_program
+from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.programs.tree_functions import (
+    canonical_programs,
+    hybrid_dynamics_program,
+    inverse_dynamics_program,
+    mass_matrix_program,
+)
+from multibody_sym.dynamics.start.declared_impact import PosedImpact, coefficients_of, outcome, posed_impact
+from multibody_sym.dynamics.start.number_checks import examined, verify_bodies
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.dynamics.start.state import examined_state
+from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, shown
+from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import names as listed_names
+from multibody_sym.model.system import System, verify_system
+from multibody_sym.motion.prepare.problem import runnable
+from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.prepare.settings import run_settings
+from multibody_sym.program.loading import Backend, Compiled, load
+from multibody_sym.program.program import Program
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.numbers import floats, number, vector
+from multibody_sym.text.printer import COMPONENTS
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a user hands to a compiled function, completed to what its Program takes.
+
+
+Values = Mapping[str, float] | ArrayLike | None
+"""Values by name in place of the system's, all of them as a vector, or None for the system's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arguments:
+    """The mechanism, its compiled Programs (`inputs` among them) and the parameter vector (np,) used by default."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    parameters: Floats
+    _judged: list[bytes] = field(default_factory=list, compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        return f"<Arguments of {self.mechanism.name}: {len(self.parameters)} parameters>"
+
+    def complete(
+        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
+    ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
+        """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
+
+        Raises InputError for an unknown name, a wrong length, what is no real number, and for masses, inertias or
+        radii that no body has.
+        """
+        t, values = number("t", t), self._parameter_vector(parameters)
+        state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
+        return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
+
+    def _parameter_vector(self, given: Values) -> Floats:
+        if given is None:
+            return self.parameters
+        values = self._changed(given)
+        self._judge(values)
+        return values
+
+    def _judge(self, values: Floats) -> None:
+        """Raise ModelError where no body has the masses or inertias; values are judged anew when they change."""
+        key = values.tobytes()
+        if key in self._judged or not np.isfinite(values).all():
+            return
+        base = self.mechanism.relative or self.mechanism
+        by_name = {p.name: x for p, x in zip(self.mechanism.parameters, values.tolist(), strict=True)}
+        verify_bodies(self.mechanism, [by_name.get(p.name, 0.0) for p in base.parameters])
+        self._judged[:] = [key]
+
+    def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
+        if not isinstance(given, Mapping):
+            return self._whole_vector(given)
+        real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
+        values = np.array(parameter_values(self.mechanism, real))
+        undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
+        values[undeclared] = self.parameters[undeclared]
+        return values
+
+    def _whole_vector(self, given: ArrayLike) -> Floats:
+        """Return all parameters from those that have names, or from these with the constant part behind them."""
+        entries = self.mechanism.parameters
+        names = [p.name for p in entries if p.source is not Source.LITERAL]
+        if len(names) == len(entries) or np.shape(given) == (len(entries),):
+            return _whole("parameters", [p.name for p in entries], given)
+        return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
+
+    def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
+        names = list(self.mechanism.inputs)
+        if given is not None and not isinstance(given, Mapping):
+            self._verify_free(names)
+            return _whole("inputs", names, given)
+        self._verify_free(given or ())
+        (values,) = self.compiled["inputs"](*state)
+        for name, value in (given or {}).items():
+            if name not in names:
+                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
+            values[names.index(name)] = number(f"inputs[{name!r}]", value)
+        return values
+
+    def _verify_free(self, names: Iterable[str]) -> None:
+        """Raise InputError for an input that drives a motion or constraint: these follow its rates too."""
+        driving = next((name for name in names if name in self.mechanism.driving_inputs), None)
+        if driving is not None:
+            raise InputError(
+                f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
+            )
+
+
+def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
+    values = floats(kind, given)
+    if values.shape != (len(names),):
+        raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
+    return values
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Mass matrix, inverse and hybrid dynamics as compiled functions of the state.
+
+
+@dataclass(frozen=True)
+class MassMatrix:
+    """What is to be compiled: the mass matrix of a system."""
+
+    system: System
+
+    def program(self, resolved: Mechanism) -> Program:
+        """Return the Program."""
+        return mass_matrix_program(resolved)
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """What is to be compiled: the forces that given accelerations of all joints need."""
+
+    system: System
+
+    def program(self, resolved: Mechanism) -> Program:
+        """Return the Program."""
+        return inverse_dynamics_program(resolved)
+
+
+@dataclass(frozen=True)
+class HybridDynamics:
+    """What is to be compiled: accelerations of free joints, and forces of joints with `given` accelerations."""
+
+    system: System
+    given: tuple[str, ...]
+
+    def program(self, resolved: Mechanism) -> Program:
+        """Return the Program."""
+        return hybrid_dynamics_program(resolved, self.given)
+
+
+TreeQuestion = MassMatrix | InverseDynamics | HybridDynamics
+
+
+def mass_matrix(system: System) -> MassMatrix:
+    """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu)."""
+    verify_system(system)
+    return MassMatrix(system)
+
+
+def inverse_dynamics(system: System) -> InverseDynamics:
+    """Return the inverse dynamics of a tree, for `compile`: forces = f(t, q, u, udot) (nu).
+
+    forces = M udot + c - Q: what the accelerations need on top of the declared forces and the weight, one component a
+    speed. `compile` raises ModelError where constraints restrict the tree.
+    """
+    verify_system(system)
+    return InverseDynamics(system)
+
+
+def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamics:
+    """Return the hybrid dynamics of a tree, for `compile`: udot, forces = f(t, q, u, udot) (2, nu).
+
+    The joints named in `given` have the accelerations udot; the others move freely under the declared forces, and what
+    stands in udot for them is not read. `forces` hold the given ones, zero elsewhere. Raises InputError for a name that
+    is no joint's.
+    """
+    verify_system(system)
+    names = listed_names("given", given)
+    for name in names:
+        if name not in system.joints:
+            raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=system.joints)
+    return HybridDynamics(system, names)
+
+
+@dataclass(frozen=True, eq=False)
+class TreeFunction:
+    """A compiled `program` of the state and, where it takes them, accelerations."""
+
+    arguments: Arguments
+    program: str
+
+    def __call__(
+        self,
+        t: float,
+        q: ArrayLike,
+        u: ArrayLike,
+        udot: ArrayLike | None = None,
+        *,
+        parameters: Values = None,
+        inputs: Values = None,
+    ) -> Floats:
+        """Return the Program's value, several outputs stacked; parameters and inputs as for a state derivative.
+
+        Raises InputError for an unknown name, a wrong length, or accelerations missing or not wanted.
+        """
+        given = self.arguments.complete(t, q, u, parameters, inputs)
+        takes_udot = self.program != "mass_matrix"
+        if takes_udot != (udot is not None):
+            raise InputError(f"{self.program} {'needs' if takes_udot else 'takes no'} udot")
+        accelerations = () if udot is None else (vector("udot", udot, len(self.arguments.mechanism.speeds)),)
+        outputs = self.arguments.compiled[self.program](*given, *accelerations)
+        return np.stack(outputs) if len(outputs) > 1 else outputs[0]
+
+
+def tree_function(question: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction:
+    """Return a question about a tree as a compiled function."""
+    resolved = examined(question.system)
+    compiled = _compiled(question, resolved, native=native, backend=backend)
+    (name,) = (name for name in compiled.functions if name != "inputs")
+    return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), name)
+
+
+def _compiled(question: TreeQuestion, resolved: Mechanism, *, native: bool, backend: Backend | None) -> Compiled:
+    program = question.program(resolved)
+    made = load({"inputs": inputs_program(resolved), program.name: program}, native=native, backend=backend)
+    return replace(made, remake=partial(_compiled, question, resolved))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Hamilton's equations of a system as compiled functions of coordinates and momenta.
+
+
+@dataclass(frozen=True)
+class CanonicalQuestion:
+    """What is to be compiled: Hamilton's equations of a system."""
+
+    system: System
+
+
+def canonical_equations(system: System) -> CanonicalQuestion:
+    """Return Hamilton's equations of a system, for `compile`: x' of x = (q, p), linear in the number of bodies."""
+    verify_system(system)
+    return CanonicalQuestion(system)
+
+
+@dataclass(frozen=True, eq=False)
+class CanonicalFunction:
+    """`rhs(t, x)` -> x', both (nq + nu,), x = (q, p); `names` of its components, `x0` the system's start.
+
+    `momenta` p of the speeds, `speeds` u of the momenta, `hamiltonian` H(q, p). Momenta of angular velocities in body
+    axes are those along these axes. With constraints, Baumgarte's coefficients are zero.
+    """
+
+    arguments: Arguments
+    q0: Floats
+    u0: Floats
+
+    def __repr__(self) -> str:
+        name = self.arguments.mechanism.name
+        return f"<CanonicalFunction of {name}: rhs(t, x) with x = ({', '.join(brief(self.names))})>"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of coordinates and momenta, in the order of x."""
+        mechanism = self.arguments.mechanism
+        of = {u: mechanism.coordinates[q].name for body in mechanism.bodies for q, u in body.rate_pairs}
+        momenta = (f"p_{of.get(k, speed.name)}" for k, speed in enumerate(mechanism.speeds))
+        return (*(c.name for c in mechanism.coordinates), *momenta)
+
+    @property
+    def x0(self) -> Floats:
+        """The start (nq + nu,)."""
+        return np.concatenate([self.q0, self.momenta(0.0, self.q0, self.u0)])
+
+    def __call__(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> Floats:
+        """Return x' at time t; parameters and inputs as for a state derivative.
+
+        Raises InputError for an unknown name, a wrong length, and what is no real number.
+        """
+        given, _ = self._given(t, *self._split(x), parameters, inputs)
+        qdot, pdot, *_ = self.arguments.compiled["canonical"](*given)
+        return np.concatenate([qdot, pdot])
+
+    def momenta(
+        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values = None, inputs: Values = None
+    ) -> Floats:
+        """Return the momenta p (nu,) of speeds."""
+        given = self.arguments.complete(t, q, u, parameters, inputs)
+        return np.asarray(self.arguments.compiled["momenta"](*given)[0])
+
+    def speeds(
+        self, t: float, q: ArrayLike, p: ArrayLike, parameters: Values = None, inputs: Values = None
+    ) -> Floats:
+        """Return the speeds u (nu,) of momenta."""
+        _, u = self._given(t, q, p, parameters, inputs)
+        return u
+
+    def hamiltonian(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> float:
+        """Return H(q, p, t) = p . u - T + V."""
+        given, _ = self._given(t, *self._split(x), parameters, inputs)
+        return float(self.arguments.compiled["hamiltonian"](*given)[0])
+
+    def _split(self, x: ArrayLike) -> tuple[Floats, Floats]:
+        state, coordinates = vector("x", x, len(self.names)), len(self.arguments.mechanism.coordinates)
+        return state[:coordinates], state[coordinates:]
+
+    def _given(
+        self, t: float, q: ArrayLike, p: ArrayLike, parameters: Values, inputs: Values
+    ) -> tuple[tuple[float, Floats, Floats, Floats, Floats, Floats], Floats]:
+        """Return what the Programs of p take, and the speeds, on which declared inputs may depend."""
+        momenta = vector("p", p, len(self.arguments.mechanism.speeds))
+        before = self.arguments.complete(t, q, np.zeros(len(momenta)), parameters, inputs)
+        (u,) = self.arguments.compiled["speeds"](before[0], before[1], momenta, *before[3:])
+        time, state, _, *rest = self.arguments.complete(t, q, u, parameters, inputs)
+        return (time, state, momenta, rest[0], rest[1], rest[2]), np.asarray(u)
+
+
+def canonical_function(
+    question: CanonicalQuestion, *, native: bool = False, backend: Backend | None = None
+) -> CanonicalFunction:
+    """Return Hamilton's equations as compiled functions. Raises what `canonical_programs` does, and for a bad start."""
+    state = examined_state(question.system)
+    compiled = _function_compiled(state.mechanism, native=native, backend=backend)
+    arguments = Arguments(state.mechanism, compiled, np.array(state.start.parameters, dtype=float))
+    return CanonicalFunction(arguments, np.array(state.start.q, dtype=float), np.array(state.start.u, dtype=float))
+
+
+def _function_compiled(mechanism: Mechanism, *, native: bool, backend: Backend | None) -> Compiled:
+    made = load(canonical_programs(mechanism), native=native, backend=backend)
+    return replace(made, remake=partial(_function_compiled, mechanism))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What an impact does as a compiled function of the state.
+#
+# What strikes is as at the start. One contact that rubs in a plane is followed through its slip by the Program itself.
+# Of others a Program has one mode; where that of the start does not hold, the laws find the one that does, whose
+# Program is compiled once, and kept.
+
+
+_AGREE: Final = 1e-9
+"""How near the Program comes at the start to what the laws find there, relative to the largest speed."""
+
+
+@dataclass(frozen=True)
+class ImpactQuestion:
+    """What is to be compiled: the impact of a system, in the mode that it has at the start."""
+
+    system: System
+
+
+def impact(system: System) -> ImpactQuestion:
+    """Return what an impact does, for `compile`: f(t, q, u) -> speeds after, impulses, impulses in joints.
+
+    What may strike is as at the start of the system, which has an `impact`; where it touches is not judged again. Which
+    of it is struck, and how it slips, is found for each state, by the law of restitution that the impact has.
+    """
+    verify_system(system)
+    if system.impact is None:
+        raise ModelError("nothing strikes: the system has no impact; declare one (impact=...)", number="M121")
+    return ImpactQuestion(system)
+
+
+@dataclass(frozen=True)
+class Strike:
+    """What an impact did: `u` after (nu,), `impulses` by row, and of each joint fx .. mz on its child, by name.
+
+    A contact's rows are `<contact>.normal` and, where it sticks or is alone, `<contact>.friction`. In N s and N m s.
+    """
+
+    u: Floats
+    impulses: Mapping[str, float]
+    joints: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactFunction:
+    """An impact as a compiled function of the state."""
+
+    arguments: Arguments
+    rows: tuple[str, ...]
+    modes: Modes | None = None
+
+    def __call__(
+        self, t: float, q: ArrayLike, u: ArrayLike, *, parameters: Values = None, inputs: Values = None
+    ) -> Strike:
+        """Return what the impact does; parameters and inputs as for a state derivative.
+
+        Raises InputError for an unknown name or a wrong length, NoSolutionError where no single mode holds.
+        """
+        given = self.arguments.complete(t, q, u, parameters, inputs)
+        after, impulses, joints, *holds = self.arguments.compiled["impact"](*given)
+        if self.modes is not None and not self.modes.hold(after - given[2], impulses, holds):
+            return self.modes.other(*given[:4])(t, q, u, parameters=parameters, inputs=inputs)
+        names = self.arguments.mechanism.joint_names
+        told = (dict(zip(COMPONENTS, values, strict=True)) for values in joints.reshape(-1, 6).tolist())
+        return Strike(after, dict(zip(self.rows, impulses.tolist(), strict=True)), dict(zip(names, told, strict=True)))
+
+
+def impact_function(
+    question: ImpactQuestion, *, native: bool = False, backend: Backend | None = None
+) -> ImpactFunction:
+    """Return an impact as a compiled function. Raises NoSolutionError where it has no single mode at the start."""
+    posed = posed_impact(question.system)
+    at_start = 0.0, np.array(posed.begin.q), np.array(posed.begin.u)
+    return Modes(posed, native, backend).function(posed.blow, outcome(posed), *at_start)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """The modes of an impact that were asked for, each as a function; `needed` is what is positive where one holds."""
+
+    posed: PosedImpact
+    native: bool
+    backend: Backend | None
+    needed: tuple[tuple[str, str], ...] = ()
+    known: dict[Hashable, ImpactFunction] = field(default_factory=dict)
+
+    def hold(self, jumps: Floats, impulses: Floats, holds: list[Floats]) -> bool:
+        """Return whether the mode holds in which these jumps and impulses were found."""
+        sizes = {"speed": float(np.abs(jumps).max(initial=0.0)), "impulse": float(np.abs(impulses).max(initial=0.0))}
+        values = holds[0].tolist() if holds else []
+        return all(x >= -_AGREE * sizes[kind] for (kind, _), x in zip(self.needed, values, strict=False))
+
+    def other(self, t: float, q: Floats, u: Floats, parameters: Floats) -> ImpactFunction:
+        """Return the function of the mode that holds at a state; raises NoSolutionError where no single one does."""
+        mechanism = self.posed.blow.mechanism
+        state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters.tolist())
+        blow = replace(self.posed.blow, state=state)
+        found = {x.name: coefficients_of(blow, x) for x in blow.elements}
+        from multibody_sym.contact_laws.impact_sequence import strike  # brings scipy
+
+        return self.function(blow, strike(pose(blow, self.posed.law, self.posed.order, found)), t, q, u)
+
+    def function(self, blow: Blow, struck: Struck, t: float, q: Floats, u: Floats) -> ImpactFunction:
+        """Return the function of the mode in which an impact was found."""
+        mode = StruckMode(blow, struck_rows(blow, struck), self.posed.law)
+        if struck.impacts > 1:
+            raise NoSolutionError(
+                f"{struck.impacts} impacts follow each other here, and a function has one mode; write sequence: "
+                "simultaneous, or let solve tell each",
+                where=Where(path=("impact", "sequence")),
+                number="N108",
+            )
+        names = tuple(x.name for x in mode.rows.acting)
+        key = (names, tuple(sorted(mode.rows.mode.slips.items())), mode.acting)
+        if key not in self.known:
+            compiled = _impact_function_compiled(mode, impact_program(mode), native=self.native, backend=self.backend)
+            arguments = Arguments(blow.mechanism, compiled, np.array(self.posed.begin.parameters))
+            modes = replace(self, needed=mode.needed) if mode.needed else None
+            self.known[key] = ImpactFunction(arguments, mode.told, modes)
+        function = self.known[key]
+        given = np.array([blow.state.slots[slot("parameters", k)] for k in range(len(self.posed.begin.parameters))])
+        _verify(replace(function, modes=None), blow, struck, (t, q, u, given))
+        return function
+
+
+def _impact_function_compiled(mode: StruckMode, program: Program, *, native: bool, backend: Backend | None) -> Compiled:
+    programs = {"inputs": inputs_program(mode.blow.mechanism), "impact": program}
+    made = load(programs, native=native, backend=backend)
+    return replace(made, remake=partial(_impact_function_compiled, mode, program))
+
+
+def _verify(
+    function: ImpactFunction, blow: Blow, struck: Struck, at: tuple[float, Floats, Floats, Floats]
+) -> None:
+    """Raise NoSolutionError where the impact has no one mode at a state, as where its slip stops on the way."""
+    jumps = accelerations_of(blow.dynamics, struck.x)
+    found = function(*at[:3], parameters=at[3]).u - at[2]
+    if np.abs(found - jumps).max(initial=0.0) > _AGREE * max(np.abs(jumps).max(initial=0.0), 1e-300):
+        raise NoSolutionError(
+            "slip stops or turns round during this impact of several contacts, in joints or in space, which a function "
+            "of one mode does not follow; solve tells it, and law: newton has one mode where it sticks in the end",
+            where=Where(path=("impact",)),
+            number="N108",
+        )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class StateDerivative:
+    """What is to be compiled: the rates of a system's coordinates and speeds by a formalism (None: the cheapest)."""
+
+    system: System
+    formalism: str | None = None
+
+
+def state_derivative(system: System, *, formalism: str | None = None) -> StateDerivative:
+    """Return the state derivative x' of a system, x = (q, u), for `compile`."""
+    verify_system(system)
+    verify_formalism(formalism)
+    return StateDerivative(system, formalism)
+
+
+@dataclass(frozen=True, eq=False)
+class RightSide:
+    """`rhs(t, x)` -> x', both (nq + nu,); `names` of the state's components, `x0` the system's start.
+
+    With constraints, Baumgarte's coefficients are those that the system's settings state, or zero.
+    """
+
+    ready: Runnable
+    arguments: Arguments
+
+    def __repr__(self) -> str:
+        return f"<RightSide of {self.ready.mechanism.name}: rhs(t, x) with x = ({', '.join(brief(self.names))})>"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of coordinates and speeds, in the order of x."""
+        mechanism = self.ready.mechanism
+        return (*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds))
+
+    @property
+    def x0(self) -> Floats:
+        """The start (nq + nu,)."""
+        return np.concatenate([self.ready.q0, self.ready.u0])
+
+    def __call__(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> Floats:
+        """Return x' at time t.
+
+        `parameters`: values by name in place of the system's, which other parameters that depend on them follow, or all
+        of them as a vector; `inputs`: likewise, in place of what the system declares.
+        Raises InputError for an unknown name, a wrong length, and what is no real number, complex ones too.
+        """
+        state, coordinates = vector("x", x, len(self.names)), len(self.ready.mechanism.coordinates)
+        given = self.arguments.complete(t, state[:coordinates], state[coordinates:], parameters, inputs)
+        qdot, udot, *_ = self.ready.compiled["state_derivative"](*given)
+        return np.concatenate([qdot, udot])
+
+
+@overload
+def compile(wanted: StateDerivative, *, native: bool = False, backend: Backend | None = None) -> RightSide: ...
+
+
+@overload
+def compile(
+    wanted: CanonicalQuestion, *, native: bool = False, backend: Backend | None = None
+) -> CanonicalFunction: ...
+
+
+@overload
+def compile(wanted: ImpactQuestion, *, native: bool = False, backend: Backend | None = None) -> ImpactFunction: ...
+
+
+@overload
+def compile(wanted: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction: ...
+
+
+def compile(
+    wanted: StateDerivative | CanonicalQuestion | TreeQuestion | ImpactQuestion,
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> RightSide | CanonicalFunction | TreeFunction | ImpactFunction:
+    """Return a state derivative, Hamilton's equations, inverse or hybrid dynamics, M or an impact, as a function.
+
+    `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
+    where no start satisfies the constraints of a state derivative.
+    """
+    if isinstance(wanted, System):
+        raise InputError("a System is not compiled itself; compile(state_derivative(system)), mass_matrix(system) ...")
+    native = flag("native", native)
+    if isinstance(wanted, ImpactQuestion):
+        return impact_function(wanted, native=native, backend=backend)
+    if isinstance(wanted, CanonicalQuestion):
+        return canonical_function(wanted, native=native, backend=backend)
+    if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
+        raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {shown(wanted)}")
+    if not isinstance(wanted, StateDerivative):
+        return tree_function(wanted, native=native, backend=backend)
+    ready = runnable(wanted.system, wanted.formalism, native=native, backend=backend)
+    asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
+    values = ready.parameters
+    if ready.mechanism.rows and asked is not None:
+        values = ready.stabilised_by(asked.alpha or 0.0, asked.beta or 0.0)
+    return RightSide(ready, Arguments(ready.mechanism, ready.compiled, values))

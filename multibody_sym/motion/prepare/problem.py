@@ -1,0 +1,253 @@
+"""The initial value problem of a run: settings in numbers, and how its constraints are kept."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from multibody_sym.derivation.routes import verify_formalism
+from multibody_sym.dynamics.programs.closing import CompiledRows, closes_by_programs
+from multibody_sym.dynamics.programs.literals import with_constants
+from multibody_sym.dynamics.programs.reactions import switchings
+from multibody_sym.dynamics.start.number_checks import examined, on_numbers
+from multibody_sym.dynamics.start.parameters import ARITHMETIC
+from multibody_sym.dynamics.start.start import verify_regular_start
+from multibody_sym.dynamics.start.state import StartState, state_at, with_numbers_as_data
+from multibody_sym.dynamics.start.time_functions import verify_mass_laws, verify_motions
+from multibody_sym.errors import ModelError, MultibodyError, at
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.model.system import System
+from multibody_sym.motion.integrator.flow import Pairing, Status
+from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.loop.problem import Loop, Problem
+from multibody_sym.motion.prepare.programs import compiled, formalism_name, known, recalled_laws
+from multibody_sym.motion.prepare.records import Numbers, Runnable
+from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
+from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.scalars.elementary import postorder
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.sign_changes import known_zeros
+from multibody_sym.stages import stage
+
+if TYPE_CHECKING:
+    from multibody_sym.motion.switching.every import LawMechanism
+    from multibody_sym.program.programs import Form
+
+
+_BY_FIXED_STEP: Final = 0.05
+_BY_MEAN_STEP: Final = 0.01
+_MOST_NUMBERS: Final = 250_000_000  # two gigabytes of samples
+_MOST_STEPS: Final = 200_000_000
+
+
+def settings_of(ready: Runnable) -> RunSettings:
+    """Return the settings of a system in numbers. Raises ModelError."""
+    return run_settings(ready.system.simulation, ready.parameter_values)
+
+
+def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
+    """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked.
+
+    Raises ModelError for more samples than memory holds, more steps than a life has time for, where nothing moves, and
+    where a prescribed motion jumps, or its speed does;
+    NoSolutionError where the start is a singular position.
+    """
+    _verify_size(ready, settings)
+    if ready.start.assembled:  # what is declared is examined already
+        values = _start_values(ready)
+        verify_motions(ready.system, values, settings.t_end)
+        verify_mass_laws(ready.system, values, settings.t_end)
+    verify_regular_start(ready.mechanism, ready.start)
+    mechanism, constrained = ready.mechanism, bool(ready.mechanism.rows)
+    margins = (0.0,) * (len(switchings(mechanism)) if ready.laws is None else ready.laws.functions)
+    parameters, modes = ready.parameters, np.empty(0)
+    if ready.laws is not None:
+        parameters, modes = ready.laws.numbers(mechanism, parameters)
+    problem = Problem(
+        compiled=ready.compiled,
+        method=settings.method,
+        t0=0.0,
+        t_end=settings.t_end,
+        q0=ready.q0,
+        u0=ready.u0,
+        parameters=parameters,
+        modes=modes,
+        step=settings.step,
+        rtol=settings.rtol,
+        atol=settings.atol,
+        samples=settings.samples,
+        project=constrained and settings.project,
+        max_steps=_MOST_STEPS,
+        independent=float(ready.mechanism.parameters.independent_rows(ready.start.parameters)),
+        terminal=(True,) * len(mechanism.stops)
+        + (False,) * (len(mechanism.kinks) + len(mechanism.fades))
+        + (True,) * len(margins),
+        margins=margins,
+        moments=_knots(mechanism, settings.t_end),
+        pairs=_pairing(ready.mechanism),
+    )
+    if not constrained or settings.baumgarte is None or ready.state.declared.one_way:
+        return problem
+    alpha, beta = settings.baumgarte.chosen(lambda: own_coefficient(problem))
+    return replace(problem, parameters=ready.stabilised_by(alpha, beta))
+
+
+def _knots(mechanism: Mechanism, t_end: float) -> tuple[float, ...]:
+    """Return the knots of long tables of time, rising, over which no step leads: one function tells of all of them."""
+    tables = [g for g in mechanism.kinks if g.op == "table" and _letters(g) == [TIME]]
+    found = {t for g in tables for t in known_zeros(g, TIME, {}) or ()}
+    return tuple(sorted(t for t in found if 0.0 < t < t_end))
+
+
+def _letters(node: Node) -> list[Node]:
+    return [n for n in postorder([node]) if not n.args and n.shadow is None]
+
+
+def _start_values(ready: Runnable) -> dict[Node, float]:
+    """Return the values of parameters, and of coordinates at the start, by their symbols."""
+    names = (symbol(coordinate.name) for coordinate in ready.mechanism.coordinates)
+    return {**dict(zip(names, ready.q0.tolist(), strict=True)), **ready.parameter_values}
+
+
+def _pairing(mechanism: Mechanism) -> Pairing:
+    plain: list[tuple[int, int]] = []
+    balls: list[tuple[int, int]] = []
+    for body in mechanism.bodies:
+        plain += body.rate_pairs
+        for free in (free for free in body.free_steps if not free.step.speeds_are_rates):
+            if not free.step.unit_quaternion:
+                raise TypeError(f"nothing says how methods take the coordinates of {type(free.step).__name__} on")
+            balls.append((free.q[0], free.u[0]))
+    return Pairing(len(mechanism.coordinates), tuple(plain), tuple(balls))
+
+
+def _verify_size(ready: Runnable, settings: RunSettings) -> None:
+    width = len(ready.q0) + len(ready.u0)
+    if width == 0 and not ready.mechanism.drives:
+        raise ModelError("nothing can move: no joint has freedom", number="M117").under("joints")
+    with at("simulation"):
+        most = _MOST_NUMBERS // max(width, 1)
+        if settings.samples > most:
+            raise ModelError(f"{settings.samples} samples are too many; at most {most}", number="M109").under("samples")
+        if settings.step is not None and settings.t_end / settings.step > _MOST_STEPS:
+            raise ModelError(f"{settings.t_end / settings.step:.3g} steps are too many", number="M117").under("step")
+
+
+def own_coefficient(problem: Problem, loop: Loop | None = None) -> float:
+    """Return alpha = beta: 0.05/h for a fixed step; else 0.01/h with the mean accepted step h of a run without it.
+
+    It is a constant of the run, for tied to the current step it would shorten the step that it is chosen from.
+    """
+    if problem.step is not None:
+        return _BY_FIXED_STEP / problem.step
+    pilot = integrate(replace(problem, samples=2), loop=loop)
+    if pilot.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    mean_step = pilot.statistics.mean_step
+    return _BY_MEAN_STEP / mean_step if mean_step > 0.0 else 0.0
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A system ready to run: resolved, its parameters in numbers, its start assembled, its Programs compiled.
+
+
+_FEW: Final = 30
+"""Speeds of a model that is soon walked through in Python: what is wrong with its start is told before it is compiled.
+"""
+
+
+@on_numbers
+def runnable(
+    system: System,
+    formalism: str | None = None,
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+    modes: bool = False,
+) -> Runnable:
+    """Return the system ready to run by a formalism, in C or Python (`program.loading.load`).
+
+    `modes`: its Programs are those of all modes of what holds one way only, where one set of them serves these; else
+    they are those of the mode at its start. Raises InputError for what the model contradicts, and NoSolutionError where
+    no start satisfies the constraints or a free direction has no inertia.
+    """
+    verify_formalism(formalism)
+    finding = _Programs(system, formalism, native, backend)
+    with stage("start"):
+        state, made = _started(system, finding)
+    state = with_numbers_as_data(state.before_a_run)
+    laws = _laws(state, system) if modes and state.declared.one_way else None
+    if laws is not None and laws.every is not None:
+        name, programs = finding.of_all_modes(laws)
+    else:
+        laws, (name, programs) = None, made or finding.made(state.mechanism)
+    begin = state.start
+    numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
+    return Runnable(name, programs, numbers, partial(_known, system, state), laws=laws)
+
+
+def _laws(state: StartState, system: System) -> LawMechanism:
+    from multibody_sym.motion.switching.every import LawMechanism  # which few runs need
+
+    return LawMechanism.of(state.declared, system.simulation)
+
+
+Made = tuple[str, Compiled]
+"""The name of a formalism, and a mechanism's Programs by it."""
+
+
+class _Programs(NamedTuple):
+    """How a system's Programs are found: those of a mechanism `made`, or only recalled."""
+
+    system: System
+    formalism: str | None
+    native: bool
+    backend: Backend | None
+
+    def made(self, mechanism: Mechanism) -> Made:
+        name = formalism_name(self.formalism, mechanism)
+        return name, compiled(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+
+    def of_all_modes(self, laws: LawMechanism) -> Made:
+        assert laws.every is not None
+        name = formalism_name(self.formalism, laws.every)
+        form = form_of(self.system.simulation, constrained=True, varies=True)
+        found = recalled_laws(laws.declared, (name, form), native=self.native, backend=self.backend)
+        return name, found.compiled
+
+    def recalled(self, mechanism: Mechanism) -> Made | None:
+        name = formalism_name(self.formalism, mechanism)
+        found = known(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+        return None if found is None else (name, found)
+
+    def _form(self, mechanism: Mechanism) -> Form:
+        rows = any(row.restricts for row in mechanism.rows)
+        return form_of(self.system.simulation, constrained=rows, varies=mechanism.mode is not None)
+
+
+def _started(system: System, programs: _Programs) -> tuple[StartState, Made | None]:
+    """Return the state at the start, and the Programs if loops were closed by them, which they are where that can be.
+
+    Whatever is wrong is told as where it cannot; of few bodies, before anything is compiled.
+    """
+    declared = examined(system)
+    found = partial(state_at, declared, project=system.simulation.project)
+    if not closes_by_programs(declared):
+        return found(), None
+    data = with_constants(declared)
+    made = programs.recalled(data)
+    if made is None and len(declared.speeds) <= _FEW:
+        found()
+    with suppress(MultibodyError, *ARITHMETIC):
+        made = made or programs.made(data)
+        compiled = CompiledRows(data, made[1].functions)
+        return state_at(data, project=system.simulation.project, compiled=compiled), made
+    return found(), made
+
+
+def _known(system: System, state: StartState) -> tuple[System, StartState]:
+    return system, state

@@ -1,0 +1,285 @@
+"""A system ready to run, as runs and their results take it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from multibody_sym.motion.integrator.flow import Pairing
+from multibody_sym.motion.loop.problem import Begun, Problem
+from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.motion.prepare.run_labels import Told, recalled
+from multibody_sym.program.loading import Backend, Compiled, load
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+if TYPE_CHECKING:
+    from multibody_sym.dynamics.start.start import Start
+    from multibody_sym.dynamics.start.state import StartState
+    from multibody_sym.mechanics.mechanism import Mechanism
+    from multibody_sym.model.system import System
+    from multibody_sym.motion.loop.chain import Leg
+    from multibody_sym.motion.switching.every import LawMechanism
+    from multibody_sym.scalars.node import Node
+
+
+class Numbers(NamedTuple):
+    """The numbers of a start: the parameter vector (np,), coordinates (nq,), speeds (nu,) at t = 0; of many, rows."""
+
+    parameters: Floats
+    q0: Floats
+    u0: Floats
+
+    def of(self, which: int | list[int]) -> Numbers:
+        """Return the numbers of one start among many, or of some."""
+        return Numbers(self.parameters[which], self.q0[which], self.u0[which])
+
+
+@dataclass(frozen=True, eq=False)
+class Runnable:
+    """A mechanism in its mode at the start, with compiled Programs and the numbers that it starts with.
+
+    `begin` tells its system and how it starts. Runs that differ in numbers alone share one mechanism, whose own numbers
+    are those of the first, as are names and units. With `laws` the Programs serve all modes. Of a run that is
+    recalled `begin` makes all that anew; `known` is
+    what results tell of it.
+    """
+
+    formalism: str
+    compiled: Compiled
+    numbers: Numbers
+    begin: Callable[[], tuple[System, StartState]]
+    shared: Told | None = None
+    known: Mapping[str, Any] | None = None
+    laws: LawMechanism | None = None
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism in its mode at the start."""
+        return self.state.mechanism if self.shared is None else self.shared.mechanism
+
+    @property
+    def told(self) -> Told:
+        """What results tell of the mechanism."""
+        return self._told if self.shared is None else self.shared
+
+    @cached_property
+    def _told(self) -> Told:
+        return Told(self) if self.known is None else recalled(self.known["told"], self)
+
+    @cached_property
+    def begun_from(self) -> Mapping[str, Any]:
+        """What of the start was kept, and what was found: `held`, `assembled` and `shifts` of a `Start`."""
+        if self.known is not None:
+            return dict(self.known["start"])
+        return {name: getattr(self.start, name) for name in ("held", "assembled", "shifts")}
+
+    @cached_property
+    def wheels(self) -> Mapping[str, float]:
+        """The least radius (m) of each row by which a wheel rolls that nothing but weight keeps down, zero without."""
+        if self.known is not None:
+            return dict(self.known["wheels"])
+        from multibody_sym.mechanics.mechanism import normal_forces  # which few runs need
+        from multibody_sym.scalars.functions import evaluate_float
+        from multibody_sym.scalars.node import slot
+
+        values = {slot("parameters", k): x for k, x in enumerate(self.parameters.tolist())}
+        rows = normal_forces(self.mechanism).items()
+        return {name: min(evaluate_float(row.radii, values), default=0.0) for name, row in rows}
+
+    @property
+    def shifts(self) -> Mapping[str, float]:
+        """By how much start values that were given changed."""
+        shifts: Mapping[str, float] = self.begun_from["shifts"]
+        return shifts
+
+    @cached_property
+    def _begun(self) -> tuple[System, StartState]:
+        return self.begin()
+
+    @property
+    def system(self) -> System:
+        """The system as it was asked to run."""
+        return self._begun[0]
+
+    @property
+    def state(self) -> StartState:
+        """How it starts."""
+        return self._begun[1]
+
+    @property
+    def start(self) -> Start:
+        """The start of the mechanism in its mode."""
+        return self.state.start
+
+    @property
+    def parameters(self) -> Floats:
+        """The parameter vector (np,)."""
+        return self.numbers.parameters
+
+    @property
+    def q0(self) -> Floats:
+        """The coordinates (nq,) at t = 0."""
+        return self.numbers.q0
+
+    @property
+    def u0(self) -> Floats:
+        """The speeds (nu,) at t = 0."""
+        return self.numbers.u0
+
+    def stabilised_by(self, alpha: float, beta: float) -> Floats:
+        """Return the parameter vector (np,) with Baumgarte's coefficients (1/s)."""
+        from multibody_sym.mechanics.mechanism import ALPHA, BETA
+
+        return np.array(self.mechanism.parameters.changed(self.start.parameters, {ALPHA: alpha, BETA: beta}))
+
+    @property
+    def parameter_values(self) -> dict[Node, float]:
+        """The value of each parameter's symbol; numbers that the model writes have none."""
+        from multibody_sym.mechanics.mechanism import Source
+        from multibody_sym.scalars.node import symbol
+
+        entries = zip(self.mechanism.parameters, self.parameters.tolist(), strict=True)
+        return {symbol(entry.name): value for entry, value in entries if entry.source is not Source.LITERAL}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Problems as JSON values, but for what is compiled, and for what the run itself adds.
+
+
+_PLAIN: Final = (
+    *("t0", "t_end", "step", "rtol", "atol", "samples", "project", "max_steps", "contradiction", "closure"),
+    *("independent", "whole", "crosses"),
+)
+_ARRAYS: Final = ("q0", "u0", "parameters", "modes")
+_TUPLES: Final = ("terminal", "margins", "limiting", "moments")
+TOLD: Final = frozenset({*_PLAIN, *_ARRAYS, *_TUPLES, "method", "pairs", "begun"})
+"""The fields of a problem that are among its values."""
+
+
+def values_of(problem: Problem) -> dict[str, Any]:
+    """Return a problem as JSON values; `compiled`, `jump` and `course` are left out."""
+    pairs, begun = problem.pairs, problem.begun
+    return {
+        **{name: getattr(problem, name) for name in _PLAIN},
+        **{name: getattr(problem, name).tolist() for name in _ARRAYS},
+        **{name: list(getattr(problem, name)) for name in _TUPLES},
+        "method": problem.method.name,
+        "pairs": None if pairs is None else [pairs.nq, pairs.plain, pairs.balls],
+        "begun": None if begun is None else [begun.time, begun.written],
+    }
+
+
+def problem_of(values: Mapping[str, Any], compiled: Compiled) -> Problem:
+    """Return the problem of `values_of`. Raises KeyError, TypeError or ValueError for anything else."""
+    pairs, begun = values["pairs"], values["begun"]
+    given: dict[str, Any] = {name: values[name] for name in _PLAIN}
+    given |= {name: np.array(values[name], dtype=float) for name in _ARRAYS}
+    given |= {name: tuple(values[name]) for name in _TUPLES}
+    given["pairs"] = None if pairs is None else Pairing(pairs[0], *(_pairs(part) for part in pairs[1:]))
+    given["begun"] = None if begun is None else Begun(*begun)
+    return Problem(compiled=compiled, method=METHODS[values["method"]], **given)
+
+
+def _pairs(part: Any) -> tuple[tuple[int, int], ...]:
+    return tuple((a, b) for a, b in part)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Samples of one mechanism: what its Programs say at each. A run in modes has several such parts.
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by `parameters` (np,).
+
+    `modes` (nm,) are the numbers of the mode that they are in.
+    """
+
+    told: Told
+    compiled: Compiled
+    parameters: Floats
+    t: Floats
+    q: Floats
+    u: Floats
+    modes: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism itself."""
+        return self.told.mechanism
+
+    @cached_property
+    def arguments(self) -> tuple[Floats, ...]:
+        """What every Program takes: t, q, u, parameters, inputs, modes."""
+        given = (self.t, self.q, self.u, self.parameters)
+        shape = len(self.t), len(self.told.inputs)
+        if 0 in shape:
+            return (*given, np.empty(shape), self.modes)
+        (inputs,) = self.compiled.map("inputs", *given)
+        return (*given, inputs, self.modes)
+
+    def evaluated(self, program: str) -> tuple[Floats, ...]:
+        """Return what a Program says at each sample."""
+        return self.compiled.map(program, *self.arguments)
+
+    @cached_property
+    def derivative(self) -> tuple[Floats, ...]:
+        """Rates of coordinates and speeds, multipliers and the solve's report."""
+        return self.evaluated("state_derivative")
+
+    @cached_property
+    def multipliers(self) -> Mapping[str, Floats]:
+        """The multiplier of each row by name (m,)."""
+        return dict(zip(self.told.rows, self.derivative[2].T, strict=True))
+
+    def multiplier(self, name: str) -> Floats:
+        """Return the multiplier of a row (m,); zero where the mechanism has no such row."""
+        known = self.multipliers
+        return known[name] if name in known else np.zeros(len(self.t))
+
+    @cached_property
+    def reactions(self) -> Floats:
+        """What each joint exerts on its child (m, joints, 6)."""
+        program = reaction_program(self.mechanism, self.compiled.likewise)
+        (values,) = program.map("reactions", *self.arguments, self.derivative[1], self.derivative[2])
+        return values
+
+
+def parts_of(
+    legs: Iterable[tuple[Leg, Told]], samples: tuple[Floats, Floats, Floats], first: int
+) -> tuple[Part, ...]:
+    """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in."""
+    found: list[Part] = []
+    for leg, told in legs:
+        t, q, u = (each[max(leg.first - first, 0) : max(leg.end - first, 0)] for each in samples)
+        if len(t) or not found:
+            found.append(Part(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
+    return tuple(found)
+
+
+def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
+    """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
+
+    The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
+    """
+    from multibody_sym.dynamics.programs.reactions import reactions  # which few runs are asked for
+    from multibody_sym.mechanics.motion import motion_of
+    from multibody_sym.mechanics.row_kinematics import row_motions
+    from multibody_sym.mechanics.state import arrays, slot_state
+    from multibody_sym.program.statements import Array
+    from multibody_sym.program.trace import Trace
+    from multibody_sym.text.printer import COMPONENTS
+
+    unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
+    trace = Trace("reactions", (*arrays(mechanism), *unknown))
+    motion = motion_of(mechanism, slot_state(mechanism))
+    found = reactions(motion, trace["udot"], row_motions(motion), trace["multipliers"])
+    names = mechanism.joint_names
+    values = [found[name][component] for name in names for component in COMPONENTS]
+    program = trace.finish({"values": ((len(names), len(COMPONENTS)), values)})
+    return load({"reactions": program}, backend=backend)

@@ -1,0 +1,233 @@
+"""The settings of a run in numbers: expressions of the file evaluated from the parameter vector, defaults filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Final
+
+from multibody_sym.errors import ModelError, at, gathered
+from multibody_sym.model.settings import Baumgarte, Settings, Stabilisation
+from multibody_sym.motion.integrator.library_steps import BY_JACOBIAN
+from multibody_sym.motion.methods.collocation import IMPLICIT, INDEX_2
+from multibody_sym.motion.methods.table import IDA, LOOKING_BACK, METHODS, LibraryMethod, Method
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node
+
+if TYPE_CHECKING:
+    from multibody_sym.program.programs import Form
+
+_LEAST_RTOL: Final = 1e-15
+_LARGEST_RTOL: Final = 0.1
+_RTOL: Final = 1e-9
+_ATOL_BY_RTOL: Final = 0.1
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Baumgarte's alpha and beta in 1/s; None where the run chooses them."""
+
+    alpha: float | None
+    beta: float | None
+
+    def chosen(self, own: Callable[[], float]) -> tuple[float, float]:
+        """Return both, with the one that `own` chooses, which takes a run, for what is left to it."""
+        if self.alpha is not None and self.beta is not None:
+            return self.alpha, self.beta
+        found = own()
+        return found if self.alpha is None else self.alpha, found if self.beta is None else self.beta
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How a run is done: until `t_end`, with `step` fixed or by `rtol`, `atol`; `samples` evenly spaced.
+
+    `project`: each step is put back onto the constraints; `baumgarte`: they are stabilised instead.
+    """
+
+    method: Method
+    t_end: float
+    step: float | None
+    rtol: float
+    atol: float
+    samples: int
+    project: bool
+    baumgarte: Coefficients | None
+
+
+def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSettings:
+    """Return the settings in numbers, given the values of the parameters' symbols.
+
+    Raises ModelError, which carries the others where several settings are wrong.
+    """
+    with at("simulation"):
+        wrong, rtol, atol, baumgarte = gathered(), None, None, None
+        with wrong:
+            method = _method(settings)
+            with wrong:
+                baumgarte = _baumgarte(settings, method, values)
+        with wrong:
+            step = _step(settings, values)
+        with wrong:
+            rtol = _rtol(settings, values)
+        with wrong:
+            atol = _number("atol", settings.atol, values)
+        with wrong:
+            t_end = _number("t_end", settings.t_end, values)
+        with wrong:
+            samples = _samples(settings.samples, values)
+        wrong.told()
+        assert t_end is not None
+        assert rtol is not None
+        project = baumgarte is None and _puts_back(method, settings.constraints)
+        return RunSettings(method, t_end, step, rtol, atol or rtol * _ATOL_BY_RTOL, samples, project, baumgarte)
+
+
+def _puts_back(method: Method, constraints: Stabilisation | None) -> bool:
+    unwanted = constraints is not None and (constraints.projection is False or constraints.index_2)
+    return not unwanted and not isinstance(method, LibraryMethod)
+
+
+def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> Form:
+    """Return what the method asks the system for, which may be `constrained`; raises ModelError where it cannot.
+
+    Where that `varies` from one state of the system to the next, what is asked of rows is asked where there are some.
+    Only a method that ends its steps with its last stage, an implicit one, keeps rows that are part of its equations.
+    IDA always takes them so unless Baumgarte's terms are asked for.
+    """
+    if settings.method == IDA and not (settings.constraints and settings.constraints.baumgarte):
+        return "index_2" if constrained else "implicit"
+    implicit = settings.method in (*IMPLICIT, *BY_JACOBIAN)
+    if settings.constraints is None or not settings.constraints.index_2:
+        return "implicit" if implicit else "multistep" if settings.method in LOOKING_BACK else "explicit"
+    with at("simulation", "constraints", "index_2"):
+        if settings.method not in INDEX_2:
+            losing = " (Gauss methods lose order there)" if settings.method in IMPLICIT else ""
+            able = ", ".join([*INDEX_2, IDA])
+            raise ModelError(
+                f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection",
+                number="M117",
+            )
+        if not constrained and not varies:
+            raise ModelError("there are no constraints to be kept: leave it out", number="M110")
+    return "index_2" if constrained else "implicit"
+
+
+def _method(settings: Settings) -> Method:
+    with at("method"):
+        if settings.method not in METHODS:
+            raise ModelError(
+                f"there is no method {settings.method!r}", number="M104", word=settings.method, known=METHODS
+            )
+        method = METHODS[settings.method]
+        if settings.step is None and method.error_order == 0:
+            adaptive = ", ".join(name for name, m in METHODS.items() if m.error_order > 0)
+            raise ModelError(
+                f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}",
+                number="M117",
+                word="step",
+            )
+        if settings.step is not None and isinstance(method, LibraryMethod):
+            raise ModelError(
+                f"{method.package}'s {method.name} chooses its steps; give rtol and atol, no step", number="M117"
+            )
+        return method
+
+
+def _step(settings: Settings, values: Mapping[Node, float]) -> float | None:
+    with at("step"):
+        if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
+            raise ModelError("give a step or tolerances (rtol, atol), not both", number="M117")
+    return _number("step", settings.step, values)
+
+
+def _rtol(settings: Settings, values: Mapping[Node, float]) -> float:
+    rtol = _number("rtol", settings.rtol, values) or _RTOL
+    if rtol < _LEAST_RTOL:
+        with at("rtol"):
+            raise ModelError(
+                f"rtol = {rtol:g} is finer than the numbers are, which have 16 digits; ask for {_LEAST_RTOL:g} or more",
+                number="M110",
+            )
+    if rtol > _LARGEST_RTOL:
+        with at("rtol"):
+            raise ModelError(
+                f"rtol = {rtol:g} lets a step err by more than a tenth of what it computes; ask for {_LEAST_RTOL:g} to "
+                f"{_LARGEST_RTOL:g} (without it: {_RTOL:g})",
+                number="M110",
+            )
+    return rtol
+
+
+def _number(name: str, node: Node | None, values: Mapping[Node, float]) -> float | None:
+    """Return the value of a setting, which must be positive and finite."""
+    if node is None:
+        return None
+    with at(name):
+        number = _value(node, values)
+        if not 0.0 < number < float("inf"):
+            raise ModelError(f"expected a positive number, got {number:g}", number="M103")
+        return number
+
+
+def _value(node: Node, values: Mapping[Node, float]) -> float:
+    try:
+        return evaluate_float([node], values)[0]
+    except (ArithmeticError, ValueError) as problem:
+        raise ModelError(f"the expression has no value: {problem}", number="M117") from None
+
+
+def _samples(node: Node, values: Mapping[Node, float]) -> int:
+    with at("samples"):
+        number = _value(node, values)
+        if not 2 <= number < float("inf") or abs(number - round(number)) > 1e-9 * number:
+            raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
+        return round(number)
+
+
+def stabilises(settings: Settings) -> bool:
+    """Whether Baumgarte's terms are added to rows: asked for, or steps of another library's method need them."""
+    if settings.constraints is not None:
+        return settings.constraints.baumgarte is not None
+    return settings.method != IDA and isinstance(METHODS.get(settings.method), LibraryMethod)
+
+
+def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float]) -> Coefficients | None:
+    """Return what is asked for; steps of another library's method cannot be put back, so that they need it anyway."""
+    if isinstance(method, LibraryMethod):
+        _verify_no_projection(settings, method)
+    if not stabilises(settings):
+        return None
+    asked = settings.constraints.baumgarte if settings.constraints else None
+    if asked is None:
+        return Coefficients(None, None)
+    with at("constraints", "baumgarte"):
+        wrong, alpha, beta = gathered(), None, None
+        with wrong:
+            alpha = _coefficient(asked, "alpha", values)
+        with wrong:
+            beta = _coefficient(asked, "beta", values)
+        wrong.told()
+        return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
+
+
+def _verify_no_projection(settings: Settings, method: LibraryMethod) -> None:
+    declared = settings.constraints
+    if declared is not None and declared.projection and declared.baumgarte is None:
+        with at("constraints", "projection"):
+            raise ModelError(
+                f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "
+                "or a method that is not another library's",
+                number="M110",
+            )
+
+
+def _coefficient(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> float | None:
+    node: Node | None = getattr(asked, name)
+    if node is None:
+        return None
+    with at(name):
+        number = _value(node, values)
+        if not 0.0 <= number < float("inf"):
+            raise ModelError(f"expected a number that is not negative, got {number:g}", number="M103")
+        return number

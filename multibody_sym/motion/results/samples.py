@@ -1,0 +1,223 @@
+"""Samples of a motion: times, coordinates and speeds, and everything that follows from them at those times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from multibody_sym.errors import InputError, ModelError
+from multibody_sym.model.argument_checks import door
+from multibody_sym.motion.prepare.records import Part, Runnable
+from multibody_sym.motion.prepare.run_labels import Told
+from multibody_sym.motion.results.run_record import Sampled
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.text.tables import Table
+from multibody_sym.text.values import Units, chosen_units
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Samples:
+    """A motion at times t (m,): coordinates q (m, nq) and speeds u (m, nu) of a system, as they were `made`.
+
+    `samples["theta"]` is a coordinate, a speed, an input or a declared output by name, (m,).
+    """
+
+    _made: Sampled
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def ready(self) -> Runnable:
+        """The system, ready to run."""
+        return self._made.ready
+
+    @property
+    def _told(self) -> Told:
+        return self._made.told
+
+    @property
+    def parameters(self) -> Floats:
+        """The parameter vector (np,)."""
+        return self._made.parameters
+
+    @property
+    def t(self) -> Floats:
+        """The times (m,) in s."""
+        return self._made.t
+
+    @property
+    def q(self) -> Floats:
+        """The coordinates (m, nq)."""
+        return self._made.q
+
+    @property
+    def u(self) -> Floats:
+        """The speeds (m, nu)."""
+        return self._made.u
+
+    @cached_property
+    def units(self) -> Mapping[str, str]:
+        """The SI unit of each coordinate, speed and input, measured coordinates too; empty where none is known."""
+        return {**self._told.input_units, **self._told.state_units}
+
+    @cached_property
+    def output_units(self) -> Mapping[str, str]:
+        """The SI unit of each output; empty where none is known, as of what hangs on parameters without units."""
+        return self._told.output_units
+
+    def __getitem__(self, name: str) -> Floats:
+        if not isinstance(name, str):
+            raise InputError(f"a run is asked by name, such as run['theta'] (its times are run.t), not by {name!r}")
+        for kind in ("coordinates", "speeds", "outputs", "inputs"):  # one after the other: the first two take no code
+            columns: Mapping[str, Floats] = getattr(self, kind)
+            if name in columns:
+                return columns[name]
+        told = self._told
+        known = [*self.coordinates, *self.speeds, *told.outputs, *told.run_outputs, *told.inputs]
+        raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=known)
+
+    @property
+    def changes(self) -> list[dict[str, Any]]:
+        """What began to stick, slide, open or close in a run; samples alone tell of none."""
+        return []
+
+    @cached_property
+    def coordinates(self) -> Mapping[str, Floats]:
+        """Each coordinate (m,) by name."""
+        return dict(zip(self._told.coordinates, self.q.T, strict=True))
+
+    @cached_property
+    def speeds(self) -> Mapping[str, Floats]:
+        """Each speed (m,) by name."""
+        return dict(zip(self._told.speeds, self.u.T, strict=True))
+
+    @cached_property
+    def inputs(self) -> Mapping[str, Floats]:
+        """Each input (m,) by name."""
+        return dict(zip(self._told.inputs, self._of_all(lambda part: part.arguments[4]).T, strict=True))
+
+    @cached_property
+    def outputs(self) -> Mapping[str, Floats]:
+        """Each declared output (m,) by name; nan where it hangs on a reaction that is withheld.
+
+        Work and impulses are those since the start of the run; samples that are reported meanwhile have nan.
+        """
+        told = self._told.outputs
+        columns = dict(zip(told, self._evaluated("outputs")[0].T, strict=True)) if told else {}
+        untold = {name: np.full(len(self.t), np.nan) for name in self._told.untold}
+        return {**columns, **untold, **self._run_outputs()}
+
+    def _run_outputs(self) -> dict[str, Floats]:
+        """Return the outputs that add up along a run (m,): samples alone do not tell them."""
+        return {name: np.full(len(self.t), np.nan) for name in self._told.run_outputs}
+
+    @cached_property
+    def kinetic_energy(self) -> Floats:
+        """T (m,) in J."""
+        return self._energies[0]
+
+    @cached_property
+    def _energies(self) -> tuple[Floats, ...]:
+        return self._evaluated("energy")
+
+    @cached_property
+    def potential_energy(self) -> Floats:
+        """V (m,) in J: of weights and springs."""
+        return self._energies[1]
+
+    @cached_property
+    def energy(self) -> Floats:
+        """T + V (m,) in J."""
+        return self.kinetic_energy + self.potential_energy
+
+    @cached_property
+    def accelerations(self) -> Mapping[str, Floats]:
+        """The rate of each speed (m,), by the speed's name."""
+        return dict(zip(self._told.speeds, self._of_all(lambda part: part.derivative[1]).T, strict=True))
+
+    @cached_property
+    def multipliers(self) -> Mapping[str, Floats]:
+        """The multiplier of each constraint (m,) by name: a rope's or rod's tension; zero where it does not hold."""
+        names = dict.fromkeys(name for part in self._parts for name in part.told.rows)
+        return {name: self._of_all(partial(Part.multiplier, name=name)) for name in names}
+
+    @cached_property
+    def reactions(self) -> Mapping[str, Mapping[str, Floats]]:
+        """What each joint exerts on its child: fx, fy, fz, mx, my, mz (m,), by the joint's name.
+
+        About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
+        directions are those of motors and springs in the joint. What is `withheld` is nan.
+        """
+        from multibody_sym.text.printer import COMPONENTS
+
+        values = self._of_all(lambda part: part.reactions)
+        names = self.ready.mechanism.joint_names
+        for joint, components in self.withheld.items():
+            values[:, names.index(joint), [COMPONENTS.index(c) for c in components]] = np.nan
+        return {name: dict(zip(COMPONENTS, values[:, k].T, strict=True)) for k, name in enumerate(names)}
+
+    @property
+    def withheld(self) -> Mapping[str, tuple[str, ...]]:
+        """Components of joints' reactions that are not determined: constraints do not say where their forces act."""
+        return self._told.withheld
+
+    @property
+    def withheld_reasons(self) -> list[str]:
+        """Why reactions are withheld, and what to declare instead."""
+        return list(self._told.withheld_reasons)
+
+    @door
+    def table(self, units: str | Sequence[str] | Units | None = None) -> Table:
+        """Return time, coordinates, speeds and outputs as columns, with the units that are known.
+
+        They are SI but for those chosen, such as `units="mm,deg"`. Raises InputError for what is no unit.
+        """
+        columns = {"t": self.t, **self.coordinates, **self.speeds}
+        known = {name: self.units[name] for name in columns if name != "t"}
+        for name, values in self.outputs.items():
+            column = f"output {name}" if name in columns else name
+            columns[column], known[column] = values, self.output_units[name]
+        known = {"t": "s", **{name: unit for name, unit in known.items() if unit}}
+        about = {"system": self._told.name, "formalism": self.ready.formalism}
+        try:
+            return Table(columns, known, about).told_in(chosen_units(units))
+        except ValueError as problem:
+            raise ModelError(f"the outputs cannot be columns of a table: {problem}") from None
+
+    # --- evaluated over all samples -------------------------------------------------------------------------------
+
+    @cached_property
+    def _parts(self) -> Sequence[Part]:
+        own = self._told, self.ready.compiled, self.parameters
+        return self._made.parts or (Part(*own, self.t, self.q, self.u),)
+
+    def _of_all(self, of_part: Callable[[Part], Floats]) -> Floats:
+        """Return what the parts have, one after the other."""
+        return _joined([of_part(part) for part in self._parts])
+
+    @cached_property
+    def tensions(self) -> Mapping[str, Floats]:
+        """The tension of each rope (m,) by name; negative where it would have to push.
+
+        Of a rope that rubs on a wheel there are two, which are asked as outputs.
+        """
+        ropes = dict.fromkeys(name for part in self._parts for name in part.told.ropes)
+        return {name: self.multipliers[name] for name in ropes}
+
+    def _evaluated(self, name: str) -> tuple[Floats, ...]:
+        return tuple(map(_joined, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
+
+
+def last_part(samples: Samples) -> Part:
+    """Return the last part of a motion: the mechanism in the mode in which it ends."""
+    return samples._parts[-1]
+
+
+def _joined(values: Sequence[Floats]) -> Floats:
+    """Return arrays one after the other; one alone is not copied."""
+    return values[0] if len(values) == 1 else np.concatenate(values)

@@ -1,0 +1,333 @@
+"""Trajectory: a run's samples with its end, its drift and what it took."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.model.argument_checks import door
+from multibody_sym.motion.integrator.flow import Status
+from multibody_sym.motion.loop.integrate import Integration
+from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.prepare.run_labels import frozen
+from multibody_sym.motion.results.remarks import (
+    accuracy_of,
+    coordinates_too_far,
+    growing_energy,
+    outputs_without_value,
+    pulling_wheels,
+    pushing_ropes,
+)
+from multibody_sym.motion.results.run_record import Made
+from multibody_sym.motion.results.samples import Samples
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+if TYPE_CHECKING:
+    from multibody_sym.motion.results.integrals import FineLeg, Miss
+    from multibody_sym.motion.results.run_record import FrictionWork, RunInModes
+    from multibody_sym.motion.runs.coarser import EndChanges
+    from multibody_sym.text.values import Units
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Samples):
+    """The motion of a system: samples evenly spaced, `problem` as it was integrated, `integration` as it ended.
+
+    `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`.
+    """
+
+    _made: Made
+
+    @property
+    def problem(self) -> Problem:
+        """What was integrated."""
+        return self._made.problem
+
+    @property
+    def integration(self) -> Integration:
+        """How that ended."""
+        return self._made.integration
+
+    @property
+    def modes(self) -> RunInModes | None:
+        """The modes through which it went, if something holds one way only."""
+        return self._made.modes
+
+    @property
+    def begun(self) -> tuple[Mapping[str, Any], ...]:
+        """The events of the impact from which it goes on."""
+        return self._made.begun
+
+    def __repr__(self) -> str:
+        return f"<Trajectory of {self._told.name}: {len(self)} samples to t = {self.t_final:g} s>"
+
+    @property
+    def t_final(self) -> float:
+        """The time that the run reached."""
+        return self.integration.t_final
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the run."""
+        failure = self._made.failure
+        return failure is not None and failure.status is Status.INTERRUPTED
+
+    @property
+    def stop(self) -> dict[str, Any] | None:
+        """The condition that ended the run, by name, and when; None for a run that reached `t_end`, or failed."""
+        met = [event for event in self.integration.events if event.terminal]
+        return {"t": met[0].time, "kind": "stop", "element": self._told.stops[met[0].index]} if met else None
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What happened on the way, in the order of time.
+
+        What struck in an impact before it; the stop that ended the run; singular positions, in which rows depend on
+        each other, that it passed; and the first sample at which a joint is beyond one of its limits, a rope would push
+        (a real one goes slack there), a plane would pull at a rolling wheel (a real one lifts off), edges of boxes pass
+        into each other, an output has no value, energy came from nowhere, or a coordinate is so large that floats
+        around it are further apart than a step leads.
+        """
+        found: list[dict[str, Any]] = [dict(event) for event in self.begun]
+        found += self._limits_passed
+        found += [] if self.stop is None else [self.stop]
+        found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
+        found += [*pushing_ropes(self), *outputs_without_value(self)]
+        found += [event for event in pulling_wheels(self) if event["element"] not in self.redundancy.not_unique]
+        found += [*self._crossed_boxes, *self.changes]
+        accuracy = accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol)
+        found += growing_energy(self, accuracy)
+        pairs = self.problem.pairs.plain if self.problem.pairs else ()
+        found += coordinates_too_far(self, pairs, self.integration.statistics.mean_step, accuracy)
+        return sorted(found, key=lambda event: float(event["t"]))
+
+    @property
+    def _limits_passed(self) -> list[dict[str, Any]]:
+        if not self._told.limited:
+            return []
+        from multibody_sym.motion.results.limits_passed import limits_passed
+
+        crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
+        return [{"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed]
+
+    @cached_property
+    def _crossed_boxes(self) -> list[dict[str, Any]]:
+        if not self._told.boxes:
+            return []
+        from multibody_sym.motion.results.crossed_boxes import crossed_boxes
+
+        return crossed_boxes(self)
+
+    @property
+    def changes(self) -> list[dict[str, Any]]:
+        """What began to stick, slide, open or close, in the order of time: `t`, `kind` and `element` of each."""
+        return [] if self.modes is None else self.modes.events
+
+    @property
+    def friction_work(self) -> Mapping[str, FrictionWork]:
+        """The work of friction in J by contact or joint friction, on all bodies and on each."""
+        return {} if self.modes is None else self.modes.account.friction
+
+    @property
+    def impact_losses(self) -> Mapping[str, float]:
+        """The kinetic energy in J that impacts took, by what closed."""
+        return {} if self.modes is None else self.modes.lost
+
+    @property
+    def stretches(self) -> list[FineLeg]:
+        """The parts of the run between switches of its mode; one where it has no modes."""
+        if self.modes is not None:
+            return self.modes.along
+        from multibody_sym.motion.results.integrals import FineLeg
+
+        end, ready = self.integration, self.ready
+        return [FineLeg(ready.mechanism, ready.compiled, self.problem, end.t_final, end.statistics.steps)]
+
+    def verified(self) -> dict[str, Miss]:
+        """Return how well the general theorems hold along the run: the largest miss of each by name, with its time.
+
+        `momentum`, `angular_momentum` (about the origin) and `power` at each instant; `impulse`, `angular_impulse` and
+        `work` from the start on, through impacts, which tell the accuracy of the integration too. Relative to the sums
+        of absolute values of the terms. Every stretch is run once more, in fine samples.
+        """
+        from multibody_sym.motion.results.integrals import verified  # which few runs need
+
+        jumps = () if self.modes is None else self.modes.passed
+        return verified(self.stretches, jumps=jumps)
+
+    def _run_outputs(self) -> dict[str, Floats]:
+        if not self._told.run_outputs:
+            return {}
+        from multibody_sym.motion.results.integrals import Adding, told
+
+        adding = Adding(self.ready.mechanism.run_outputs)
+        jumps = () if self.modes is None else self.modes.added(adding.leaves)
+        return told(adding, self.stretches, self._parts, jumps)
+
+    @property
+    def energy_at_start(self) -> float:
+        """T + V in J as the run begins: before what strikes then, of which the first sample tells the speeds after."""
+        return float(self.energy[0]) + (0.0 if self.modes is None else self.modes.lost_at_start)
+
+    @property
+    def energy_residual(self) -> float:
+        """The change of T + V in J that the work of friction and loads and what impacts took leave over.
+
+        For systems of which some holds one way only; nan for others, for runs without a sample at their end, and where
+        prescribed motion, or a spring or row that time moves, does work that is not accounted.
+        """
+        if self.modes is None or len(self) < 2 or self.t[-1] != self.t_final:
+            return math.nan
+        if self._told.works_unseen:
+            return math.nan
+        account = self.modes.account
+        given = account.loads + sum(work.total for work in account.friction.values()) - sum(self.impact_losses.values())
+        return float(self.energy[-1]) - self.energy_at_start - given
+
+    @property
+    def final(self) -> dict[str, Any]:
+        """Time, coordinates and speeds that the run reached."""
+        told, end = self._told, self.integration
+        return {
+            "t": end.t_final,
+            "coordinates": dict(zip(told.coordinates, end.q_final.tolist(), strict=True)),
+            "speeds": dict(zip(told.speeds, end.u_final.tolist(), strict=True)),
+        }
+
+    @cached_property
+    def end_changes(self) -> EndChanges | None:
+        """What a coarser run changes of `final`, where one is made: none from mode to mode, nor of long runs."""
+        if self.modes is not None:
+            return None
+        from multibody_sym.motion.runs.coarser import end_changes
+
+        return end_changes(self.problem, self.integration)
+
+    @property
+    def drift(self) -> Mapping[str, float]:
+        """How far the integrated state went astray.
+
+        `position`, `velocity`: largest |phi| and |phidot|; `quaternion`: largest deviation of a length from 1 before it
+        was normalised; `energy`: largest change of T + V in J, an error only where forces outside V do no work; nan
+        where prescribed motion does, as T + V then tells nothing about the integration.
+        """
+        statistics = self.integration.statistics
+        return {
+            "position": statistics.drift_position,
+            "velocity": statistics.drift_velocity,
+            "energy": math.nan if self._told.drives else _largest_change(self.energy),
+            "quaternion": statistics.quaternion_deviation,
+        }
+
+    @cached_property
+    def redundancy(self) -> Redundancy:
+        """Which constraints were redundant at the start, and which forces that leaves undetermined."""
+        told, rank = self._told, self.integration.statistics.greatest_rank
+        if rank == len(told.rows):
+            return Redundancy(rank - sum(told.doubles.values()), (), (), doubles=told.doubles)
+        if self.ready.known is not None:
+            return Redundancy(**frozen(self.ready.known["redundancy"]))
+        from multibody_sym.dynamics.constraints.redundancy import redundancy  # which few runs need
+        from multibody_sym.dynamics.formalisms.composite_body import composite_body
+        from multibody_sym.mechanics.motion import motion_of
+        from multibody_sym.mechanics.state import state_of
+
+        mechanism = told.mechanism
+        parameters = self.parameters if self.modes is None else self.ready.parameters  # those of the first mode
+        start = self.ready.q0.tolist(), self.ready.u0.tolist(), parameters.tolist()
+        state = state_of(mechanism, float, self.problem.t0, *start)
+        return redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Steps, evaluations and the like, with the method and what kept the constraints."""
+        problem = self.problem
+        return {
+            **asdict(self.integration.statistics),
+            "method": problem.method.name,
+            "formalism": self.ready.formalism,
+            "backend": self.ready.compiled.backend,
+            "projection": problem.project if self.modes is None else self.modes.project,
+            "index_2": problem.index_2,
+            "baumgarte": self.baumgarte,
+        }
+
+    @property
+    def baumgarte(self) -> dict[str, float] | None:
+        """Baumgarte's alpha and beta in 1/s where they stabilised the run."""
+        if self.modes is not None:
+            names = ("alpha", "beta")
+            return None if self.modes.stabilised is None else dict(zip(names, self.modes.stabilised, strict=True))
+        if not self._told.rows or self.problem.project or self.problem.index_2:
+            return None
+        from multibody_sym.mechanics.mechanism import ALPHA, BETA
+
+        vector, values = self.ready.mechanism.parameters, self.parameters.tolist()
+        return {"alpha": vector.value(values, ALPHA), "beta": vector.value(values, BETA)}
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `simulate --json` prints; nan and infinity become None."""
+        known = {"coordinates": self.units, "speeds": self.units, "outputs": self.output_units}
+        columns = {"coordinates": self.coordinates, "speeds": self.speeds, "outputs": self.outputs}
+        found = self.redundancy
+        rows = len(self._told.rows) - sum(found.doubles.values())
+        return {
+            "t": self.t.tolist(),
+            **{kind: {name: _plain(x) for name, x in named.items()} for kind, named in columns.items()},
+            "units": {"t": "s", **{kind: {x: known[kind][x] for x in named} for kind, named in columns.items()}},
+            "events": self.events,
+            "final": self.final,
+            "drift": {name: _finite(x) for name, x in self.drift.items()},
+            "friction_work": {name: asdict(work) for name, work in self.friction_work.items()},
+            "impact_losses": dict(self.impact_losses),
+            "energy_residual": _finite(self.energy_residual),
+            "withheld": {name: list(components) for name, components in self.withheld.items()},
+            "withheld_reasons": self.withheld_reasons,
+            "redundancy": {**asdict(found), "rows": rows},
+            "statistics": self.statistics,
+            "start": self.ready.begun_from,
+            "interrupted": self.interrupted,
+        }
+
+    @door
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        units: str | Sequence[str] | Units | None = None,
+        *,
+        show: str | Sequence[str] | None = None,
+        x: str = "t",
+    ) -> Any:
+        """Return a matplotlib figure of the run, written to `path` if one is given: `multibody_sym.plot` of it alone.
+
+        It is in SI units but for those chosen, such as `units="mm,deg"`. `show="theta,psi"` chooses what is shown and
+        `x="theta"` over what.
+        Raises InputError for what is no unit or name, OutputError where matplotlib is missing or the file cannot be
+        written.
+        """
+        from multibody_sym.motion.results.plot import plot
+
+        return plot(self, path, units, show=show, x=x)
+
+
+def _largest_change(values: Floats) -> float:
+    """Return how far values (m,) go from the first."""
+    return float(np.max(np.abs(values - values[0]))) if len(values) else 0.0
+
+
+def _plain(values: Floats) -> list[float | None]:
+    if np.isfinite(values).all():
+        return list(values.tolist())
+    return [_finite(x) for x in values.tolist()]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,230 @@
+"""A run from mode to mode that was made before: it goes the same way, which is verified at each switch.
+
+What laws decide at a switch follows from the state there. A run that comes to its switches at the times, to the last
+bit, at which it came to them before goes on as it did then, and nothing is decided anew. One that does not, as with
+other functions of the system's library, is made from its model after all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from multibody_sym.motion.loop.chain import Answer, End, Leg, Switch, chain
+from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.loop.problem import Event, Loop, Problem, Progress, Statistics
+from multibody_sym.motion.prepare.records import Part, parts_of, problem_of, values_of
+from multibody_sym.motion.prepare.run_labels import Alone, Told, as_json, recalled
+from multibody_sym.motion.results.run_record import Beginning, Departed, EnergyAccount, FrictionWork, RunInModes
+from multibody_sym.program.loading import Compiled
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+if TYPE_CHECKING:  # a run that is recalled needs none of it
+    from collections.abc import Iterable, Iterator
+
+    from multibody_sym.mechanics.mechanism import Mechanism
+    from multibody_sym.motion.results.integrals import FineLeg, Passed
+    from multibody_sym.motion.switching.legs import Leg as LegInMode
+    from multibody_sym.scalars.node import Node
+
+MOST: Final = 1000
+"""Switches and impacts of a run that are remembered: reading them takes some 10 ms."""
+
+
+def way_of(modes: RunInModes, stop: Event | None, taken: Statistics, number: Callable[[Compiled], int]) -> Any:
+    """Return a run that was made as JSON values; None if it is too long.
+
+    `stop` is what ended it, `taken` what it took, `number` the number of what a leg has compiled.
+    """
+    if len(modes.legs) + len(modes.jumps) > MOST:
+        return None
+    told: dict[int, tuple[int, Told]] = {}
+    legs: list[Any] = []
+    first = values_of(modes.legs[0].problem) if modes.legs else {}
+    for leg in modes.legs:
+        mechanism = leg.program.mechanism
+        mode, _ = told.setdefault(id(mechanism), (len(told), Told(Alone(mechanism))))
+        own = {name: x for name, x in values_of(leg.problem).items() if not legs or x != first[name]}
+        legs.append([mode, number(leg.of.compiled), float(leg.until), own])
+    return {
+        "legs": legs,
+        "modes": [as_json(each) for _, each in told.values()],
+        "answers": [[x.leg, float(x.time), int(x.index), x.after.tolist()] for x in modes.jumps],
+        "stop": None if stop is None else [float(stop.time), int(stop.index)],
+        "at_once": stop is not None and not modes.legs[-1].steps,
+        "taken": asdict(taken),
+        "outcome": {name: getattr(modes, name) for name in _OUTCOME},
+        "account": asdict(modes.account),
+    }
+
+
+_OUTCOME: Final = ("events", "lost", "lost_at_start", "stabilised", "project")
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The way of a run: the problem of each leg, the number of its mode, and when it ends; the stop at its end.
+
+    `modes`: what there is to tell of each; `answers`: where modes did not end; `taken` by the whole run; `at_once`:
+    whether the stop ends the last leg before its first step.
+    """
+
+    problems: Sequence[Problem]
+    numbers: Sequence[int]
+    ends: Sequence[float]
+    modes: Sequence[Any]
+    answers: Sequence[Answer]
+    stop: Event | None
+    taken: Statistics
+    at_once: bool
+
+    @staticmethod
+    def of(values: Any, compiled: Sequence[Compiled]) -> Way:
+        """Return what `way_of` has told. Raises KeyError, TypeError, ValueError or IndexError for anything else."""
+        legs, stop = values["legs"], values["stop"]
+        first = legs[0][3] if legs else {}
+        return Way(
+            [problem_of({**first, **own}, compiled[number]) for _, number, _, own in legs],
+            [mode for mode, *_ in legs],
+            [end for _, _, end, _ in legs],
+            values["modes"],
+            [Answer(leg, t, index, np.array(x, dtype=float)) for leg, t, index, x in values["answers"]],
+            None if stop is None else Event(stop[0], stop[1], terminal=True),
+            Statistics(**values["taken"]),
+            values["at_once"],
+        )
+
+
+@dataclass(eq=False)
+class RecalledModes:
+    """A run that goes its `way` once more, with what there is to tell of it, as `ModeRun` has it.
+
+    `anew` makes it from its model, for what is seldom asked.
+    """
+
+    way: Way
+    anew: Callable[[], Beginning]
+    account: EnergyAccount
+    events: list[dict[str, Any]]
+    lost: Mapping[str, float]
+    lost_at_start: float
+    stabilised: tuple[float, float] | None
+    project: bool
+    done: list[Leg] = field(default_factory=list)
+    _answered: int = 0
+
+    @staticmethod
+    def of(values: Any, compiled: Sequence[Compiled], anew: Callable[[], Beginning]) -> RecalledModes:
+        """Return the run that `way_of` has told; raises as `Way.of` does."""
+        account, outcome = values["account"], values["outcome"]
+        stabilised = outcome["stabilised"]
+        friction = {name: FrictionWork(**work) for name, work in account["friction"].items()}
+        return RecalledModes(
+            Way.of(values, compiled),
+            anew,
+            EnergyAccount(friction, account["loads"]),
+            **{**outcome, "stabilised": None if stabilised is None else tuple(stabilised)},
+        )
+
+    def begun(self, problem: Problem) -> Problem:
+        """Return a problem that asks this run what follows where a mode might end."""
+        return replace(problem, jump=self.jump)
+
+    def jump(self, t: float, _x: Floats, index: int) -> Floats | None:
+        """Return the state after an impact from which the run goes on in its mode; None where that ends."""
+        leg = len(self.done) - 1
+        for answer in self.way.answers[self._answered : self._answered + 1]:
+            if (answer.leg, answer.time, answer.index) == (leg, t, index):
+                self._answered += 1
+                return answer.after.copy()
+        if t != self.way.ends[leg]:
+            raise Departed(self.anew)
+        return None
+
+    def next_leg(self, _leg: Leg, switch: Switch) -> Leg | End[Leg]:
+        """Return the leg that follows at a switch, or the stop that the run meets."""
+        following = len(self.done)
+        if switch.begun.time != self.way.ends[following - 1]:
+            raise Departed(self.anew)
+        stop = self.way.stop
+        if following < len(self.way.problems):
+            entered = Leg(self.begun(self.way.problems[following]))
+            last = following == len(self.way.problems) - 1
+            return End(stop=stop, leg=entered, behind=True) if last and self.way.at_once and stop else entered
+        if stop is None:
+            raise Departed(self.anew)
+        return End(stop=stop)
+
+    @property
+    def loop(self) -> Loop:
+        """The loop that goes from mode to mode."""
+        return self._played
+
+    def _played(self, problem: Problem, samples: Floats) -> Iterator[Progress]:
+        taken = self.way.taken
+        self.done.append(Leg(problem))
+        for latest in chain(self.next_leg, self.done)(problem, samples):
+            done = latest.statistics.steps == taken.steps  # all legs together, of which some were one in C
+            yield replace(latest, statistics=taken) if done else latest
+
+    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
+        """Return samples, which begin with number `first` of the run, by the modes they are in."""
+        told = (self._told[number] for number in self.way.numbers)
+        return parts_of(zip(self.done, told, strict=False), (t, q, u), first)
+
+    @cached_property
+    def _told(self) -> list[Told]:
+        return [recalled(told, _Mode(self, number)) for number, told in enumerate(self.way.modes)]
+
+    def passed_through(self, _t: Floats, _q: Floats, _u: Floats) -> str:
+        """Return which point got through a bar without thickness: none, or it would not have been remembered."""
+        return ""
+
+    @cached_property
+    def made(self) -> RunInModes:
+        """The same run, made from its model."""
+        begin = self.anew()
+        assert begin.modes is not None
+        integrate(begin.problem, loop=begin.modes.loop)
+        return begin.modes
+
+    @property
+    def jumps(self) -> Sequence[Answer]:
+        """Where modes did not end."""
+        return self.way.answers
+
+    @property
+    def legs(self) -> Sequence[LegInMode]:
+        """The legs of the run."""
+        return self.made.legs
+
+    @property
+    def along(self) -> list[FineLeg]:
+        """The legs between jumps of speeds as they are run once more."""
+        return self.made.along
+
+    @property
+    def passed(self) -> Iterable[Passed]:
+        """Both sides of the general theorems at each impact."""
+        return self.made.passed
+
+    def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]:
+        """Return the time of each impact, and what it adds to work and impulses (leaves)."""
+        return self.made.added(leaves)
+
+
+@dataclass(frozen=True, eq=False)
+class _Mode:
+    """A mode of a run, of which the mechanism is made where it is asked for."""
+
+    run: RecalledModes
+    number: int
+
+    @property
+    def mechanism(self) -> Mechanism:
+        return self.run.legs[self.run.way.numbers.index(self.number)].program.mechanism

@@ -1,0 +1,140 @@
+"""Runs that were prepared before: their numbers, their compiled Programs, and what results tell of them.
+
+What is remembered is text and numbers. A run is recalled where all that it follows from is the same; else, and where
+anything is odd, it is prepared anew.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, field
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.motion.prepare.records import Numbers, Runnable, problem_of, values_of
+from multibody_sym.motion.prepare.run_labels import as_json
+from multibody_sym.motion.results.run_record import Beginning
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.program import loading
+from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.records import dataclass
+
+_WRONG: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+"""What values raise that nobody has remembered."""
+
+
+class Anew(Protocol):
+    """A run that is recalled, made from its model, for what is seldom asked of it."""
+
+    def ready(self) -> Runnable: ...
+
+    def begin(self) -> Beginning: ...
+
+
+def remember(key: str, asked: str, done: Trajectory, hints: Sequence[str] = ()) -> None:
+    """Let `recalled(key, asked, ..)` find how a run begins and goes on; `asked` is a hash of all that it follows from.
+
+    `hints` about the model are kept with it. Left out are runs not in C, interrupted, or with very many switches.
+    """
+    ready, integration = done.ready, done.integration
+    if integration.failure is not None:
+        return
+    libraries = _Libraries()
+    libraries.number(ready.compiled)
+    stop = integration.events[-1] if done.stop is not None else None
+    modes = None
+    if done.modes is not None:
+        from multibody_sym.motion.runs.recalled_modes import way_of  # which few runs need
+
+        modes = way_of(done.modes, stop, integration.statistics, libraries.number)
+    kept = {
+        "formalism": ready.formalism,
+        "numbers": [values.tolist() for values in ready.numbers],
+        "problem": [libraries.number(done.problem.compiled), values_of(done.problem)],
+        "told": as_json(ready.told),
+        "start": {**ready.begun_from, "shifts": dict(ready.shifts)},
+        "wheels": dict(ready.wheels) if ready.told.rolls else {},
+        "redundancy": asdict(done.redundancy),
+        "events": [dict(event) for event in done.begun],
+        "modes": modes,
+        "libraries": len(libraries.known),
+        "hints": list(hints),
+    }
+    if libraries.in_c and (done.modes is None or modes is not None):
+        text = json.dumps(kept)  # which keeps the order
+        for number, compiled in reversed(list(enumerate(libraries.known.values()))):
+            loading.remember(_key(key, number), compiled, {"asked": asked, "run": "" if number else text})
+
+
+@dataclass(eq=False)
+class _Libraries:
+    """What was compiled for a run, by the files that it is in."""
+
+    known: dict[Path | None, Compiled] = field(default_factory=dict)
+
+    def number(self, compiled: Compiled) -> int:
+        """Return the number of something compiled, counted from what was asked for first."""
+        self.known.setdefault(compiled.path, compiled)
+        return list(self.known).index(compiled.path)
+
+    @property
+    def in_c(self) -> bool:
+        return all(compiled.backend == "c" and compiled.notice is None for compiled in self.known.values())
+
+
+def recalled(
+    key: str, asked: str, anew: Anew, *, native: bool = False, backend: Backend | None = None
+) -> Beginning | None:
+    """Return what was remembered last under a key, if it is what is asked; None where there is nothing of use."""
+    if backend == "python":
+        return None
+    found = _Found(key, asked, native, backend)
+    try:
+        compiled, metadata = found.library(0)
+        kept = json.loads(metadata["run"])
+        others = [found.library(number)[0] for number in range(1, kept["libraries"])]
+        return _made([compiled, *others], kept, anew)
+    except _WRONG:
+        return None
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Where a run is looked for."""
+
+    key: str
+    asked: str
+    native: bool
+    backend: Backend | None
+
+    def library(self, number: int) -> tuple[Compiled, Mapping[str, Any]]:
+        """Return what was compiled, with what is known of it; raises KeyError where that is nothing, or of another."""
+        found = loading.recall(_key(self.key, number), native=self.native, backend=self.backend)
+        if found is None or found.compiled.backend != "c" or found.metadata.get("asked") != self.asked:
+            raise KeyError(number)
+        return found.compiled, found.metadata
+
+
+def _key(key: str, number: int) -> str:
+    return f"run {key} {number}" if number else f"run {key}"
+
+
+def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> Beginning:
+    numbers = Numbers(*(np.array(values, dtype=float) for values in kept["numbers"]))
+    known = {name: kept[name] for name in ("told", "start", "wheels", "redundancy")}
+    ready = Runnable(kept["formalism"], compiled[0], numbers, lambda: anew.ready().begin(), None, known)
+    told, _left_over = ready.told, Redundancy(**known["redundancy"])  # which raise for what is something else
+    if (len(told.coordinates), len(told.speeds)) != (len(ready.q0), len(ready.u0)):
+        raise ValueError("names and numbers are not of one mechanism")
+    library, values = kept["problem"]
+    problem, events = problem_of(values, compiled[library]), tuple(kept["events"])
+    if kept["modes"] is None:
+        return Beginning(ready, problem, None, events, tuple(kept["hints"]))
+    from multibody_sym.motion.runs.recalled_modes import RecalledModes  # as above
+
+    modes = RecalledModes.of(kept["modes"], compiled, anew.begin)
+    return Beginning(ready, modes.begun(problem), modes, events, tuple(kept["hints"]))

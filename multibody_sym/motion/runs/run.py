@@ -1,0 +1,101 @@
+"""The run itself: integrated, and told as a trajectory or as a failure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from multibody_sym.errors import RunError
+from multibody_sym.motion.integrator.flow import Status
+from multibody_sym.motion.loop.integrate import Integration, first_loop, integrate
+from multibody_sym.motion.loop.problem import Chunk, Problem
+from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.results.run_record import Beginning, Departed, Made, MadeAlone, Piece
+from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.stages import stage
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a run that could not go on raises.
+
+
+class FailedRunError(RunError):
+    """A run that could not go on; `trajectory` holds what it had computed."""
+
+    def __init__(self, message: str, trajectory: Trajectory) -> None:
+        super().__init__(message)
+        self.trajectory = trajectory
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.message, self.trajectory), vars(self)
+
+
+class MotionEndsError(FailedRunError):
+    """The motion of the model itself has no continuation; `trajectory` is all of it.
+
+    A speed or a force grows without bound there, constraints contradict each other, a mass is used up, a rope comes off
+    its wheel, or no state fulfils the laws of contact and friction.
+    """
+
+    number = "R101"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+Progressed = Callable[[Samples, float], None] | None
+"""What is told of the samples that are new, and of the part of the time that is done."""
+
+
+def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
+    """Return the motion, from mode to mode where some holds one way only; of `told` samples progress tells no more."""
+    ready, problem, modes, events, _hints = begin
+
+    def report(chunk: Chunk) -> None:
+        nonlocal told
+        new, told = chunk.beyond(told), max(told, chunk.first + len(chunk.t))
+        if on_progress is not None:
+            parts = () if modes is None else modes.parts(new.t, new.q, new.u, new.first)
+            piece = Piece(ready, problem.parameters, new.t, new.q, new.u, parts)
+            on_progress(Samples(piece), new.time / problem.t_end)
+
+    loop = first_loop(problem) if modes is None else modes.loop
+    try:
+        with stage("integrate"):
+            done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
+    except Departed as departed:
+        return run(departed.begin(), on_progress, told)
+    parts = () if modes is None else modes.parts(done.t, done.q, done.u)
+    return ended(MadeAlone(ready, problem, done, parts, modes, events))
+
+
+def ended(made: Made) -> Trajectory:
+    """Return the trajectory of a run. Raises FailedRunError, MotionEndsError."""
+    trajectory = Trajectory(made)
+    if made.told.loses_mass and (made.failure is not None or trajectory.stop is not None):
+        from multibody_sym.motion.runs.failures import mass_used_up
+
+        if (left := mass_used_up(trajectory)) is not None:
+            raise MotionEndsError(left, trajectory)
+    if trajectory.stop is not None:
+        from multibody_sym.motion.runs.failures import wheel_left
+
+        if (left := wheel_left(trajectory)) is not None:
+            raise MotionEndsError(left, trajectory)
+    failure, modes = made.failure, made.modes
+    if failure is None or failure.status is Status.INTERRUPTED:
+        if modes is not None and (passed := modes.passed_through(made.t, made.q, made.u)):
+            raise FailedRunError(passed, trajectory)
+        return trajectory
+    from multibody_sym.motion.runs.failures import why_failed  # which few runs need
+
+    reason = why_failed(trajectory, failure)
+    raise (MotionEndsError if reason.ends else FailedRunError)(reason.text, trajectory)
+
+
+def _kept(ready: Runnable, problem: Problem, done: Integration) -> Integration:
+    """Return a run that kept its constraints, or one as failed at the first sample at which it had left them."""
+    if not ready.told.rows or done.failure is not None or done.statistics.drift_position <= problem.closure:
+        return done
+    from multibody_sym.motion.runs.failures import until_departure
+
+    return until_departure(ready.mechanism, problem, done)

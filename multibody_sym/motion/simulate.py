@@ -1,0 +1,277 @@
+"""`simulate`: from a declared system to its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+from multibody_sym.mechanics.changes import Changes, with_settings
+from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
+from multibody_sym.model.argument_checks import callback, door, flag
+from multibody_sym.model.settings import Baumgarte
+from multibody_sym.model.system import System
+from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.results.run_record import Beginning
+from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.runs.run import FailedRunError, Progressed, ended, run
+from multibody_sym.program.loading import Backend
+from multibody_sym.records import dataclass
+
+if TYPE_CHECKING:
+    from multibody_sym.motion.runs.family import Family, Member
+    from multibody_sym.motion.switching.mode_run import ModeRun
+
+Columns = Mapping[str, Sequence[float]]
+"""Numbers of some runs by name, of each as many."""
+
+
+def simulate(
+    system: System,
+    *,
+    t_end: Any = None,
+    method: str | None = None,
+    step: Any = None,
+    rtol: Any = None,
+    atol: Any = None,
+    samples: Any = None,
+    constraints: Any = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+    on_progress: Callable[[Samples, float], None] | None = None,
+) -> Trajectory:
+    """Return the motion of a system from its start at t = 0 to `t_end`; where it has an `impact`, from after that.
+
+    Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
+    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters` ..
+    `project`, what the call changes of the system (`Changes`); `formalism` by name, None for the cheapest; `native` and
+    `backend` ("c", "python") as for `program.loading.load`; `on_progress`, called about ten times a second with the
+    samples that are new and the part of the time that is done.
+    Returns what was computed until then if Ctrl-C interrupts it.
+    Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
+    """
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    asked = run_by(changed, settings, constraints)
+    native, on_progress = flag("native", native), callback("on_progress", on_progress)
+    return Prepared(asked, formalism, native, backend).run(on_progress=on_progress)
+
+
+def prepare(
+    system: System,
+    *,
+    t_end: Any = None,
+    method: str | None = None,
+    step: Any = None,
+    rtol: Any = None,
+    atol: Any = None,
+    samples: Any = None,
+    constraints: Any = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> Prepared:
+    """Return a system prepared to be run again and again: `prepare(system).run()` is `simulate(system)`.
+
+    Arguments and errors as for `simulate`.
+    """
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    asked = run_by(changed, settings, constraints)
+    prepared = Prepared(asked, formalism, flag("native", native), backend)
+    prepared.verify()
+    return prepared
+
+
+def run_by(system: System, settings: Mapping[str, Any], constraints: Any) -> System:
+    """Return the system with other settings: those of `simulation:` that are not None, and how constraints are kept."""
+    chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
+    named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
+    if isinstance(constraints, Baumgarte):
+        named = {"baumgarte": constraints}
+    return with_settings(system, {**settings, "constraints": named})
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A `system` that is resolved, started and compiled once, and run as often as it is asked.
+
+    What was found for it serves all runs with its own values. Other values are resolved and started anew, since what
+    touches and slides may be other things then; Programs are not compiled again.
+    """
+
+    system: System
+    formalism: str | None = None
+    native: bool = False
+    backend: Backend | None = None
+
+    @door
+    def run(
+        self,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        initial: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        t_end: Any = None,
+        samples: Any = None,
+        on_progress: Callable[[Samples, float], None] | None = None,
+    ) -> Trajectory:
+        """Return the motion, with other values where they are given; arguments, result and errors as for `simulate`.
+
+        It has the bits of the run that `simulate` makes of the same values, whatever was run before.
+        """
+        on_progress = callback("on_progress", on_progress)
+        if t_end is not None or samples is not None:
+            other = self._until(t_end, samples)
+            return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
+        if inputs is None and (found := self._in_numbers(parameters, initial)) is not None:
+            (one,) = self.runs(*found)
+            return one(on_progress)
+        if any(values is not None for values in (parameters, initial, inputs)):
+            changed = Changes(parameters, initial, inputs).of(self.system)
+            return replace(self, system=changed).run(on_progress=on_progress)
+        return run(beginning(self), on_progress)
+
+    def _until(self, t_end: Any, samples: Any) -> Prepared:
+        """Return the same, prepared for another end or number of samples; the one that was asked for last is kept."""
+        key = repr((t_end, samples))
+        if key not in self._others:
+            self._others.clear()
+            changed = with_settings(self.system, {"t_end": t_end, "samples": samples})
+            self._others[key] = replace(self, system=changed)
+        return self._others[key]
+
+    @cached_property
+    def _others(self) -> dict[str, Prepared]:
+        return {}
+
+    @door
+    def runs(self, parameters: Columns, initial: Columns) -> Iterator[Callable[[Progressed], Trajectory]]:
+        """Yield a function for each of some runs that makes it, given of each number by name as many values.
+
+        Each has the bits of the run that is made alone.
+        """
+        key = tuple(parameters), tuple(initial)
+        family = self._families.get(key)
+        if family is None:
+            from multibody_sym.motion.runs.family import Family
+
+            made = Family(self.system, *key, self.formalism, self.native, self.backend)
+            family = self._families.setdefault(key, made)
+        for k, member in enumerate(family.members(parameters, initial)):
+            yield partial(self._run_of, member, k, parameters, initial)
+
+    def _run_of(
+        self,
+        member: Member | None,
+        k: int,
+        parameters: Columns,
+        initial: Columns,
+        on_progress: Progressed = None,
+    ) -> Trajectory:
+        """Return run number k, ready as a member of a family; of none, and of one that fails, all is examined."""
+        if member is not None:
+            try:
+                if member.done:
+                    return ended(member)
+                return run(Beginning(member.ready, member.problem), on_progress)
+            except FailedRunError as error:
+                failed = error
+        own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
+        alone = replace(self, system=Changes(own, begun).of(self.system))
+        if member is None:
+            return alone.run(on_progress=on_progress)
+        alone.verify()  # which tells what is wrong with the start
+        raise failed
+
+    def _in_numbers(self, parameters: Any, initial: Any) -> tuple[Columns, Columns] | None:
+        """Return what is changed as numbers by name, if it is numbers of known names alone."""
+        given = [{} if values is None else values for values in (parameters, initial)]
+        if not any(given) or not all(isinstance(values, Mapping) for values in given):
+            return None
+        for values, known in zip(given, self._known, strict=True):
+            if not all(name in known and type(x) in (float, int) for name, x in values.items()):
+                return None
+        try:
+            first, second = ({name: [float(x)] for name, x in values.items()} for values in given)
+        except OverflowError:  # told as of every declared number
+            return None
+        return first, second
+
+    @cached_property
+    def _known(self) -> tuple[frozenset[str], frozenset[str]]:
+        """The parameters, and the coordinates and speeds of joints, that may have other values."""
+        joints = self.system.joints.items()
+        named = ((*coordinate_names(name, joint), *speed_names(name, joint)) for name, joint in joints)
+        state = [name for names in named for name in names]
+        return frozenset(self.system.parameters), frozenset(state)
+
+    @cached_property
+    def _families(self) -> dict[Any, Family]:
+        return {}
+
+    def verify(self) -> None:
+        """Prepare now what a run takes. Raises InputError and NoSolutionError."""
+        if self._problem and self._one_way is not None:
+            self._one_way()
+
+    @cached_property
+    def _start(self) -> tuple[System, tuple[Mapping[str, Any], ...]]:
+        return _begun(self.system)
+
+    @cached_property
+    def _ready(self) -> Runnable:
+        return runnable(self._start[0], self.formalism, native=self.native, backend=self.backend, modes=True)
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return problem_of(self._ready, settings_of(self._ready))
+
+    @cached_property
+    def _one_way(self) -> Callable[[], ModeRun] | None:
+        if not self._ready.state.declared.one_way:
+            return None
+        from multibody_sym.motion.switching.mode_run import one_way_runs  # which few runs need
+
+        in_numbers = settings_of(self._ready)
+        return one_way_runs(self._ready, self._problem, in_numbers, native=self.native, backend=self.backend)
+
+
+def ready_of(prepared: Prepared) -> Runnable:
+    """Return what is ready to run of a prepared system."""
+    return prepared._ready
+
+
+def beginning(prepared: Prepared) -> Beginning:
+    """Return what a run of a prepared system begins with."""
+    one_way = prepared._one_way
+    modes = None if one_way is None else one_way()
+    problem = prepared._problem.again() if modes is None else modes.legs[0].of
+    return Beginning(prepared._ready, problem, modes, prepared._start[1])
+
+
+def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:
+    """Return the system at the start of its run, and what is told of an impact that precedes it."""
+    if system.impact is None:
+        return system, ()
+    from multibody_sym.dynamics.start.declared_impact import (
+        from_impact,  # brings the laws of impacts, which few runs need
+    )
+
+    found = from_impact(system)
+    return found.system, found.events

@@ -1,0 +1,503 @@
+"""What a study found: its table, and what can be made of it."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from functools import cached_property
+from itertools import takewhile
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
+from multibody_sym.mechanics.changes import Changes
+from multibody_sym.model.argument_checks import callback, door, flag, names, text
+from multibody_sym.model.system import System
+from multibody_sym.motion.simulate import run_by
+from multibody_sym.motion.sweep import rows
+from multibody_sym.motion.sweep import rows as tables
+from multibody_sym.motion.sweep.plan import Plan, axes_of, digits, plan_of
+from multibody_sym.motion.sweep.rows import ENDING, FAILURE, TEXTS, Journal, opened, results, unnamed
+from multibody_sym.motion.sweep.task import REDUCE_FAILED, Reduce, Task, crew, processors
+from multibody_sym.pictures.page.plot_files import plain_style
+from multibody_sym.pictures.plots import Curve, Panel, Plot, literal
+from multibody_sym.pictures.plots import figure_of as plotted
+from multibody_sym.program.cache import digest
+from multibody_sym.program.loading import Backend
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.text.files import is_special, path_name
+from multibody_sym.text.values import Units, chosen_units
+
+_TOLD: Final = 100
+"""Failures that are told with their reasons where the table does."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study:
+    """The rows of a study: `study["theta max"]` is a column (runs,), in SI units, nan where a run failed.
+
+    `path` is the file of the table, None where there is none; `about` tells model, plan and version; `computed` is how
+    many runs were done now, where others were found in a journal.
+    """
+
+    plan: Plan
+    path: str | None
+    about: Mapping[str, Any]
+    computed: int
+    content: Mapping[str, NDArray[Any]] | None = None
+
+    def __len__(self) -> int:
+        return len(self.plan)
+
+    def __repr__(self) -> str:
+        return f"<Study of {self.about['system']}: {len(self)} runs over {', '.join(self.varied)}>"
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if not isinstance(name, str):
+            raise ArgumentError(f"a study is asked by the name of a column, not by {shown(name)}")
+        if name not in self.columns:
+            raise InputError(f"no column of this study is called {name!r}", word=name, known=self.columns)
+        return self.columns[name]
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """What is varied."""
+        return self.plan.names
+
+    @cached_property
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """All columns (runs,) by name, numbers and texts; read from the file where there is one."""
+        if self.content is not None:
+            return self.content
+        assert self.path is not None
+        return rows.read(self.path)[0]
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Why runs have no result, by their numbers."""
+        reasons = self.columns[FAILURE]
+        return {int(k): str(reasons[k]) for k in np.flatnonzero(reasons != "")}
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """The columns of numbers that runs gave."""
+        return rows.results(self.plan, self.columns)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `sweep --json` prints; nan becomes None."""
+        failures = self.failures
+        table = {} if self.path else {"table": {name: _plain(column) for name, column in self.columns.items()}}
+        return {
+            "runs": len(self),
+            "computed": self.computed,
+            "failed": len(failures),
+            "failures": dict(list(failures.items())[:_TOLD]),
+            "varied": list(self.varied),
+            "results": list(self.results),
+            "about": dict(self.about),
+            "output": self.path,
+            **table,
+        }
+
+    @door
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        show: str | Sequence[str] | None = None,
+        units: str | Sequence[str] | Units | None = None,
+    ) -> Any:
+        """Return a matplotlib figure over one or two varied values, written to `path` if one is given.
+
+        `show` names columns, as text with commas or a list; without it these are all that change, of maps ends alone.
+        It has a panel for each unit, SI but for those that `units` chooses, such as `mm,deg`.
+        Raises InputError, and OutputError where matplotlib is missing or the file cannot be written.
+        """
+        from multibody_sym.pictures.page.plot_files import write_figure
+
+        asked = None if show is None else names("show", _listed(show))
+        figure = figure_of(self.plan, self.about, self.columns, asked, chosen_units(units))
+        if path is not None:
+            write_figure(figure, path)
+        return figure
+
+    def to_dataframe(self) -> Any:
+        """Return the table as a pandas DataFrame, by number of the run. Raises OutputError where pandas is missing."""
+        try:
+            import pandas
+        except ImportError:
+            raise OutputError("a DataFrame needs pandas: pip install pandas") from None
+        frame = pandas.DataFrame(dict(self.columns)).astype({rows.RUN: int}).set_index(rows.RUN)
+        frame.attrs.update(self.about)
+        return frame
+
+    def to_xarray(self) -> Any:
+        """Return the table as an xarray Dataset: of a grid with a dimension for each varied value, else by run.
+
+        Raises OutputError where xarray is missing.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise OutputError("a Dataset needs xarray: pip install xarray") from None
+        shape = self.plan.shape
+        if self.plan.method == "grid":
+            axes: dict[str, NDArray[Any]] = {axis.name: axis.value(np.arange(axis.size)) for axis in self.plan.axes}
+            found = (*self.results, *TEXTS)
+        else:
+            axes, found = {rows.RUN: np.arange(len(self))}, (*self.varied, *self.results, *TEXTS)
+        columns = {name: (tuple(axes), self.columns[name].reshape(shape)) for name in found}
+        return xarray.Dataset(columns, coords=axes, attrs=dict(self.about))
+
+
+
+def _plain(column: NDArray[Any]) -> list[Any]:
+    """Return a column as a list, None where a number is not finite."""
+    if column.dtype.kind != "f":
+        return list(column.tolist())
+    return [x if math.isfinite(x) else None for x in column.tolist()]
+
+
+def _listed(show: Any) -> Any:
+    """Return the names in a text that has commas between them."""
+    return [name.strip() for name in show.split(",")] if isinstance(show, str) else show
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What people read of a study when it is done.
+
+
+_MOST: Final = 24
+_REASONS: Final = 5
+
+
+def study_summary(study: Study) -> str:
+    """Return how many runs were done, in what range their results are, and why some have none."""
+    failures = study.failures
+    again = "" if study.computed == len(study) else f", {len(study) - study.computed} of them before"
+    lines = [f"{study.about['system']}: {len(study)} runs over {', '.join(study.varied)}{again}"]
+    for name in study.results[:_MOST]:
+        values = study[name]
+        found = values[np.isfinite(values)]
+        missing = len(values) - len(found) - len(failures)
+        without = f" ({missing} runs have no value)" if missing > 0 else ""
+        if len(found):
+            lines.append(f"  {name}: {found.min():.6g} to {found.max():.6g}{without}")
+        elif missing > 0:
+            lines.append(f"  {name}: no value in {missing} runs")
+    if len(study.results) > _MOST:
+        lines.append(f"  and {len(study.results) - _MOST} columns more")
+    if failures:
+        lines.append(f"{len(failures)} runs failed:")
+        reasons = Counter(failures.values()).most_common()
+        lines += [f"  {count} x {reason}" for reason, count in reasons[:_REASONS]]
+        if len(reasons) > _REASONS:
+            lines.append(f"  and {len(reasons) - _REASONS} reasons more")
+    return "\n".join(lines)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A study as a figure: its results over one value that is varied, or as maps over two.
+
+
+_DOTTED: Final = 200
+"""Runs that are so few that each has a dot."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """What is shown of a study: the `columns` of these `names`, told in `units`; `known` are the SI units."""
+
+    plan: Plan
+    system: str
+    columns: Mapping[str, Floats]
+    names: Sequence[str]
+    known: Mapping[str, str]
+    units: Units
+
+    def __getitem__(self, name: str) -> Floats:
+        found: Floats = self.columns[name] / self.units.size(self.known.get(_quantity(name), ""))
+        return found
+
+    def named(self, name: str) -> str:
+        """Return a name with its unit."""
+        return self.units.named(name, self.known.get(_quantity(name), ""))
+
+    @property
+    def title(self) -> str:
+        """What the figure is of."""
+        return f"{self.system}: {len(self.plan)} runs"
+
+
+def figure_of(
+    plan: Plan, about: Mapping[str, Any], columns: Mapping[str, Any], show: Sequence[str] | None, units: Units
+) -> Any:
+    """Return a matplotlib figure of the columns that are to be shown; by default of all that change, in maps of ends.
+
+    Over one varied value it has a panel for each unit with all curves in it; over two a map of each column, as cells of
+    a grid or as points of samples. Raises InputError for unknown columns, and for three values.
+    """
+    if len(plan.names) > 2:
+        message = f"a figure is over one or two varied values; here are {len(plan.names)}: {', '.join(plan.names)}"
+        raise InputError(message)
+    known = results(plan, columns)
+    for name in show or ():
+        if name not in known:
+            raise InputError(f"no column of results is called {name!r}", word=name, known=known)
+    names = tuple(show or _usual(len(plan.names), {name: columns[name] for name in known}))
+    if not names:
+        failed = all(columns[FAILURE] != "")
+        raise InputError(f"there is no result to plot: {'every run failed' if failed else 'no run gave a number'}")
+    study = _Shown(plan, about["system"], columns, names, about.get("units", {}), units)
+    if len(plan.names) == 1:
+        return plotted(_curves(study))
+    with plain_style():
+        return _maps(study)
+
+
+def _usual(varied: int, columns: Mapping[str, Floats]) -> list[str]:
+    """Return what is shown where nothing else is asked for: what is not the same in all runs, end values in maps."""
+    changing = [name for name, values in columns.items() if _changes(values)] or list(columns)[:1]
+    if varied == 2:
+        return [name for name in changing if _quantity(name) == name or name.endswith(" end")] or changing
+    return changing
+
+
+def _changes(values: Floats) -> bool:
+    found = values[np.isfinite(values)]
+    return len(found) > 0 and bool(found.min() < found.max())
+
+
+def _quantity(name: str) -> str:
+    return name.removesuffix(" end").removesuffix(" min").removesuffix(" max")
+
+
+def _curves(study: _Shown) -> Plot:
+    """Return the curves over the one value that is varied, by panels; what has no known unit has one of its own."""
+    (varied,) = study.plan.names
+    order = np.argsort(study[varied], kind="stable")
+    panels: dict[tuple[str, str], list[Curve]] = {}
+    for name in study.names:
+        quantity = _quantity(name)
+        unit = study.units.of(study.known.get(quantity, ""))
+        curve = Curve(name, study[varied][order], study[name][order])
+        panels.setdefault((unit, "" if unit else quantity), []).append(curve)
+    found = tuple(Panel(unit, tuple(curves)) for (unit, _), curves in panels.items())
+    return Plot(study.title, study.named(varied), found, dots=len(study.plan) <= _DOTTED)
+
+
+def _maps(study: _Shown) -> Any:
+    columns = study.names
+    wide = min(len(columns), 3)
+    high = -(-len(columns) // wide)
+    figure, axes = _empty(high, wide, (1.0 + 4.0 * wide, 0.6 + 3.2 * high))
+    x, y = study.plan.names
+    for axis, name in zip(axes.flat, columns, strict=False):
+        if study.plan.method == "grid":
+            first, second = (study[name].reshape(study.plan.shape) for name in (x, y))
+            drawn = axis.pcolormesh(first, second, study[name].reshape(study.plan.shape), shading="nearest")
+        else:
+            drawn = axis.scatter(study[x], study[y], c=study[name], s=8)
+        figure.colorbar(drawn, ax=axis)
+        axis.set_title(literal(study.named(name)), fontsize="medium")
+        axis.set_xlabel(literal(study.named(x)))
+        axis.set_ylabel(literal(study.named(y)))
+    for axis in axes.flat[len(columns) :]:
+        axis.set_visible(False)
+    figure.suptitle(literal(study.title))
+    return figure
+
+
+def _empty(high: int, wide: int, size: tuple[float, float]) -> tuple[Any, Any]:
+    from multibody_sym.pictures.notebook_figure import ShownFigure
+
+    figure = ShownFigure(figsize=size, layout="constrained")
+    return figure, figure.subplots(high, wide, squeeze=False)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `sweep`: many runs of one system, whose parameters and start values are varied.
+
+
+class StudyNotice(UserWarning):
+    """A study that is killed begins anew: nothing names what its `reduce` computes."""
+
+
+class _WrongReduceError(Exception):
+    """There is no run of which `reduce` makes a row."""
+
+
+Counted = Callable[[int, int], None]
+_NOTHING_KEPT: Final = "no run is kept: a study with output= keeps those that are done"
+_KEYLESS: Final = "give key=, a text that names what reduce computes, and the same call goes on from its runs"
+_TRIED: Final = 20
+"""Runs after which a `reduce` that has failed for all is taken to be wrong."""
+
+
+def sweep(
+    system: System,
+    vary: Mapping[str, Any],
+    *,
+    sample: int | None = None,
+    seed: int | None = None,
+    sobol: bool = False,
+    reduce: Reduce | None = None,
+    key: str | None = None,
+    output: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    on_progress: Counted | None = None,
+    t_end: Any = None,
+    method: str | None = None,
+    step: Any = None,
+    rtol: Any = None,
+    atol: Any = None,
+    samples: Any = None,
+    constraints: Any = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> Study:
+    """Return what many runs of a system give, one row a run, whatever happens to single ones.
+
+    `vary`: parameters, coordinates and speeds at the start by name, each with a list of values, a range
+    (low, high, count), or text as on the command line: `1:10:100`, `.5,1,2`, `10:60:6 deg`. All combinations are run;
+    with `sample`, so many of them, drawn from a `seed` independently or evenly (`sobol`), from ranges (low, high) too.
+    `reduce`: a function from a Trajectory to a map of numbers, the columns of the table; without it these are end, min
+    and max of each coordinate, speed and output, and what happened. `output`: the table, .csv, .npz or .parquet; rows
+    are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed.
+    `key`: a text that names what `reduce` computes; where `reduce` changes, so does `key`. Without one no row of
+    `reduce` is kept, which a warning says.
+    `workers`: threads, by default one a processor; `executor`: any of concurrent.futures in their place, such as Dask's
+    `Client.get_executor()`, to which the system and `reduce` are sent pickled. `on_progress` is called with the number
+    of runs that are done, and that of all. `t_end` .. `backend`: as for `simulate`.
+    Raises InputError for what cannot be run at all, and OutputError. A run that fails is a row with its reason, and so
+    is one for which `reduce` does, unless no other is among the first 20 runs: that ends the study with InputError.
+    """
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    asked = run_by(changed, settings, constraints)
+    plan = plan_of(axes_of(asked, vary), sample, seed, flag("sobol", sobol))
+    task = Task(asked, plan, callback("reduce", reduce), formalism, flag("native", native), backend)
+    task.verify()
+    named = _key(key, reduce)
+    return _done(task, named, output, _workers(workers), _executor(executor), callback("on_progress", on_progress))
+
+
+def _done(
+    task: Task, key: str, output: Any, workers: int, executor: Executor | None, on_progress: Counted | None
+) -> Study:
+    """Return the study when all its runs are done, those in its journal before."""
+    journal = _journal(output, task, key)
+    try:
+        computed = _computed(task, journal, workers, executor, on_progress)
+        return _study(task, journal, output, computed)
+    except _WrongReduceError as wrong:
+        journal.discard()
+        raise InputError(str(wrong)) from None
+    except MultibodyError as error:
+        error.message += journal.told
+        raise
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(journal.told.removeprefix("; ") or _NOTHING_KEPT) from None
+    finally:
+        journal.close()
+
+
+def _computed(
+    task: Task, journal: Journal, workers: int, executor: Executor | None, on_progress: Counted | None
+) -> int:
+    """Let the runs be done that are not in the journal, and return their number. What is done by then is kept."""
+    total, before = len(task.plan), len(journal)
+    show = on_progress or (lambda _done, _total: None)
+    left = list(journal.left(total))
+    with crew(task, workers, executor) as hired:
+        try:
+            _verify_reduce(task, journal)
+            for rows in hired.work(left):
+                journal.add(rows)
+                show(len(journal), total)
+                if rows.first < _TRIED:
+                    _verify_reduce(task, journal)
+        finally:
+            hired.stop()
+            for rows in hired.finished():
+                journal.add(rows)
+    return len(journal) - before
+
+
+def _verify_reduce(task: Task, journal: Journal) -> None:
+    """Raise _WrongReduceError if `reduce` fails for all of the first runs, as soon as these are known."""
+    first = min(_TRIED, len(task.plan))
+    if task.reduce is None or any(begin < first for begin, _ in journal.left(len(task.plan))):
+        return
+    parts = takewhile(lambda rows: rows.first < first, journal)
+    reasons = {rows.first + k: text for rows in parts for k, text in enumerate(rows.texts[FAILURE])}
+    failed = [k for k in range(first) if reasons[k].startswith(REDUCE_FAILED)]
+    if failed and all(reasons[k] for k in range(first)):
+        values = zip(task.plan.names, task.plan.values(failed[0], 1)[0], strict=True)
+        given = ", ".join(f"{name} = {x:g}" for name, x in values)
+        raise _WrongReduceError(f"{REDUCE_FAILED} for {given}{reasons[failed[0]].removeprefix(REDUCE_FAILED)}")
+
+
+def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
+    about = {**task.about, "units": task.units}
+    content = tables.Content(task.plan, journal, about)
+    if output is None:
+        return Study(task.plan, None, about, computed, tables.gathered(content))
+    path = tables.write(content, path_name(output))
+    found = tables.gathered(content) if is_special(path) else None  # what went into a pipe is not read again
+    journal.discard()
+    return Study(task.plan, path, about, computed, found)
+
+
+def _journal(output: Any, task: Task, key: str) -> Journal:
+    """Return the journal of a study: beside its table, or unnamed where there is none, a pipe, or no key."""
+    if output is None:
+        return unnamed()
+    name = path_name(output)
+    tables.verify_format(name)
+    if is_special(name):
+        return unnamed()
+    if os.path.isdir(name):
+        raise OutputError("the file cannot be written: it is a folder", where=Where(file=name))
+    if task.reduce is not None and not key:
+        warnings.warn(f"no run is kept until the table is whole: {_KEYLESS}", StudyNotice, stacklevel=5)
+        return unnamed(_KEYLESS)
+    return opened(os.path.realpath(name) + ENDING, digest(task.key, key), len(task.plan))
+
+
+def _key(key: Any, reduce: Reduce | None) -> str:
+    """Return the name of what `reduce` computes; empty where there is none. Raises InputError for one of nothing."""
+    if key is None:
+        return ""
+    if reduce is None or not text("key", key):
+        message = "key names what reduce computes: give it a text, with a reduce"
+        raise InputError(message, where=Where(path=("key",)))
+    return str(key)
+
+
+def _workers(given: Any) -> int:
+    if given is None:
+        return processors()
+    if not digits(given) or not 1 <= int(given) <= 1000:
+        message = f"expected a number of workers, from 1 to 1000, got {shown(given)}"
+        raise InputError(message, where=Where(path=("workers",)))
+    return int(given)
+
+
+def _executor(given: Any) -> Executor | None:
+    if given is not None and not callable(getattr(given, "submit", None)):
+        raise ArgumentError(f"executor is to be one of concurrent.futures, got {shown(given)}")
+    return given  # type: ignore[no-any-return]

@@ -1,0 +1,482 @@
+"""What happens at a switch: positions, impacts, speeds, and the state that follows, each by the laws of what holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import field, replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.contact_laws.impact_problem import NoImpulsesError
+from multibody_sym.contact_laws.problem import COLLIDE, Found, LawState
+from multibody_sym.dynamics.contact.contact_problem import PosedLaws
+from multibody_sym.dynamics.contact.indeterminate_forces import CLEAR
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.mechanics.flat_rims import ON_POINTS
+from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, Mode, OneWay
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.motion.loop.chain import stepped
+from multibody_sym.motion.loop.problem import Reason
+from multibody_sym.motion.switching import impact
+from multibody_sym.motion.switching.flights import Fall, Instant, rest_of
+from multibody_sym.motion.switching.impact import (
+    Bounces,
+    ImpactOutcome,
+    at_rest,
+    lost_height,
+    low_bounce,
+    low_together,
+    moved,
+    named,
+    onto_rows,
+    struck,
+    without_collision,
+)
+from multibody_sym.motion.switching.law_values import Facts, basic_mode, rounded_up
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.rank import SWITCHED, least_squares
+
+SOON: Final = (1e-7, 1e-5, 1e-3)
+"""Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
+_WEDGED: Final = 3
+"""Impacts without collision at one instant."""
+_CLOSES: Final = 4.0
+"""The multiple of the depth at which a contact closes below which what rocks is made by the fall through that depth."""
+_SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
+
+
+@dataclass(frozen=True, eq=False)
+class NextState:
+    """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode; None if there is none.
+
+    Where something comes to rest after infinitely many impacts `facts` are those of their limit, later than the last
+    that the run has resolved; those of this one where it has met too few to know the limit.
+    `largest` is the largest force there, as forces are measured; `found` the states that are possible, of a problem as
+    `posed`; both None where the mode was known before and verified. `blow`: what an impact did, None without one;
+    `late`: how much longer (s) what rests now would still have bounced; of this has `collapsed` what struck in turn.
+    `hindered` says why an impact could not be solved, or where else the laws have no forces: then there is no mode, for
+    what strikes would go on into what it strikes.
+    """
+
+    facts: Facts
+    mode: Mode | None
+    largest: float
+    found: Found | None
+    posed: PosedLaws | None
+    blow: ImpactOutcome | None = None
+    late: Mapping[str, float] = field(default_factory=dict)
+    collapsed: frozenset[str] = frozenset()
+    hindered: Reason | None = None
+
+    @property
+    def several(self) -> bool:
+        """Whether the laws have several states."""
+        return self.found is not None and self.found.verdict == "several"
+
+    @property
+    def undecided(self) -> dict[str, str]:
+        """The elements in which the states differ that the laws leave, with the words of the state that is taken."""
+        if not self.several or self.found is None or self.posed is None or self.mode is None:
+            return {}
+        posed, free = self.posed, self.found.free
+        taken = mode_words(posed.elements, self.mode)
+        states = [mode_words(posed.elements, posed.mode(state)) for state in self.found.states]
+        open_forces = {x.name for x in posed.elements if any(posed.places.get(row.name) in free for row in x.rows)}
+        return {x: y for x, y in taken.items() if x in open_forces or any(z.get(x) != y for z in states)} or taken
+
+    @property
+    def why_none(self) -> Reason:
+        """Why there is no mode, and what to do."""
+        none = "" if self.found is None else self.found.why_none
+        touching = [x for x in (self.posed.elements if self.posed else ()) if x.unilateral]
+        collide = "" if not touching or any(x.collides for x in touching) else f"{COLLIDE}, "
+        cures = f"end the run before, lower the friction, {collide}or make it smooth by {_SMOOTH}"
+        proved = self.found is not None and self.found.proved
+        return self.hindered or Reason(f"{none} ({cures}),", ends=proved)
+
+    @staticmethod
+    def largest_of(forces: Floats, facts: Facts, rows: Sequence[int]) -> float:
+        """Return the largest force of rows at some places, and no less than what acts on all that they are joined to.
+
+        Rounding is a part of it, also where weights leave nothing for a contact to carry, as in free fall. No less than
+        a thousandth of what would move the rows; where nothing acts at all, what would stop the fastest soon counts as
+        that. It is rounded up to a power of two, so that it does not hang on digits.
+        """
+        causes, scale = 1e-3 * np.abs(facts.known["right"][rows]), facts.scale
+        largest = max(float(x.max(initial=0.0)) for x in (np.abs(forces), causes, facts.weights(rows)))
+        return rounded_up(largest or 1e-3 * scale.speed / scale.time)
+
+    def carried(self, element: OneWay) -> float:
+        """Return the normal force (N) of an element in the first state that was found, 0 where it takes no part."""
+        place = None if self.posed is None else self.posed.places.get(element.normals[0].name)
+        states = () if self.found is None else self.found.states
+        return 0.0 if place is None or not states else float(states[0].z[place])
+
+
+@dataclass(frozen=True, eq=False)
+class Before:
+    """The mode in which a run came to a switch, its accelerations (nu,) there, a mode that may follow, what bounces.
+
+    `rates` are those (nq + nu,) of the mode at a time and a state (nq + nu,), None where it leads no further.
+    """
+
+    mode: Mode
+    udot: Floats
+    rates: Callable[[float, Floats], Floats] | None
+    guess: Mode | None
+    bounces: Bounces
+
+    @property
+    def resting(self) -> frozenset[str]:
+        """The elements that act in the mode."""
+        return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
+
+    def late(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
+        """Return how much longer (s) each element would strike that comes to rest now, or collapses with others.
+
+        What bounces by itself does not rest if another one strikes before.
+        """
+        left = {x.name: self.bounces.remaining(facts, x, self.udot) for x in closing}
+        others = [x for x in facts.near if x not in closing and x.name not in self.resting]
+        falls = (Fall.of(facts, x, max(facts.gap(x), 0.0), self.udot) for x in others)
+        next_one = min((fall.left for fall in falls), default=math.inf)
+        ending = dict.fromkeys(self.bounces.collapsing(facts.t, len(facts.laws.unilateral)), 0.0)
+        ending |= self.bounces.dying(facts, closing)
+        return ending | {name: time for name, time in left.items() if time is not None and time < next_one}
+
+
+def next_state(
+    facts: Facts,
+    closed: Collection[str],
+    before: Before | None = None,
+    *,
+    beyond: Collection[str] = (),
+    hidden: tuple[str, ...] = (),
+    blow: ImpactOutcome | None = None,
+) -> NextState:
+    """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
+
+    Others that touch there count as well, but for those that fly, however low, or have got `beyond` an edge, however
+    near they still are. Those that are `hidden` take no part: sides of thin bars on which a point is not. Several
+    events at once are one. `before` is None at the start. A `blow` that is known is the impact.
+    """
+    apart = {*beyond, *hidden}
+    flying = before.bounces.flying(facts, closed) if before is not None else set[str]()
+    touching = [name for name in facts.touching(closed) if name not in apart | flying]
+    facts = moved(facts, q=onto_rows(facts, touching))
+    if lying := facts.lying(named(facts, touching)):
+        flat = Reason(f"{lying} ({ON_POINTS}, or end the run before),", ends=True)
+        return NextState(facts, None, 0.0, None, None, hindered=flat)
+    closing = impact.closing(facts, touching)
+    late = before.late(facts, closing) if before is not None else {}
+    held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
+    try:
+        after = (
+            _after(facts, touching, before, late, held)
+            if blow is None
+            else _settled(facts, touching, blow, before, late, held)
+        )
+        if before is not None and blow is None and (rest := _unseen(after, facts, touching, before, apart)) is not None:
+            after, held = rest
+            late = dict.fromkeys(held, 0.0)
+        while late and (back := _back(after, apart | flying) - held):
+            late, held = dict.fromkeys(back, 0.0) | late, held | back
+            after = _after(facts, touching, before, late, held)
+        end = before.bounces.limit(facts, closing, late, before.resting) if before is not None else None
+        if end is not None and _alone(end, after.touching):
+            late = dict.fromkeys(late, end.t - facts.t)
+            end = moved(end, q=onto_rows(end, after.touching))
+            after = _resting(end, after.touching, before, after.blow)
+        elif before is not None and held:
+            left = _left(facts, touching, after.touching, before)
+            late = late if left is None else dict.fromkeys(late, left)
+    except NoSolutionError as error:
+        return NextState(facts, None, 0.0, None, None, hindered=_unsolved(error))
+    facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
+    state, mode = _lasting(problem, found, hidden)
+    limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
+    limit = limit or (mode is not None and _lets_go(facts, mode))
+    if before is not None and before.rates is not None and blow is None and limit and not _stops(mode, before.mode):
+        state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
+    rows = [facts.laws.places[name] for name in problem.names]
+    largest = 0.0 if state is None else NextState.largest_of(state.z, facts, rows)
+    return NextState(facts, mode, largest, found, problem, blow, late, frozenset(held))
+
+
+def _unsolved(error: NoSolutionError) -> Reason:
+    """Return that an impact has no solution; the motion ends where that is proved."""
+    return Reason(f"the impact cannot be solved: {error}", ends=isinstance(error, NoImpulsesError))
+
+
+@dataclass(frozen=True, eq=False)
+class _After:
+    """What holds after an impact, if there is one, what touches, and the states that are possible by its laws."""
+
+    facts: Facts
+    touching: list[str]
+    blow: ImpactOutcome | None
+    problem: PosedLaws
+    found: Found
+
+    @property
+    def wedged(self) -> bool:
+        """Whether it is proved that no forces fulfil the laws of what touches and rests, some of which bounces."""
+        return self.facts.wedged(named(self.facts, self.touching), self.found)
+
+
+def _after(
+    facts: Facts,
+    touching: list[str],
+    before: Before | None,
+    late: Mapping[str, float],
+    held: Collection[str],
+    most: int | None = None,
+) -> _After:
+    """Return what follows once what touches has struck, without a rebound of what is `late`; what is `held` stays.
+
+    Raises NoSolutionError if the laws of the impact have no solution.
+    """
+    if held:
+        touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
+        facts = moved(facts, q=onto_rows(facts, touching))
+    blow = struck(facts, touching, late, held, most=most) if impact.closing(facts, touching) else None
+    after = _settled(facts, touching, blow, before, late, held)
+    for _ in range(_WEDGED):
+        if not after.wedged:
+            break
+        again = without_collision(after.facts, after.touching)
+        blow = again if after.blow is None else after.blow.then(again)
+        after = replace(_settled(after.facts, after.touching, again, before, late, held), blow=blow)
+    return after
+
+
+def _settled(
+    facts: Facts,
+    touching: list[str],
+    blow: ImpactOutcome | None,
+    before: Before | None,
+    late: Mapping[str, float],
+    held: Collection[str],
+) -> _After:
+    """Return what holds once speeds have jumped: what still touches, speeds at rest to the last bit, and the states."""
+    if blow is not None:
+        facts = moved(facts, u=facts.u + blow.jump)
+        leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
+        touching = [name for name in touching if name in held or name not in leaving]
+    return _resting(facts, touching, before, blow)
+
+
+def _resting(facts: Facts, touching: list[str], before: Before | None, blow: ImpactOutcome | None) -> _After:
+    """Return the states that are possible once what touches has struck."""
+    facts = moved(facts, u=at_rest(facts, touching))
+    problem = facts.posed(touching)
+    found = _found(problem, None if before is None else before.guess or before.mode)
+    return _After(facts, touching, blow, problem, found)
+
+
+def _unseen(
+    after: _After, facts: Facts, touching: list[str], before: Before, apart: Collection[str]
+) -> tuple[_After, set[str]] | None:
+    """Return what follows once all rests that would bounce on unseen `after` an impact, and what of it still moved.
+
+    None where nothing does, or it strikes in a cycle that shrinks: its end is known. Let all rest, with forces F.
+    Impacts make no energy, and where nothing touches loads do the work of the forces that balance them: the energy of
+    the speeds that the rest takes, and F times the gap, summed, fall. So nothing ever gets higher than that sum divided
+    by its own F, whatever strikes next, with restitution 1 even. Nor do the impulses of all impacts differ, summed,
+    from those of the rest: friction, too, is proportional to what presses while it slides one way. Many impacts that
+    give all back have no end by themselves: there what bounces lower than steps err rests.
+    """
+    strikes = {x.name for x in impact.closing(facts, touching)}
+    steps = facts.scale.steps if before.bounces.endless(len(facts.laws.unilateral)) else 0.0
+    low = low_together(facts, touching, apart, steps)
+    if after.blow is None or not low or before.bounces.rhythm.ending(facts.t, strikes)[0]:
+        return None
+    low = _connected(facts, low, strikes)
+    leaving = {x.name for x in named(after.facts, low) if after.facts.standing(x) == "leaving"}
+    leaving |= low.difference(after.touching)
+    while not low.isdisjoint(leaving):
+        try:
+            held = {x.name for x in named(facts, low) if x.name in strikes | leaving or not _rubs(facts, x)}
+            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held, most=0)
+        except NoSolutionError:
+            return None
+        seen = _seen(facts, rest, low, steps) if low.issubset(rest.touching) else low
+        if not seen:
+            return rest, {x.name for x in named(facts, low) if facts.sense(x)}
+        if not seen.isdisjoint(strikes):
+            return None
+        low = low - seen
+    return None
+
+
+def _connected(facts: Facts, low: Collection[str], strikes: Collection[str]) -> set[str]:
+    """Return what is `low` of all that is pushed, over any others of it, by what `strikes`."""
+    from multibody_sym.contact_laws.impact_sequence import clusters  # brings scipy, as `contact_laws.search` does
+
+    problem = facts.posed(low)
+    numbers = clusters(problem.problem)
+    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in named(facts, low)}
+    return {name for name, number in own.items() if number in {own.get(x) for x in strikes}}
+
+
+def _rubs(facts: Facts, element: OneWay) -> bool:
+    return any(part.name in facts.laws.parts for part in element.frictions)
+
+
+def _seen(facts: Facts, rest: _After, low: Collection[str], steps: float) -> set[str]:
+    """Return what might bounce, of what is `low`, higher than what is lost in steps.
+
+    Where the rest has to hold together what rubs and separates, friction of no impulse would pull: then only that is
+    lost which is about as low as a contact gets in before it closes. The fall through this depth makes such speeds, and
+    a box would rock by them for ever. Of forces that are not unique the rest takes the most even ones.
+    """
+    if rest.blow is None or not rest.found.states:
+        return set(low)
+    elements, energy = named(facts, low), 0.0
+    pulls = any(rest.blow.impulses[x.name] < 0.0 for x in elements if _rubs(facts, x))
+    places = [rest.problem.places[x.normals[0].name] for x in elements]
+    exerted = rest.problem.problem.exerted[places].T
+    forces = least_squares(exerted, exerted @ rest.found.states[0].z[places], SWITCHED).tolist()
+    for x, force in zip(elements, forces, strict=True):
+        energy += abs(facts.rate(x) * rest.blow.impulses[x.name]) / 2.0 + force * max(facts.gap(x), 0.0)
+    heights = (_CLOSES * facts.rounded_gap(x) if pulls else lost_height(facts, x, steps) for x in elements)
+    triples = zip(elements, forces, heights, strict=True)
+    return {x.name for x, force, height in triples if energy >= force * height}
+
+
+def _alone(end: Facts, touching: Collection[str]) -> bool:
+    """Return whether nothing else touches at the limit of impacts: it would have struck before."""
+    others = (x for x in end.laws.unilateral if x.name not in touching)
+    return all(end.standing(x) == "open" for x in others)
+
+
+def _left(facts: Facts, touching: list[str], resting: Collection[str], before: Before) -> float | None:
+    """Return how much longer (s) all that comes to rest together would strike unseen; None if that is not known."""
+    try:
+        end = rest_of(facts, touching, resting, partial(_instant, before))
+    except NoSolutionError:
+        return None
+    return end.t - facts.t if end is not None and _alone(end, resting) else None
+
+
+def _instant(before: Before, facts: Facts, touching: list[str]) -> Instant:
+    """Return what holds once what touches has struck with its own restitution."""
+    met = _after(facts, touching, before, {}, ())
+    state = met.found.states[0] if met.found.states else None
+    if state is None:
+        return Instant(met.facts, [], met.problem, None)
+    sides = (basic_mode(met.problem, state) or met.problem.mode(state)).sides
+    active = [name for name in met.touching if sides.get(name, INACTIVE) != INACTIVE]
+    return Instant(met.facts, active, met.problem, met.facts.udot(state.x))
+
+
+def _back(after: _After, others: Collection[str]) -> set[str]:
+    """Return what leaves but comes back, in the state that follows, from no higher than what counts as touching.
+
+    What rested as others struck did not fall before. It rises as they come to rest, and they as it does so later:
+    bodies that slide would rock on for ever, unseen.
+    """
+    facts, states = after.facts, after.found.states
+    if after.blow is None:
+        return set()
+    leaving = [x for x in facts.near if x.name not in others and facts.standing(x) == "leaving"]
+    back = {x.name for x in leaving if x.name in after.touching}
+    if states:
+        udot = facts.udot(states[0].x)
+        back |= {x.name for x in leaving if low_bounce(facts, x, facts.falling(x, udot), facts.rate(x))}
+    return back
+
+
+def _goes_on(mode: Mode, before: Mode) -> bool:
+    """Return whether a mode is the one before, in which nothing is left to share in another way."""
+    return mode.alike(before) and (mode.shares is None or mode.shares.room <= CLEAR)
+
+
+def _with_hidden(mode: Mode | None, hidden: tuple[str, ...]) -> Mode | None:
+    return mode if mode is None or not hidden else replace(mode, idle=(*mode.idle, *hidden))
+
+
+def _leaves(facts: Facts, element: OneWay, before: Before | None) -> bool:
+    """Return whether an element leaves after an impact; not where others rest, `before`, if it hardly gets off."""
+    low = before is not None and low_bounce(facts, element, facts.falling(element, before.udot), facts.rate(element))
+    return facts.standing(element) == "leaving" and not low
+
+
+def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
+    """Tell whether a reaction that pressed on one side presses on none: it is about to press on the other.
+
+    Components of a vector whose length presses have no sides.
+    """
+    two_sided = [x for x in facts.laws.mechanism.one_way if not x.unilateral]
+    sided = [(x, row) for x in two_sided for part in x.frictions if not part.norm for row in x.normals_of(part)]
+    return any(before.side(*each) and not mode.side(*each) for each in sided)
+
+
+def _lets_go(facts: Facts, mode: Mode) -> bool:
+    """Tell whether something slips that any normal force will hold: none presses, and it is about to open or hold."""
+    parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
+    return any(part.enough and mode.slip(part) != STICKS for part in parts)
+
+
+def _stops(mode: Mode | None, before: Mode) -> bool:
+    """Tell whether something sticks that slid before; the mode before would let it slip back soon after."""
+    slips = {} if mode is None else mode.slips
+    return any(slip != STICKS and slips.get(name, slip) == STICKS for name, slip in before.slips.items())
+
+
+def _found(problem: PosedLaws, previous: Mode | None) -> Found:
+    """Return the states that are possible: all at the start of a run, later the one next to its mode."""
+    from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
+
+    return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
+
+
+def _lasting(problem: PosedLaws, found: Found, hidden: tuple[str, ...]) -> tuple[LawState | None, Mode | None]:
+    """Return the first of the states whose forces can stay as they are for some time, with its mode.
+
+    All are asked for where none of those that were found does; where none does at all, it is the first one.
+    """
+    if not found.states:
+        return None, None
+
+    def asked() -> Iterator[LawState]:
+        yield from found.states
+        yield from _found(problem, None).states
+
+    for state in asked():
+        if (mode := basic_mode(problem, state)) is not None:
+            return state, _with_hidden(mode, hidden)
+    return found.states[0], _with_hidden(problem.mode(found.states[0]), hidden)
+
+
+def _ahead(
+    facts: Facts,
+    touching: Collection[str],
+    before: Mode,
+    rates_of: Callable[[float, Floats], Floats],
+    known: tuple[LawState | None, Mode | None],
+    hidden: tuple[str, ...],
+) -> tuple[LawState | None, Mode | None]:
+    """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
+
+    It is the same where nothing else is found; on the way there the forces of the mode go on to change, and what sticks
+    or touches in it goes on to do so. Where that leaves no state, it begins to slip: on a straight line.
+    """
+    state, mode = known
+    now = np.concatenate([facts.q, facts.u])
+    rates = rates_of(facts.t, now)
+    for soon in (part * facts.scale.time for part in SOON):
+        for x in (stepped(rates_of, facts.t, now, soon), now + soon * rates):
+            q, u = np.split(x, [len(facts.q)])
+            there = facts.laws.at(facts.t + soon, q, u, facts.scale).posed(touching)
+            found = _found(there, before)
+            if found.states:
+                break
+        there_state, following = _lasting(there, found, hidden) if found.states else (state, mode)
+        if following is None or mode is None or not following.alike(mode):
+            return there_state, following
+    return state, mode

@@ -1,0 +1,266 @@
+"""Switches that were decided before: the mode to which one led then is verified, and only where it fails searched.
+
+A run that chatters meets the same few switches again and again. What follows is what the search finds first as well.
+Where a speed has come to zero it begins with the mode to which that led before, and takes it where all laws hold; where
+a force has come to its limit, it flips what is there in the mode that ends as soon as that is clearly beyond. Here laws
+have to hold clearly, by three times of what the search allows; ties, impacts, friction in joints and in space are left
+to the search. `turns.c` does the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.programs.reactions import Switching
+from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.modes import has_rim
+from multibody_sym.motion.loop.problem import ActiveRows, Rub
+from multibody_sym.motion.switching import impact
+from multibody_sym.motion.switching.decision import SOON, NextState
+from multibody_sym.motion.switching.law_values import Facts, Laws
+from multibody_sym.motion.switching.rare_contacts import is_tip
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.limits import most, room
+from multibody_sym.scalars.rank import least_worth
+
+CLEAR: Final = 3e-10
+"""The part of the largest force, and of an acceleration's terms, by which inequalities hold: thrice what counts."""
+ROUNDED: Final = 1e-12
+"""The part of the largest acceleration by which they hold, too."""
+WITHIN: Final = 0.1
+"""The part of that by which a limit may be exceeded that still counts as kept: a third of what counts."""
+PIVOT: Final = 1e-6
+"""The least part of a row's own that others may leave."""
+MOST: Final = 12
+"""Rows that act."""
+
+
+@dataclass(frozen=True)
+class KnownSwitch:
+    """A switch that was decided: of what touches, with `signs` of slip of its parts, and the `mode` that followed.
+
+    `cause` is the place of the row whose condition ended the mode `before`, None where a speed did.
+    """
+
+    mode: Mode
+    touching: tuple[str, ...]
+    signs: tuple[tuple[FrictionPart, int], ...]
+    rows: tuple[int, ...]
+    after: ActiveRows
+    before: ActiveRows | None = None
+    cause: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """Forces z (m) and what is left a (m) of all rows, with what these are measured by, at rows of length one."""
+
+    z: Floats
+    a: Floats
+    force: float
+    terms: Floats
+
+
+def known_switch(found: NextState, before: Mode, cause: Switching) -> KnownSwitch | None:
+    """Return what a switch that was decided is remembered by; None where it is not."""
+    facts, mode, posed = found.facts, found.mode, found.posed
+    if mode is None or posed is None or found.blow is not None or found.several or mode == before:
+        return None
+    lines = all(plain(element) for element in facts.laws.mechanism.one_way)
+    if not lines or cause.ends not in ("stops", "slips", "opens") or posed.problem.coupling.any():
+        return None
+    if any(x.idle or x.carried or x.directions or x.shares for x in (mode, before)):
+        return None
+    signs = tuple((part, _sign(facts, part)) for part in posed.parts)
+    touching = tuple(element.name for element in posed.elements)
+    after = _acting(facts.laws, mode, posed.elements, dict(signs))
+    rows = tuple(facts.laws.places[name] for name in posed.names)
+    if after is None or len(after.active) > MOST:
+        return None
+    if cause.ends == "stops":
+        return KnownSwitch(mode, touching, signs, rows, after)
+    acting = _acting(facts.laws, before, posed.elements, dict(signs))
+    row = cause.element.normals[0] if cause.part is None else cause.part.rows[0]
+    if acting is None or len(acting.active) > MOST or not _flips(before, mode, cause):
+        return None
+    return KnownSwitch(mode, touching, signs, rows, after, acting, facts.laws.places[row.name])
+
+
+def _flips(before: Mode, after: Mode, cause: Switching) -> bool:
+    """Return whether two modes differ in what has come to its limit alone."""
+    name, parts = cause.element.name, {part.name for part in cause.element.frictions}
+    if cause.part is None:
+        slips = {part: slip for part, slip in before.slips.items() if part not in parts}
+        return {**before.sides, name: INACTIVE} == after.sides and slips == after.slips
+    slip = after.slips.get(cause.part.name, STICKS)
+    return before.sides == after.sides and {**before.slips, cause.part.name: slip} == after.slips and slip != STICKS
+
+
+def plain(element: OneWay) -> bool:
+    """Return whether an element touches or not, and rubs in lines if it does, with no rim that may come to lie flat."""
+    lines = all(len(p.rows) == 1 and not (p.norm or p.enough) and p.regularised is None for p in element.frictions)
+    return element.unilateral and len(element.normals) == 1 and lines and not (is_tip(element) or has_rim(element))
+
+
+def _sign(facts: Facts, part: FrictionPart) -> int:
+    """Return which way a part slides, 0 at rest."""
+    speed = float(facts.known["phidot"][facts.place(part.rows[0])])
+    return 0 if abs(speed) <= facts.allowed_slip(part) else 1 if speed > 0.0 else -1
+
+
+def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[FrictionPart, int]) -> ActiveRows | None:
+    """Return what acts in a mode; None if it does not go with the signs of what slides."""
+    active, slides, sticks = [laws.places[row.name] for row in laws.mechanism.rows], list[Rub](), list[Rub]()
+    pressing, apart = list[int](), list[int]()
+    for element in touching:
+        normal = laws.places[element.normals[0].name]
+        if mode.sides.get(element.name, INACTIVE) == INACTIVE:
+            apart.append(normal)
+            continue
+        pressing.append(normal)
+        active.append(normal)
+        for part in (part for part in element.frictions if part in signs):
+            tangent, slip = laws.places[part.rows[0].name], mode.slips.get(part.name, STICKS)
+            if signs[part] and slip != signs[part]:
+                return None
+            if slip == STICKS:
+                sticks.append(Rub(normal, tangent, laws.parts[part.name]))
+                active.append(tangent)
+            else:
+                slides.append(Rub(normal, tangent, laws.parts[part.name], slip, not signs[part]))
+    return ActiveRows(tuple(active), tuple(slides), tuple(sticks), tuple(pressing), tuple(apart))
+
+
+# --- verified ---------------------------------------------------------------------------------------------------------
+
+
+def followed(
+    switch: KnownSwitch, facts: Facts, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
+) -> NextState | None:
+    """Return how a run goes on, None where it is not clear. `rates`: of coordinates and speeds in the mode before."""
+    if tuple(facts.touching(closed)) != switch.touching:
+        return None
+    facts = impact.moved(facts, q=impact.onto_rows(facts, switch.touching))
+    if impact.closing(facts, switch.touching):
+        return None
+    facts = impact.moved(facts, u=impact.at_rest(facts, switch.touching))
+    if switch.before is None or rates is None or switch.cause is None:
+        solved = _holds(switch, facts, switch.after)
+    else:
+        solved = _ahead(switch, switch.before, switch.cause, facts, rates)
+    if solved is None:
+        return None
+    largest = NextState.largest_of(solved.z, facts, list(switch.rows))
+    return NextState(facts, switch.mode, largest, None, None)
+
+
+def _ahead(
+    switch: KnownSwitch, before: ActiveRows, cause: int, facts: Facts, rates: tuple[Floats, Floats]
+) -> Solved | None:
+    """Return what holds soon after, where forces have clearly left the limit of the mode before, which hold now."""
+    for part in (0.0, *SOON):
+        soon = part * facts.scale.time
+        later = facts.laws.at(facts.t + soon, facts.q + soon * rates[0], facts.u + soon * rates[1], facts.scale)
+        ended = _holds(switch, later, before, cause)
+        if ended is None:
+            return None
+        over = _over(switch, ended, later, before, cause)
+        if over > CLEAR * ended.force:
+            return _holds(switch, later, switch.after) if soon else None
+        if over > WITHIN * CLEAR * ended.force:
+            return None
+    return None
+
+
+def _over(switch: KnownSwitch, solved: Solved, facts: Facts, before: ActiveRows, cause: int) -> float:
+    """Return by how much the force that a row may exert is exceeded in the way it gave way."""
+    size = float(np.linalg.norm(facts.exerted[cause]))
+    for one in before.sticks:
+        if one.tangent == cause:
+            limit = float(most(facts.known["coefficients"][one.part][0], solved.z[one.normal]))
+            return size * (-_sense(switch, cause) * float(solved.z[cause]) - limit)
+    return -size * float(solved.z[cause])
+
+
+def _sense(switch: KnownSwitch, tangent: int) -> int:
+    return next(one.sense for one in switch.after.slides if one.tangent == tangent)
+
+
+def _holds(switch: KnownSwitch, facts: Facts, acting: ActiveRows, free: int | None = None) -> Solved | None:
+    """Return the forces of what acts where its laws hold clearly, with static coefficients and then as it slides.
+
+    What they say of the row `free` may be open.
+    """
+    if any(_sign(facts, part) != sign for part, sign in switch.signs):
+        return None
+    mu = facts.known["coefficients"]
+    if not all(float(mu[part, 0]) > 0.0 and float(mu[part, 1]) > 0.0 for part in _parts(acting)):
+        return None
+    differ = any(one.begins and float(mu[one.part, 0]) != float(mu[one.part, 1]) for one in acting.slides)
+    solved = None
+    for static in (True, False) if differ else (False,):
+        solved = _solved(switch, facts, acting, static=static)
+        if solved is None or not _clearly(solved, facts, acting, free):
+            return None
+    return solved
+
+
+def _parts(acting: ActiveRows) -> Iterator[int]:
+    yield from (one.part for one in acting.slides)
+    yield from (one.part for one in acting.sticks)
+
+
+def _solved(switch: KnownSwitch, facts: Facts, acting: ActiveRows, *, static: bool) -> Solved | None:
+    """Return the forces of what acts; None where rows are nearly dependent."""
+    known = facts.known
+    A, C, right, active = facts.by_mass.whole, facts.exerted.whole, known["right"], list(acting.active)
+    lengths, sizes = _lengths(A), _lengths(C)
+    pushes = C[active].copy()
+    for one in acting.slides:
+        mu = known["coefficients"][one.part, 0 if static and one.begins else 1]
+        pushes[active.index(one.normal)] -= one.sense * mu * C[one.tangent]
+    zeta = _eliminated(
+        A[active] / lengths[active][:, None] @ (pushes / sizes[active][:, None]).T, right[active] / lengths[active]
+    )
+    if zeta is None:
+        return None
+    z = np.zeros(len(right))
+    z[active] = zeta / sizes[active]
+    for one in acting.slides:
+        z[one.tangent] = -one.sense * known["coefficients"][one.part, 0 if static and one.begins else 1] * z[one.normal]
+    x = pushes.T @ z[active]
+    rows = list(switch.rows)
+    terms = (np.abs(A) @ np.abs(x) + np.abs(right)) / lengths
+    largest = float(np.linalg.norm(x)) + float(np.abs(right / lengths)[rows].max(initial=0.0))
+    force = float(np.abs(z * sizes).max(initial=0.0)) + ROUNDED / CLEAR * largest
+    return Solved(z, (A @ x - right) / lengths, force, terms + ROUNDED / CLEAR * largest)
+
+
+def _lengths(rows: Floats) -> Floats:
+    lengths = np.asarray(np.sqrt((rows * rows).sum(axis=1)), dtype=float)
+    lengths[lengths == 0.0] = 1.0
+    return lengths
+
+
+def _eliminated(matrix: Floats, right: Floats) -> Floats | None:
+    """Return the solution of few equations; None where a pivot is small beside one."""
+    if not len(right):
+        return np.zeros(0)
+    return np.asarray(np.linalg.solve(matrix, right), dtype=float) if least_worth(matrix) > PIVOT else None
+
+
+def _clearly(solved: Solved, facts: Facts, acting: ActiveRows, free: int | None) -> bool:
+    """Return whether all inequalities of what acts hold clearly but for those of the row `free`."""
+    z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.exerted.whole)
+    forces = [(k, z[k] * sizes[k]) for k in acting.pressing]
+    for stick in acting.sticks:
+        left = room(mu[stick.part, 0], z[stick.normal], [z[stick.tangent]])
+        forces.append((stick.tangent, sizes[stick.tangent] * left))
+    ways = [(k, a[k]) for k in acting.apart]
+    ways += [(slide.tangent, slide.sense * a[slide.tangent]) for slide in acting.slides if slide.begins]
+    pressed = all(force > CLEAR * solved.force for k, force in forces if k != free)
+    return bool(pressed and all(way > CLEAR * solved.terms[k] for k, way in ways if k != free))

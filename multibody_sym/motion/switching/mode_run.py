@@ -1,0 +1,585 @@
+"""The run of a mechanism of which some holds one way only: from leg to leg, each in a mode."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.programs.law_programs import friction_power_program
+from multibody_sym.mechanics.energy import split
+from multibody_sym.mechanics.law_elements import STICKS, FrictionPart
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.modes import friction_parts
+from multibody_sym.mechanics.row_records import VelocityRow
+from multibody_sym.model.settings import Settings
+from multibody_sym.motion.integrator.flow import Status
+from multibody_sym.motion.loop.chain import NO_STEP, End, Switch, chain, shortly
+from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
+from multibody_sym.motion.prepare.problem import own_coefficient
+from multibody_sym.motion.prepare.programs import compiled, recalled_laws
+from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.prepare.settings import RunSettings, form_of
+from multibody_sym.motion.results.integrals import PIECES, FineLeg, Passed, added, integral, passed, with_program
+from multibody_sym.motion.results.run_record import EnergyAccount, FrictionWork
+from multibody_sym.motion.switching import rare_contacts
+from multibody_sym.motion.switching.decision import NextState
+from multibody_sym.motion.switching.every import LawMechanism
+from multibody_sym.motion.switching.impact import ImpactOutcome
+from multibody_sym.motion.switching.jams import before_jam, jam_of, jams, slip_stopped
+from multibody_sym.motion.switching.known_switches import followed
+from multibody_sym.motion.switching.law_values import Facts, Laws, rubs
+from multibody_sym.motion.switching.legs import (
+    Cause,
+    Jump,
+    Leg,
+    Legs,
+    between_jumps,
+    moments,
+    stop_jumped,
+    stop_met,
+    stopped,
+    struck,
+)
+from multibody_sym.motion.switching.modes import Modes, key_of, on_its_way
+from multibody_sym.motion.switching.prepared import PreparedRuns
+from multibody_sym.motion.switching.rare_contacts import first_normal
+from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import Node
+from multibody_sym.stages import stage
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What friction took in a run, at each part and from each body, and what loads gave: power, integrated by stretches.
+
+
+_SETTLED: Final = 1e-10
+"""Part of the work in a run by which half as many places may change it: Boole's rule is 64 times nearer."""
+_SHORT: Final = 1e-14
+"""The part of a time of which nothing is left to divide."""
+_FEW_STEPS: Final = 1000
+"""Of a run that is looked at in steps as short as places are apart: several times as many."""
+_FINER: Final = 4
+"""How many times as near places are where they are too far apart."""
+_MOST_ROUNDS: Final = 30
+"""How often that may happen one inside the other."""
+_MOST_PARTS: Final = 100_000
+"""Parts that are looked at in nearer places, in all."""
+_UNKNOWN: Final = 1e-3
+"""Part of the work in a run by which half as many places change it where it is not told at all."""
+_LAST: Final = 3e-3
+"""Part of the work in a run at the very end of a stretch that energy tells: friction that jams grows without bound."""
+_LITTLE: Final = 1e-7
+"""Part of the kinetic energy that counts as work always: what sticks does work of rounding, and none else."""
+
+
+Ends = Mapping[float, tuple[Floats, Floats]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """The work in parts (n) of a stretch: of friction (n, p), of it on each body (n, p, bodies), of loads (n, 1).
+
+    `sizes` (n) are integrals of absolute powers, `unsure` (n) what half as many places change; `kinetic` is the largest
+    energy. `begins` are the states (t, q, u) in which parts begin, with the `energies`, of as many as were `asked`;
+    where no step leads near enough to the end, the last ones count as one, of which nothing is known but the powers
+    `last` (friction, shares, loads) before it. `missed` is by how much another energy was reached when places were
+    farther apart: a run may step over a blow.
+    """
+
+    stretch: FineLeg
+    program: Compiled
+    begins: tuple[Floats, Floats, Floats]
+    energies: Floats
+    asked: int
+    friction: Floats
+    shares: Floats
+    loads: Floats
+    sizes: Floats
+    unsure: Floats
+    kinetic: float
+    missed: float
+    last: tuple[Floats, Floats, Floats] | None
+
+    @classmethod
+    def of(cls, stretch: FineLeg, program: Compiled, asked: int, reaches: float | None = None) -> _Work:
+        """Return the work in a stretch from at least that many parts of it."""
+        fine = stretch.fine(2 * asked)
+        powers, *others = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
+        values = np.where(_stick(stretch.mechanism), 0.0, powers), *others
+        powers = np.column_stack([values[0], values[2]])
+        kinetic, potential = fine.evaluated("energy")
+        places = (len(fine.t) - 1) // 8
+        whole, begins = slice(8 * places + 1), slice(None, 8 * places + 1, 8)
+        t = fine.t[whole]
+        friction, shares, loads = (_parts(value[whole], t) for value in values)
+        sizes = _parts(np.abs(powers[whole]), t).sum(axis=1)
+        fewer = np.diff(integral(powers[whole][::2], t[::2]), axis=0)
+        unsure = np.abs(fewer - np.column_stack([friction, loads])).sum(axis=1)
+        if places:
+            asked = round(stretch.duration / (t[8] - t[0]))
+        last = None
+        if places < asked:
+            last = values[0][8 * places], values[1][8 * places], values[2][8 * places]
+            rest = stretch.until - t[-1]
+            left = max(float(sizes.sum()), rest * float(np.abs(powers[8 * places]).sum()))
+            left = left if rest > _SHORT * abs(stretch.until) else 0.0
+            friction, shares, loads, sizes = (_with(x, 0.0) for x in (friction, shares, loads, sizes))
+            unsure = _with(unsure, left)
+        energies = (kinetic + potential)[begins]
+        missed = 0.0 if reaches is None else abs(float(energies[-1]) - reaches)
+        most = float(kinetic.max())
+        states = fine.t[begins], fine.q[begins], fine.u[begins]
+        found = friction, shares, loads, sizes, unsure
+        return cls(stretch, program, states, energies, asked, *found, most, missed, last)
+
+    def finer(self, limit: float) -> Iterator[_Work]:
+        """Yield the work in what is sure up to a limit, and in the rest from parts that are shorter."""
+        rough = self.unsure > limit
+        if not rough.any():
+            yield self
+            return
+        of_all = self.friction, self.shares, self.loads, self.sizes, self.unsure
+        friction, shares, loads, sizes, unsure = (_without(values, rough) for values in of_all)
+        last = None if rough[-1] else self.last
+        yield replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure, last=last)
+        t, q, u = self.begins
+        for first, end in np.flatnonzero(np.diff(np.concatenate([[0], rough, [0]]))).reshape(-1, 2).tolist():
+            known = end < len(t)
+            until, count = (float(t[end]), end - first) if known else (self.stretch.until, self.asked - first)
+            part = replace(self.stretch.part(float(t[first]), until, q[first], u[first]), near=True)
+            reached = float(self.energies[end]) if known else None
+            for smooth in part.smooth_parts(2 * _FINER * count):
+                asked = math.ceil(_FINER * count * smooth.duration / part.duration)
+                yield _Work.of(smooth, self.program, asked, reached if smooth.until == until else None)
+
+
+    def ended(self, size: float, ends: Ends) -> _Work:
+        """Return the work of which a little, at the end of its stretch, is known by the energy in the state there."""
+        until, begin = self.stretch.until, float(self.begins[0][-1])
+        if self.last is None or until not in ends or not 0.0 < self.unsure[-1] <= _LAST * size:
+            return self
+        friction, shares, loads = self.last
+        state = np.array([until]), *(x[None] for x in ends[until])
+        kinetic, potential = self.stretch.sampled(*state).evaluated("energy")
+        given = (until - begin) * loads
+        taken = float(kinetic[0] + potential[0] - self.energies[-1]) - float(given.sum())
+        if abs(taken) > _LAST * size:  # more than friction takes there: something struck
+            return self
+        part = taken / (float(friction.sum()) or 1.0)
+        added = (part * friction, part * shares, given, part * np.abs(friction).sum() + np.abs(given).sum(), 0.0)
+        of_all = (self.friction, self.shares, self.loads, self.sizes, self.unsure)
+        found = (np.concatenate([x[:-1], np.asarray(y)[None]]) for x, y in zip(of_all, added, strict=True))
+        friction, shares, loads, sizes, unsure = found
+        return replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure, last=None)
+
+
+def _parts(values: Floats, t: Floats) -> Floats:
+    """Return the integrals (n, ...) of values (8 n + 1, ...) over each eight of the times."""
+    return np.diff(integral(values, t)[::2], axis=0)
+
+
+def _with(values: Floats, last: float) -> Floats:
+    return np.concatenate([values, np.full((1, *values.shape[1:]), last)])
+
+
+def _without(values: Floats, places: npt.NDArray[np.bool_]) -> Floats:
+    values = values.copy()
+    values[places] = 0.0
+    return values
+
+
+def energy_account(
+    stretches: Sequence[FineLeg], mechanism: Mechanism, blows: Sequence[ImpactOutcome] = ()
+) -> EnergyAccount:
+    """Return the work of the friction and of the loads of a run with these blows.
+
+    It is nan where powers change faster than places tell.
+    """
+    parts = friction_parts(mechanism)
+    names = [body.name for body in mechanism.bodies]
+    found = {part.name: FrictionWork() for _, part in parts}
+    told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
+    account = EnergyAccount(found)
+    works = _works(stretches, _ends(stretches, blows))
+    if _unsure(works) + sum(one.missed for one in works) > _UNKNOWN * _size(works):
+        return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
+    for one in works:
+        account.loads += float(one.loads.sum())
+        shares = one.shares.sum(axis=0)
+        for k, (_, part) in enumerate(parts):
+            work = found[part.name]
+            work.total += float(one.friction[:, k].sum())
+            for body, share in zip(names, shares[k].tolist(), strict=True):
+                if told[k] and (share != 0.0 or body in work.bodies):
+                    work.bodies[body] = work.bodies.get(body, 0.0) + share
+    return account
+
+
+def _ends(stretches: Sequence[FineLeg], blows: Sequence[ImpactOutcome]) -> Ends:
+    """Return the states in which stretches end, before what strikes then or, by rounding, sooner."""
+    ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairwise(stretches)}
+    untils = [stretch.until for stretch in stretches]
+    for blow in reversed(blows):
+        place = bisect_left(untils, blow.t)
+        if place < len(stretches) and stretches[place].problem.start < blow.t:
+            ends[untils[place]] = blow.q, blow.u
+    return ends
+
+
+def _size(works: Sequence[_Work]) -> float:
+    """Return the size (J) beside which work that is unsure counts."""
+    return float(sum(one.sizes.sum() for one in works)) + _LITTLE * max((one.kinetic for one in works), default=0.0)
+
+
+def _unsure(works: Sequence[_Work]) -> float:
+    return float(sum(one.unsure.sum() for one in works))
+
+
+def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
+    """Return the work in stretches and parts of them.
+
+    Where places are too far apart there are nearer ones: friction that jams grows without bound at the very end of a
+    stretch, and a power jumps at kinks and where points meet. `ends` are the states at the ends of stretches.
+    """
+    working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
+    few = sum(stretch.steps for stretch in working) <= _FEW_STEPS
+    looked_at = [replace(stretch, near=few, per_step=PIECES if few else 2) for stretch in working]
+    works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
+    left = _MOST_PARTS
+    for _ in range(_MOST_ROUNDS):
+        size = _size(works)
+        works = [one.ended(size, ends) for one in works]
+        settled = _SETTLED * _size(works)
+        if _unsure(works) <= settled:
+            break
+        changes = np.sort(np.concatenate([one.unsure for one in works]))
+        known = int(np.searchsorted(np.cumsum(changes), settled / 2))
+        left -= _FINER * (len(changes) - known)
+        if left < 0:
+            break
+        limit = float(changes[known - 1]) if known else 0.0
+        works = [part for work in works for part in work.finer(limit)]
+    return works
+
+
+def _stick(mechanism: Mechanism) -> list[bool]:
+    """Tell of each friction part whether it sticks in a mode: its power is of rounding, which no places resolve."""
+    assert mechanism.mode is not None
+    return [mechanism.mode.slips.get(part.name) == STICKS for _, part in friction_parts(mechanism)]
+
+
+def _may_work(mechanism: Mechanism) -> bool:
+    """Tell whether friction or loads may do work in a mode: not where nothing slides and nothing moves."""
+    assert mechanism.mode is not None
+    slides = any(slip != STICKS for slip in mechanism.mode.slips.values())
+    moves = slides or len(mechanism.held) < len(mechanism.speeds)
+    return moves and bool(friction_parts(mechanism) or split(mechanism.loads)[1])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_RETURNS: Final = 2
+_GIVEN_UP: Final = 20
+_KEPT: Final = 1e4
+"""How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
+
+
+@dataclass(eq=False, kw_only=True)
+class ModeRun(Legs):
+    """A run under way, or done: its legs, by what its system has `prepared`, and what of them counts for what follows.
+
+    That is what `switches` have met; the loop in C follows its `course`, if there is one.
+    """
+
+    prepared: PreparedRuns
+
+    def __post_init__(self) -> None:
+        """Begin the run. Raises NoSolutionError, and ModelError where a point moves across a thin bar it touches."""
+        self.switches = self.prepared.switches()
+        self.course = self.prepared.memory.course(partial(_turned, self))
+        first, facts, self.switches.hidden = self.prepared.first
+        self.switches.laws = facts.laws
+        self.legs.append(_begun(first, facts, facts.t, self))
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism in no mode."""
+        return self.prepared.laws.mechanism
+
+    @property
+    def stabilised(self) -> tuple[float, float] | None:
+        """Baumgarte's alpha, beta (1/s), None where rows are put back."""
+        return self.prepared.stabilised
+
+    @property
+    def project(self) -> bool:
+        """Whether rows are put back after each step."""
+        return self.prepared.template.project
+
+    @property
+    def loop(self) -> Loop:
+        """The loop that goes from leg to leg."""
+        return chain(partial(next_leg, run=self), self.legs)
+
+    @cached_property
+    def account(self) -> EnergyAccount:
+        """The work of friction at each part and of the loads (J), once the run is done."""
+        return energy_account(self.along, self.mechanism, self.blows)
+
+    @property
+    def passed(self) -> Iterator[Passed]:
+        """Both sides of the general theorems at each impact."""
+        return (passed(self.mechanism, blow) for blow in self.blows)
+
+    def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]:
+        """Return the time of each impact, and what it adds to work and impulses (leaves)."""
+        return [(blow.t, added(self.mechanism, blow, leaves)) for blow in self.blows]
+
+    def passed_through(self, t: Floats, q: Floats, u: Floats) -> str:
+        """Return which point got through a bar without thickness between samples, empty where none did."""
+        bars = self.prepared.bars
+        facts = (self.switches.at(float(t[k]), np.concatenate([q[k], u[k]])) for k in range(len(t)))
+        return rare_contacts.passed_through(bars, facts) if bars else ""
+
+
+# --- from leg to leg --------------------------------------------------------------------------------------------------
+
+
+def next_leg(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+    """Return the leg that follows one at a switch, or why none does, or the stop that the run meets."""
+    with stage("decide"):
+        return _across(leg, switch, run) if switch.index == NO_STEP else _behind(leg, switch, run)
+
+
+def _behind(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+    """Return the leg that follows one at a switch between steps."""
+    t, cause, switches = switch.begun.time, leg.switching(switch.index), run.switches
+    reason = switches.hindered(t, switch.x, cause, lambda: run.changes)
+    if reason is not None:
+        return End(RunFailure(Status.NO_MODE, t, None, reason))
+    if cause.ends == "moves on" and cause.part is not None:
+        return _on_its_way(leg, switch, cause.part, run)
+    if cause.ends == "stops in space" and cause.part is not None:
+        switch = stopped(switch, leg, switches.at(t, switch.x), cause.part)
+    found = _known(leg, switch, run)
+    if found is not None:
+        return _followed(leg, found, switch, run)
+    found = switches.next_state(leg, switch.begun.time, switch.x, switch.index)
+    switches.learn(leg, switch.index, found)
+    run.prepared.memory.learn(found, leg, switch.index)
+    following = _followed(leg, found, switch, run)
+    run.prepared.memory.tell_c(leg, switch.index)
+    return following
+
+
+def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+    """Return the leg behind an instant at which friction jams, or why there is none.
+
+    Where friction has no part in it steps may lead across: None if they have tried.
+    """
+    t, switches, nq = switch.begun.time, run.switches, len(run.mechanism.coordinates)
+    switches.grown(switch.x[nq:])
+    facts = switches.seen(leg, t, switch.x)
+    rough = rubs(facts, leg.program.entered)
+    jam = jam_of(leg, facts) if rough else None
+    if rough and jam is None and jams(leg, t, switch.x):
+        found = switches.tipped(leg, facts) or _slip_stopped(leg, facts, run)
+        return End(RunFailure(Status.SINGULAR, t, None)) if found is None else _later(leg, found, switch, run)
+    if jam is None and leg.of.crosses:
+        return None
+    if jam is None:
+        again = replace(leg.problem, crosses=True, course=None, jump=partial(_jump, run))
+        again = replace(again, begun=switch.begun, q0=facts.q, u0=facts.u)
+        return switches.enter(replace(leg, of=again, since=None, cause=None))
+    found = switches.beyond(leg, jam.facts)
+    if found.mode is None:
+        why = found.why_none
+        reason = Reason(
+            f"friction jams: the force at {jam.row} grows without bound, for with its friction it hardly moves "
+            f"what it presses (Painleve's paradox), and behind that {why.text}",
+            why.ends,
+        )
+        return End(RunFailure(Status.NO_MODE, t, None, reason))
+    return _later(leg, found, switch, run)
+
+
+def _later(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+    """Return the leg in the mode that was found at an instant beyond a switch, but before the next sample."""
+    at, following = found.facts.t, run.prepared.template.times()[switch.begun.written :][:1]
+    at = at if found.blow is None else found.blow.t  # facts may be those of a later limit of impacts
+    return _followed(leg, found, replace(switch, begun=replace(switch.begun, time=min(at, *following))), run)
+
+
+def _slip_stopped(leg: Leg, facts: Facts, run: ModeRun) -> NextState | None:
+    """Return what follows where slip stops at once, as its friction hardly moves what presses it."""
+    time = before_jam(leg, facts)
+    if time is None or run.switches.standstill.lasts(facts.t, len(facts.laws.unilateral)):
+        return None
+    *_, last = between_jumps(leg, (jump for jump in run.jumps if jump.leg == len(run.legs) - 1))
+    facts = facts.laws.at(max(time, last.problem.start), *last.at(time), facts.scale)
+    blow = slip_stopped(leg, facts)
+    found = None if blow is None else run.switches.beyond(leg, facts, blow)
+    return None if found is None or found.mode is None else found
+
+
+def _on_its_way(leg: Leg, switch: Switch, part: FrictionPart, run: ModeRun) -> Leg:
+    """Return the leg in which what has started to slide in space has come to move so fast."""
+    q, u = np.split(switch.x, [len(run.mechanism.coordinates)])
+    problem, mode = on_its_way(leg.program, leg.problem, leg.mode, part)
+    problem = replace(problem, begun=switch.begun, q0=q, u0=u)
+    return run.switches.enter(replace(leg, of=problem, since=None, mode=mode, cause=None))
+
+
+def _known(leg: Leg, switch: Switch, run: ModeRun) -> NextState | None:
+    """Return how the run goes on where a switch was decided before and leads on in the same way."""
+    switches = run.prepared.memory.known(leg, switch.index)
+    if not switches:
+        return None
+    facts, closed = run.switches.closed_at(leg, switch.begun.time, switch.x, leg.switching(switch.index))
+    rates = None if switches[0].cause is None else leg.rates_at(facts)
+    ways = (followed(one, facts, closed, rates) for one in switches)
+    return next((found for found in ways if found is not None), None)
+
+
+def _followed(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+    """Return the leg in the mode that was found at a switch, or the stop that the run meets."""
+    following = _entered(leg, found, switch, run)
+    if isinstance(following, End):
+        return following
+    end = stop_met(run.mechanism, (leg, following), switch, run.switches.scale.speed)
+    run.ahead = following if end is not None and not end.behind else None
+    return end or following
+
+
+def _entered(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+    """Return the leg in the mode that was found at a switch, from what happened there on: slightly before it, perhaps.
+
+    Where impacts have a limit, which is later, it is the motion that leads to this in the mode that follows.
+    """
+    t, switches = switch.begun.time, run.switches
+    if found.mode is None:
+        return End(RunFailure(Status.NO_MODE, t, None, found.why_none))
+    problem, program = run.prepared.modes.problem(found, replace(switch.begun, time=found.facts.t))
+    if found.facts.t > t:
+        q, u = np.split(shortly(problem, t), [len(problem.q0)])
+        problem = replace(problem, begun=switch.begun, q0=q, u0=u)
+    returns = 0 if found.blow is not None else switches.returns.to(t, key_of(found.mode))
+    if returns > _GIVEN_UP:
+        beyond = switches.soon_beyond(leg, found.facts) or switches.slid_out(leg, found.facts)
+        if beyond is not None:
+            return _entered(leg, beyond, switch, run)
+        changing = ", ".join(sorted({change.element for change in run.changes[-_GIVEN_UP:]}))
+        reason = Reason(
+            f"no state of {changing or 'what touches'} was found that lasts: {returns} times the same one followed "
+            f"within {switches.returns.soon:.3g} s, the last ones kept up to 1e-8 of the forces beyond their limits,"
+        )
+        return End(RunFailure(Status.NO_MODE, t, None, reason))
+    if returns >= _RETURNS:
+        pairs = zip(program.switchings, problem.margins, strict=True)
+        kept = (_KEPT * margin if x is not None and x.limits else margin for x, margin in pairs)
+        problem = replace(problem, margins=tuple(kept))
+    following = Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, t))
+    return _begun(following, found.facts, t, run)
+
+
+# --- what a run remembers ---------------------------------------------------------------------------------------------
+
+
+def _begun(leg: Leg, facts: Facts, t: float, run: ModeRun) -> Leg:
+    """Return a leg in a mode that was found at some facts as it begins: what strikes has, and C may follow it."""
+    switches = run.switches
+    course = run.prepared.memory.entered(leg, run.course, t, switches.scale)
+    following = switches.enter(replace(leg, of=replace(leg.of, jump=partial(_jump, run), course=course)))
+    if leg.cause is not None and leg.cause.blow is not None:
+        switches.hit(leg.cause.blow, facts)
+    return following
+
+
+def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
+    """Return the state after an impact from which the run goes on in its mode; None where that ends."""
+    leg, switches = run.legs[-1], run.switches
+    with stage("decide"):
+        met = switches.within(leg, t, x, index)
+    if met is None:
+        return None
+    if met.cause is not None and met.cause.blow is not None and met.facts is not None:
+        blow = met.cause.blow
+        if any(struck(each, blow) for each in run.mechanism.state_stops.values()):
+            return None
+        if stop_jumped((leg, leg), t, (x, met.after), switches.scale.speed) is not None:
+            return None
+        switches.hit(blow, met.facts)
+    run.jumps.append(Jump(len(run.legs) - 1, t, index, met.after, met.moved, met.cause))
+    return met.after.copy()
+
+
+def _turned(run: ModeRun, passage: Passage) -> None:
+    """Note a turn that the loop in C has taken."""
+    switches = run.switches
+    if passage.speed != switches.scale.speed:
+        switches.scale = replace(switches.scale, speed=passage.speed)
+    run.legs[-1] = run.legs[-1].come(passage.written, passage.time, passage.steps)
+    leg = switches.enter(run.prepared.memory.legs[passage.to].passed_into(passage))
+    switches.returns.to(passage.time, leg.program.key)
+    run.legs.append(leg)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The run of a system of which some holds one way only, as it is asked for, and its modes compiled.
+
+
+def one_way_runs(
+    ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
+) -> Callable[[], ModeRun]:
+    """Return what begins a run of a system of which some holds one way only."""
+    known = ready.mechanism.parameters.places
+    laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
+    declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
+    begun = None if ready.laws else (ready.mechanism, ready.compiled)
+    make = partial(_made, begun, ready.system.simulation, ready.formalism, native, backend)
+    values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
+    form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
+    recalled = recalled_laws(declared, form, native=native, backend=backend)
+    laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
+    looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
+    assert ready.state.posed is not None  # what holds one way only poses its laws at the start
+    scale = ready.state.posed.rows.scale
+    template = replace(template, project=settings.project, moments=looks)
+    served = None if every is None else (every, laws.compiled)
+
+    def runs(of: Problem, stabilised: tuple[float, float] | None) -> PreparedRuns:
+        modes = Modes(declared, make, of, stabilised or (0.0, 0.0), served)
+        return PreparedRuns(laws, modes, of, scale, stabilised, bars)
+
+    def own() -> float:
+        pilot = ModeRun(prepared=runs(replace(template, samples=2), None))
+        return own_coefficient(pilot.legs[0].of, pilot.loop)
+
+    stabilised = None if settings.baumgarte is None else settings.baumgarte.chosen(own)
+    return partial(ModeRun, prepared=runs(template, stabilised))
+
+
+def _made(
+    begun: tuple[Mechanism, Compiled] | None,
+    settings: Settings,
+    formalism: str,
+    native: bool,
+    backend: Backend | None,
+    entered: Mechanism,
+) -> Compiled:
+    """Return a mechanism in a mode, compiled; that with which a run has `begun` is so. No closure, to be pickled."""
+    form = form_of(settings, constrained=bool(entered.rows), varies=True)
+    if begun is not None and not entered.rows and entered == begun[0]:
+        return begun[1]
+    if form == "index_2" and len(entered.held) == len(entered.speeds):
+        form = "implicit"  # nothing moves: no rows have to be kept
+    return compiled(entered, formalism, form, native=native, backend=backend)

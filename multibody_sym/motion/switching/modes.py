@@ -1,0 +1,282 @@
+"""A mode of a run as a problem to integrate: each mode is made and compiled once, however often a run comes back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.contact.contact_problem import PosedLaws, Scale
+from multibody_sym.dynamics.programs.reactions import Switching, switchings
+from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, Mode
+from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
+from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import chosen, direction_names, functions, in_mode, mode_numbers
+from multibody_sym.mechanics.points import STARTING
+from multibody_sym.motion.loop.problem import Begun, Problem
+from multibody_sym.motion.switching.decision import NextState
+from multibody_sym.motion.switching.impact import held_speeds
+from multibody_sym.motion.switching.law_values import Facts, rounded_up, rubs
+from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_normals, rounded_meeting
+from multibody_sym.program.loading import Compiled
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.rank import ROUNDED, rank
+
+_FORCES: Final = 2e-13
+"""The part of the largest force by which a switching function of forces may be beyond zero."""
+_SPEEDS: Final = 1e-13
+"""And of the speeds along its rows."""
+_TIMES: Final = 4.0 * EPSILON
+"""And of the time: what moves by a law of time is where it is at a time that is rounded."""
+_MOST_BY_TIME: Final = 1e-12
+"""But no more than this part of the speeds, as what pushes for a moment has gone long before what it moved stops."""
+_AT_REST: Final = 1e-9
+"""The part of a speed along two rows below which what slides in space has stopped."""
+_BEGUN: Final = 0.01
+_ON_ITS_WAY: Final = 10.0
+"""The multiples of the speed up to which slip in space keeps the direction in which it starts, along that: beyond the
+first it may turn back, which its direction may do before it has settled; beyond the second it need not keep it."""
+_BACK: Final = 1e-8
+"""The part of the first by which it has turned back: rounding."""
+_SLOW: Final = 3e-3
+"""The part of the model's speed that this speed is at most."""
+_NEVER: Final = 1e300
+
+Key = tuple[tuple[tuple[str, int], ...], ...]
+
+
+def key_of(mode: Mode) -> Key:
+    """Return what tells modes apart: not the directions of slip in space, nor shares, which are numbers of a run."""
+    starts = tuple((name, 1) for name in sorted(mode.directions))
+    shared = tuple(
+        (row, len(x.rows)) for x in (mode.shares.elements if mode.shares is not None else ()) for row in x.rows
+    )
+    idle = tuple((name, 0) for name in sorted(mode.idle))
+    maps = (tuple(sorted(each.items())) for each in (mode.sides, mode.slips, mode.carried))
+    return (*maps, starts, idle, shared)
+
+
+@dataclass(frozen=True, eq=False)
+class ModeProgram:
+    """A mechanism in a mode, `entered`, the mechanism that its Programs are of, and switching functions.
+
+    The Programs are those of the mode alone, or of the mechanism `in_every_mode`; then functions at which this mode
+    does not end are None. The `mode` is one of those that only differ in numbers of a run.
+    """
+
+    entered: Mechanism
+    mechanism: Mechanism
+    compiled: Compiled
+    switchings: tuple[Switching | None, ...]
+    mode: Mode
+
+    @cached_property
+    def key(self) -> Key:
+        """What tells the mode apart."""
+        return key_of(self.mode)
+
+    @cached_property
+    def active(self) -> tuple[str, ...]:
+        """The unilateral elements that are closed."""
+        elements = self.mechanism.one_way
+        return tuple(x.name for x in elements if x.unilateral and self.mode.sides.get(x.name, INACTIVE))
+
+    @cached_property
+    def words(self) -> dict[str, str]:
+        """The state of each one-way element."""
+        return mode_words(self.mechanism.one_way, self.mode)
+
+    def numbers(self, mode: Mode) -> Floats:
+        """Return the numbers (nm,) by which its Programs know the mode, with what this one chooses."""
+        found = self._numbers.copy()
+        for name, x in chosen(mode).items() if len(found) else ():
+            found[self._places[name]] = x
+        return found
+
+    @cached_property
+    def _numbers(self) -> Floats:
+        if not self.mechanism.mode_numbers:
+            return _NONE
+        assert self.mechanism.mode is not None
+        names = dict.fromkeys(map(function_of, filter(None, self.switchings)))
+        return np.array(mode_numbers(self.mechanism, self.mechanism.mode, self.entered.held, names))
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
+
+
+def function_of(one: Switching) -> str:
+    """Return the name of a switching function among those of all modes."""
+    if one.ends == "turns":
+        return f"turns {one.element.normals[one.normal].name}"
+    kind = _KINDS[one.ends]
+    return f"{kind} {one.element.name if one.part is None else one.part.name}"
+
+
+_KINDS: Final = {
+    **dict.fromkeys(("closes", "opens"), "normal"),
+    "leaves": "edge",
+    "lies flat": "flat",
+    **dict.fromkeys(("slips", "stops", "stops in space"), "slip"),
+    "moves on": "onward",
+    "turns back": "back",
+}
+_FLATTER: Final = -1e-20
+"""The same (rad^2/s) of a rim that has to come flatter first: one that rises ends no mode."""
+_NONE: Final = np.zeros(0)
+
+
+class Modes:
+    """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem.
+
+    Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s). `every` is
+    the mechanism `in_every_mode`, with its Programs, where one set of these serves all modes.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        make: Callable[[Mechanism], Compiled],
+        template: Problem,
+        stabilised: tuple[float, float] = (0.0, 0.0),
+        every: tuple[Mechanism, Compiled] | None = None,
+    ) -> None:
+        self.mechanism = mechanism
+        self.every = every
+        self.template = template
+        self._make = make
+        self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
+        self._known: dict[tuple[Key, tuple[float, ...]], ModeProgram] = {}
+
+    def program(self, mode: Mode, at: Facts) -> ModeProgram:
+        """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
+        key = key_of(mode), remembered_normals(at, mode)
+        if key not in self._known:
+            entered = in_mode(self.mechanism, mode)
+            values = self.parameters(entered, at.laws.parameters, mode, 0)
+            held = held_speeds(entered, values, at.t, at.q)
+            self._known[key] = self._made(replace(entered, held=held), mode)
+        return self._known[key]
+
+    def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
+        own = switchings(entered)
+        if self.every is None:
+            return ModeProgram(entered, entered, self._make(entered), own, mode)
+        known = {function_of(one): one for one in own}
+        mechanism, compiled = self.every
+        every = replace(mechanism, mode=mode, held=entered.held)
+        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(mechanism))), mode)
+
+    def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
+        """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
+        base = self.mechanism.parameters.places
+        own = chosen(mode)
+        found = []
+        for entry in entered.parameters:
+            if entry.name == INDEPENDENT:
+                found.append(float(independent))
+            elif entry.name in self._chosen:
+                found.append(self._chosen[entry.name])
+            elif entry.name in base:
+                found.append(float(values[base[entry.name]]))
+            else:
+                found.append(own.get(entry.name, 0.0))
+        return np.array(found)
+
+    def problem(self, state: NextState, begun: Begun | None) -> tuple[Problem, ModeProgram]:
+        """Return the run from an instant on in the mode that was found."""
+        at, mode = state.facts, state.mode
+        assert mode is not None
+        program = self.program(mode, at)
+        entered = program.entered
+        independent = len(entered.rows) if state.posed is None else independent_rows(entered, state.posed)
+        mode = _slowly(mode, at.scale)
+        values = self.parameters(program.mechanism, at.laws.parameters, mode, independent)
+        count = len(program.switchings)
+        own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
+        u = at.u.copy()
+        u[list(entered.held)] = 0.0
+        problem = replace(
+            self.template,
+            compiled=program.compiled,
+            q0=at.q,
+            u0=u,
+            parameters=values,
+            modes=program.numbers(mode),
+            project=bool(entered.rows) and self.template.project,
+            independent=float(independent),
+            crosses=not rubs(at, entered),  # friction may jam there
+            terminal=own + (True,) * count,
+            margins=tuple(
+                0.0 if one is None else _margin(one, mode, at, state.largest) for one in program.switchings
+            ),
+            limiting=tuple(k for k, one in enumerate(program.switchings) if one is not None and one.shortens),
+            begun=begun,
+        )
+        return problem, program
+
+
+def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
+    """Return how many rows of a mechanism in a mode are independent, as its laws have them."""
+    places = [posed.places[row.name] for row in entered.rows]
+    matrix = np.hstack([posed.problem.matrix[places], posed.problem.coupling[places]])
+    return int(rank(matrix, ROUNDED)) if places else 0
+
+
+def on_its_way(program: ModeProgram, now: Problem, mode: Mode, part: FrictionPart) -> tuple[Problem, Mode]:
+    """Return the run in a mode, and the mode, in which a part that starts to slide in space has come to move so fast.
+
+    First it may turn back from then on: sooner its direction may still settle. Then it does not keep that any more.
+    """
+    own = {x.ends: k for k, x in enumerate(program.switchings) if x is not None and x.part == part}
+    margins, values, modes = list(now.margins), now.parameters.copy(), now.modes
+    if margins[own["turns back"]] == _NEVER:
+        margins[own["turns back"]] = _BACK * margins[own["moves on"]]
+        margins[own["moves on"]] *= _ON_ITS_WAY / _BEGUN
+    else:
+        margins[own["turns back"]] = margins[own["moves on"]] = _NEVER
+        mode = replace(mode, directions={**mode.directions, part.name: (0.0,) * len(part.rows)})
+        if program.mechanism.mode_numbers:
+            modes = program.numbers(mode)
+        else:
+            values[[program.mechanism.parameters.places[name] for name in direction_names(part)]] = 0.0
+    return replace(now, parameters=values, modes=modes, margins=tuple(margins)), mode
+
+
+def _slowly(mode: Mode, scale: Scale) -> Mode:
+    """Return a mode with directions that are shorter where the whole model is slow."""
+    size = min(1.0, _SLOW * scale.speed / STARTING)
+    return replace(mode, directions={name: tuple(size * x for x in way) for name, way in mode.directions.items()})
+
+
+def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
+    """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
+    if one.limits:
+        return _FORCES * largest
+    if one.ends == "leaves" and is_tip(one.element):
+        return at.allowed_gap(one.element)
+    if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
+        return -rounded_meeting(at, one.element)
+    if one.ends == "closes" and one.element.name in mode.idle:
+        return at.rounded_idle_gap(one.element)
+    if one.ends in ("closes", "leaves"):
+        return at.rounded_gap(one.element)
+    if one.ends == "lies flat":
+        return _FLATTER
+    assert one.part is not None
+    if one.ends == "turns back":
+        return _NEVER
+    if one.ends == "moves on":
+        way = mode.directions[one.part.name]
+        return _BEGUN * STARTING * math.fsum(x * x for x in way) or _NEVER
+    if one.ends == "stops":
+        row = one.part.rows[0]
+        by_time = _TIMES * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
+        return rounded_up(at.allowed_speed(row, _SPEEDS) + min(by_time, at.allowed_speed(row, _MOST_BY_TIME)))
+    return -at.allowed_slip(one.part, _AT_REST)

@@ -1,0 +1,458 @@
+"""What the runs of one prepared system share: laws, modes, and a memory of what was decided."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from itertools import takewhile
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.contact.contact_problem import Scale
+from multibody_sym.dynamics.programs.reactions import Switching
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.mechanics.law_elements import Mode, OneWay
+from multibody_sym.motion.loop.chain import stepped
+from multibody_sym.motion.loop.problem import (
+    ANGLE,
+    FORCE,
+    LENGTH,
+    SPEED,
+    ActiveRows,
+    Course,
+    CourseMode,
+    KnownTurn,
+    Passage,
+    Problem,
+    Reason,
+)
+from multibody_sym.motion.loop.python_loop import put_back
+from multibody_sym.motion.methods.table import LibraryMethod
+from multibody_sym.motion.switching import impact, rare_contacts
+from multibody_sym.motion.switching.decision import SOON, Before, NextState, next_state
+from multibody_sym.motion.switching.impact import Bounces, Hit, ImpactOutcome, Returns, Standstill, bounced, ceases
+from multibody_sym.motion.switching.known_switches import KnownSwitch, known_switch, plain
+from multibody_sym.motion.switching.law_values import Facts, Laws, larger
+from multibody_sym.motion.switching.legs import Cause, Change, Leg, stops_at_turns
+from multibody_sym.motion.switching.modes import Key, Modes, key_of
+from multibody_sym.motion.switching.rare_contacts import Tips, is_tip, rounded_meeting
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What the runs of a prepared system remember: where switches led, in modes that the loop in C may follow as well.
+
+
+_ROWS: Final = 48
+
+_MOST_ENTRIES: Final = 100_000
+"""Elements of all rows, zeros too, up to which C follows switches: it looks at all of them."""
+
+
+class SwitchMemory:
+    """Where switching functions of modes led, and the modes that C can follow, each by the first leg in it.
+
+    Whether a run goes that way is decided by the laws alone, so that it does not matter which run remembered it. Those
+    that come sooner than `least` (s) after another one are not for C.
+    """
+
+    def __init__(self, laws: Laws, template: Problem, least: float) -> None:
+        self.laws = laws
+        self.least = least
+        self.legs: list[Leg] = []
+        self._led: dict[tuple[Key, int], tuple[KnownSwitch, ...]] = {}
+        self._numbers: dict[Key, int] = {}
+        self._modes: list[CourseMode] = []
+        pairs, mechanism = template.pairing, laws.mechanism
+        smooth = template.step is None and not isinstance(template.method, LibraryMethod)
+        rates = not pairs.balls and len(pairs.plain) == len(mechanism.coordinates)
+        follows = laws.compiled.backend == "c" and smooth and rates and all(plain(x) for x in mechanism.one_way)
+        few = len(laws.places) * len(mechanism.speeds) <= _MOST_ENTRIES
+        self.follows = follows and few and not stops_at_turns(mechanism)
+
+    def known(self, leg: Leg, index: int) -> tuple[KnownSwitch, ...]:
+        """Return where a switching function of a leg's mode has led."""
+        return self._led.get((leg.program.key, index), ())
+
+    def learn(self, found: NextState, leg: Leg, index: int) -> None:
+        """Remember where a switch led: for forces at a limit all ways, for others the last one."""
+        cause = leg.switching(index)
+        switch = known_switch(found, leg.mode, cause)
+        others = self.known(leg, index) if cause.limits else ()
+        others = tuple(x for x in others if switch is None or x.mode != switch.mode)
+        self._led[leg.program.key, index] = (*others, *(() if switch is None else (switch,)))
+
+    # --- the loop in C ------------------------------------------------------------------------------------------------
+
+    def course(self, passed: Callable[[Passage], None]) -> Course | None:
+        """Return the course of a run, None where C cannot follow it; `passed` gets each turn that C takes."""
+        laws, elements = self.laws, self.laws.mechanism.one_way
+        if not self.follows:
+            return None
+        normals = tuple(laws.places[x.normals[0].name] for x in elements)
+        angles = tuple(int(x.name in laws.turning) for x in elements)
+        about = (laws.parameters, normals, angles, laws.slides, 1.0, self.least, passed)
+        return Course(laws.compiled, laws.matrices, *about, modes=self._modes)
+
+    def entered(self, leg: Leg, course: Course | None, time: float, scale: Scale) -> Course | None:
+        """Return the course of a run as a leg begins; None where C cannot follow it in its mode."""
+        program, problem = leg.program, leg.of
+        rows = program.entered.rows
+        kept = problem.project or not rows
+        if course is None or not kept or len(rows) > _ROWS or problem.independent < len(rows):
+            return None
+        number = self._numbers.setdefault(program.key, len(self.legs))
+        if number == len(self.legs):
+            rules = tuple(self._rule(one) for one in program.switchings)
+            closed = tuple(int(x.name in program.active) for x in self.laws.mechanism.one_way)
+            turns: list[list[KnownTurn]] = [[] for _ in rules]
+            self._modes.append(CourseMode(problem, rules, tuple(program.entered.held), closed, turns))
+            self.legs.append(replace(leg, cause=None))
+        course.mode, course.since = number, time
+        course.length, course.speed = scale.length, scale.speed
+        return course
+
+    def tell_c(self, leg: Leg, index: int) -> None:
+        """Let C know where a switching function of a leg's mode leads, as far as it knows the modes."""
+        if leg.program.key in self._numbers:
+            known = [self._turn(switch) for switch in self.known(leg, index) if key_of(switch.mode) in self._numbers]
+            self._modes[self._numbers[leg.program.key]].turns[index] = known
+
+    def _rule(self, one: Switching | None) -> tuple[int, int]:
+        if one is None or one.limits:
+            return FORCE, -1
+        if one.part is None:
+            return (ANGLE if one.element.name in self.laws.turning else LENGTH), -1
+        return SPEED, self.laws.places[one.part.rows[0].name]
+
+    def _turn(self, switch: KnownSwitch) -> KnownTurn:
+        places, mechanism = self.laws.places, self.laws.mechanism
+        touching = [x for x in mechanism.one_way if x.name in switch.touching]
+        rows = (*mechanism.rows, *(x.normals[0] for x in touching))
+        ways = [one.sense for one in switch.after.slides if one.tangent == switch.cause]
+        return KnownTurn(
+            to=self._numbers[key_of(switch.mode)],
+            touching=tuple(int(x.name in switch.touching) for x in mechanism.one_way),
+            kept=tuple(places[row.name] for row in rows),
+            rows=switch.rows,
+            signs=tuple((places[part.rows[0].name], sign) for part, sign in switch.signs),
+            after=switch.after,
+            before=switch.before or ActiveRows(),
+            cause=-1 if switch.cause is None else switch.cause,
+            way=ways[0] if ways else 0,
+        )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What follows at the switches of a run: what is decided there, and what of the run before counts for it.
+
+
+_PROMPT: Final = 1e-14
+"""The part of the time up to which an impact is not too late."""
+
+_FITS: Final = 4.0
+"""The factor up to which the margin of a mode differs from that of points as fast as they are now."""
+
+
+@dataclass(frozen=True, eq=False)
+class Within:
+    """Where a mode goes on at a switch: the state `after` (nq + nu,), and the impact, if there was one, at `facts`.
+
+    `moved`: it was put onto its face.
+    """
+
+    after: Floats
+    moved: bool = False
+    facts: Facts | None = None
+    cause: Cause | None = None
+
+
+@dataclass
+class Switches:
+    """The decisions of a run by `laws`, which know the normals of points that have met, for a model of a `scale`.
+
+    Of the run before count how fast it was, on which sides of `bars` no point is (`hidden`), what `bounces`, how often
+    it stood still, and which mode mostly followed at a switching function.
+    """
+
+    laws: Laws
+    scale: Scale
+    bars: tuple[rare_contacts.ThinBar, ...]
+    standstill: Standstill
+    returns: Returns
+    hidden: tuple[str, ...] = ()
+    bounces: Bounces = field(default_factory=Bounces)
+    _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
+    _last: tuple[tuple[float, int, bytes], NextState] | None = None
+
+    @cached_property
+    def tips(self) -> Tips:
+        """What is known of points that meet."""
+        return Tips.of(self.laws.mechanism)
+
+    def at(self, t: float, x: Floats) -> Facts:
+        """Return what laws ask at a state (nq + nu,)."""
+        nq = len(self.laws.mechanism.coordinates)
+        return self.laws.at(t, x[:nq], x[nq:], self.scale)
+
+    def first(self, t: float, x: Floats) -> NextState:
+        """Return what is decided at the start. Raises ModelError where a point moves across a thin bar it touches."""
+        facts = self.at(t, x)
+        for bar in self.bars:
+            bar.verify_leaving(facts)
+        self.laws = self.tips.meeting(facts, ())
+        facts = self.at(t, x)
+        aside = self.tips.aside(facts, ())
+        self.hidden = rare_contacts.hidden_sides(
+            self.bars, facts, lambda known: next_state(facts, (), hidden=known, beyond=aside)
+        )
+        return self.tips.resting(next_state(facts, (), hidden=self.hidden, beyond=aside))
+
+    def hindered(
+        self, t: float, x: Floats, cause: Switching, changes: Callable[[], Sequence[Change]]
+    ) -> Reason | None:
+        """Return why nothing follows what has ended a mode, after some `changes`; None where it does."""
+        if endless := self.standstill.lasts(t, len(self.laws.unilateral)):
+            lately = takewhile(lambda each: each.time >= self.standstill.since, reversed(changes()))
+            return Reason(f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}")
+        if cause.ends != "closes" or is_tip(cause.element) or not rare_contacts.is_behind(self.at(t, x), cause.element):
+            return None
+        hidden = rare_contacts.turned_round(self.bars, cause.element, self.hidden)
+        self.hidden = self.hidden if hidden is None else tuple(hidden)
+        return Reason(f"{cause.element.name}: {rare_contacts.why_behind(cause.element)}") if hidden is None else None
+
+    # --- what follows -------------------------------------------------------------------------------------------------
+
+    def next_state(self, now: Leg, t: float, x: Floats, index: int) -> NextState:
+        """Return how a leg goes on from a state at which a switching function of it has crossed.
+
+        An impact that ends the mode is asked for twice: whether the mode goes on behind it, and what follows.
+        """
+        asked = (t, index, x.tobytes())
+        if self._last is not None and self._last[0] == asked:
+            return self._last[1]
+        cause = now.switching(index)
+        guess = None if cause.limits else self._usual.get((now.program.key, index))
+        facts, closed = self.closed_at(now, t, x, cause)
+        beyond = [cause.element.name, *self._leaving(now, facts)] if cause.ends == "leaves" else []
+        beyond += facts.taken_over(cause.element, now.active) if cause.ends == "closes" else []
+        beyond += self.tips.aside(facts, now.active)
+        before = Before(now.mode, now.udot_at(facts), now.of.rates, guess, self.bounces)
+        found = self.tips.resting(next_state(facts, closed, before, beyond=beyond, hidden=self.hidden))
+        self._last = asked, found
+        return found
+
+    def learn(self, now: Leg, index: int, found: NextState) -> None:
+        """Remember which mode followed: the next search begins with it."""
+        if found.mode is not None:
+            self._usual[now.program.key, index] = found.mode
+
+    def beyond(self, now: Leg, facts: Facts, blow: ImpactOutcome | None = None) -> NextState:
+        """Return what follows at an instant to which the mode does not lead, behind an impact if one is known."""
+        before = Before(now.mode, now.udot_at(facts), None, None, self.bounces)
+        aside = self.tips.aside(facts, now.active)
+        return self.tips.resting(next_state(facts, now.active, before, beyond=aside, hidden=self.hidden, blow=blow))
+
+    def soon_beyond(self, now: Leg, limit: Facts) -> NextState | None:
+        """Return what follows just beyond the limit of a mode; None where that is a state like others, or not known.
+
+        Friction with what presses either way may have two states on one side of where that turns, and none beyond.
+        """
+        found = self.beyond(now, self._later(now, limit, SOON[0]))
+        proved = found.mode is None and found.found is not None and found.found.proved
+        return found if found.blow is not None or proved else None
+
+    def slid_out(self, now: Leg, facts: Facts) -> NextState | None:
+        """Return what follows where all that touches rests, as its slip ends at once; None where it does not."""
+        u = impact.slid_out(facts, now.active, now.udot_at(facts))
+        found = None if u is None else self.beyond(now, impact.moved(facts, u=u))
+        return None if found is None or found.mode is None else found
+
+    def tipped(self, now: Leg, facts: Facts) -> NextState | None:
+        """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
+        if now.mode.shares is None:
+            return None
+        for part in SOON:
+            found = self.beyond(now, self._later(now, facts, part))
+            if found.mode is not None and not found.mode.alike(now.mode):
+                return found if found.blow is not None else replace(found, facts=facts)
+        return None
+
+    def _leaving(self, now: Leg, facts: Facts) -> list[str]:
+        """Return what gets past an edge at one instant: two corners of a box do side by side."""
+        soon = self._later(now, facts, SOON[0])
+        at_edge = (x for x in self.laws.unilateral if x.name in now.active and facts.reach(x) <= facts.allowed_gap(x))
+        return [x.name for x in at_edge if soon.reach(x) < -soon.rounded_gap(x)]
+
+    @staticmethod
+    def _later(now: Leg, facts: Facts, part: float) -> Facts:
+        """Return what holds a part of the model's time later, as the mode has it."""
+        soon, x = part * facts.scale.time, np.concatenate([facts.q, facts.u])
+        q, u = np.split(stepped(now.of.rates, facts.t, x, soon), [len(facts.q)])
+        return facts.laws.at(facts.t + soon, q, u, facts.scale)
+
+    def within(self, now: Leg, t: float, x: Floats, index: int) -> Within | None:
+        """Return how the mode goes on where it might end; None where it does end."""
+        cause = now.switching(index)
+        if cause.ends == "lies flat":
+            return None if self.at(t, x).lying([cause.element]) else Within(x)
+        if cause.ends != "closes" or self.standstill.lasts(t, len(self.laws.unilateral)):
+            return None
+        facts = self.seen(now, t, x)
+        aside = self.tips.aside(facts, now.active)
+        element = self.tips.striking(facts, cause.element, (*aside, *self.hidden))
+        if element is None:
+            return Within(x)
+        if is_tip(element) and not self._fits(now, facts, element):
+            return None
+        if rare_contacts.is_behind(facts, element):
+            return None
+        leaving = self.bounces.leaving(facts, element)
+        if leaving is not None:
+            return Within(np.concatenate([leaving, facts.u]), moved=leaving is not facts.q)
+        facts = self._touched(now, facts, element)
+        blow, late, collapsed = bounced(facts, element, (*aside, *self.hidden)), dict[str, float](), frozenset[str]()
+        udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
+        before = Before(now.mode, udot, now.of.rates, None, self.bounces)
+        if blow is not None and not before.late(facts, [element]):
+            u = facts.u + blow.jump
+        else:
+            found = self.next_state(now, t, x, index)
+            blow, facts, u, late, collapsed = found.blow, found.facts, found.facts.u, {**found.late}, found.collapsed
+            if blow is None or found.mode is None or not found.mode.alike(now.mode) or found.several:
+                return None
+        after = np.concatenate([facts.q, u])
+        if facts.t != t:
+            after = stepped(now.of.rates, facts.t, after, t - facts.t)
+        return Within(after, facts=facts, cause=Cause(blow.t, blow, late, collapsed))
+
+    @staticmethod
+    def _fits(now: Leg, facts: Facts, element: OneWay) -> bool:
+        """Return whether the margin of a mode is that of two points as fast as they meet now."""
+        pairs = zip(now.program.switchings, now.problem.margins, strict=True)
+        margins = {one.element.name: -margin for one, margin in pairs if one is not None and one.ends == "closes"}
+        own = rounded_meeting(facts, element)
+        return own / _FITS < margins.get(element.name, 0.0) < _FITS * own
+
+    # --- what counts for what follows ---------------------------------------------------------------------------------
+
+    def enter(self, leg: Leg) -> Leg:
+        """Note a leg that begins, and return it."""
+        self._last = None
+        self.bounces.rhythm.mode(leg.start, leg.program.key)
+        self.bounces.rested([name for name, side in leg.mode.sides.items() if side])
+        return leg
+
+    def hit(self, blow: ImpactOutcome, facts: Facts) -> None:
+        """Note an impact, and what holds after it."""
+        taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
+        self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u]), blow.gives_back))
+        self.tips.struck(facts)
+
+    # --- what holds at a switch ---------------------------------------------------------------------------------------
+
+    def grown(self, u: Floats) -> None:
+        """Note the speeds (nu,) that a run has come to."""
+        self.scale = larger(self.scale, u, self.laws.slides)
+
+    def seen(self, now: Leg, t: float, x: Floats) -> Facts:
+        """Return what laws ask at a state, with the normals of points that meet there."""
+        facts = self.at(t, x)
+        self.laws = self.tips.meeting(facts, now.active)
+        return facts if self.laws is facts.laws else self.at(t, x)
+
+    def closed_at(self, now: Leg, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
+        """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
+        x = x if now.of.project else put_back(now.of, t, x)
+        self.grown(x[len(now.of.q0) :])
+        apart = {*now.mode.idle, *([cause.element.name] if cause.ends == "leaves" else [])}
+        closed = [name for name in now.active if name not in apart]  # what is idle may have opened: its gap tells
+        facts = self.seen(now, t, x)
+        touches = cause.ends == "closes" and not is_tip(cause.element)
+        touches = touches and not rare_contacts.is_behind(facts, cause.element)
+        touches = touches or (cause.ends == "closes" and self.tips.strikes(facts, cause.element, now.active))
+        closed += [cause.element.name] if touches else []
+        return self._touched(now, facts, cause.element) if touches else facts, closed
+
+    def _touched(self, now: Leg, facts: Facts, element: OneWay) -> Facts:
+        """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
+
+        That is late by a large part of a short flight; its parabola tells when it touched, after the last impact. Two
+        points have not met yet by as much, and touch later.
+        """
+        gap, rate = facts.gap(element), facts.rate(element)
+        most = facts.allowed_gap(element) if is_tip(element) else 0.0
+        strikes = rate < -facts.allowed_speed(element.normals[0])  # a rope beside one that is taut has no flight
+        if not (-2.0 * facts.rounded_gap(element) < gap < most and strikes):
+            return facts
+        room = max(rate * rate + 2.0 * gap * facts.falling(element, now.udot_at(facts)), 0.0)  # a face it grazes: none
+        ago = -2.0 * gap / (math.sqrt(room) - rate)
+        since = max(self.bounces.rhythm.last, now.start)
+        if not (_PROMPT * abs(facts.t) < abs(ago) and ago < facts.t - since):
+            return facts
+        before = stepped(now.of.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
+        q, u = np.split(before, [len(facts.q)])
+        return facts.laws.at(facts.t - ago, q, u, facts.scale)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_AT_ONCE: Final = 1e-3
+"""The part of a mean step within which a return to a mode is no motion."""
+_UNSEEN: Final = 100.0
+"""The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
+_UNSEEN_MOST: Final = 1e-8
+"""The largest such speed (m/s): a tenth of that up to which slip keeps the direction in which it starts."""
+
+
+@dataclass(eq=False)
+class PreparedRuns:
+    """What the runs of one prepared system share, by `laws`: their first decision, modes, and where switches led.
+
+    `template` is the problem of all, `scale` tells how large and fast the model is where they begin; `bars` have no
+    thickness. Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta
+    (1/s).
+    """
+
+    laws: Laws
+    modes: Modes
+    template: Problem
+    scale: Scale
+    stabilised: tuple[float, float] | None
+    bars: tuple[rare_contacts.ThinBar, ...] = ()
+
+    @property
+    def soon(self) -> float:
+        """The time (s) within which a return to a mode is no motion."""
+        return _AT_ONCE * self.template.t_end / 200.0
+
+    @cached_property
+    def memory(self) -> SwitchMemory:
+        """What runs have decided."""
+        return SwitchMemory(self.laws, self.template, self.soon)
+
+    def switches(self) -> Switches:
+        """Return the decisions of a run that has not begun."""
+        unseen = min(_UNSEEN * self.template.atol, _UNSEEN_MOST)
+        scale = replace(self.scale, unseen=unseen, steps=0.0 if self.template.step else self.template.rtol)
+        if isinstance(self.template.method, LibraryMethod):
+            scale = replace(scale, rtol=self.template.rtol, atol=self.template.atol)
+        standstill = Standstill(self.template.t_end - self.template.t0)
+        return Switches(self.laws, scale, self.bars, standstill, Returns(self.soon))
+
+    @cached_property
+    def first(self) -> tuple[Leg, Facts, tuple[str, ...]]:
+        """The leg with which runs begin, what holds there, and the sides of bars on which no points are.
+
+        Raises NoSolutionError where there is no mode, ModelError where a point moves across a thin bar that it touches.
+        """
+        switches = self.switches()
+        found = switches.first(self.template.start, self.template.x0)
+        if found.mode is None:
+            raise NoSolutionError(f"{found.why_none.text} at the start")
+        problem, program = self.modes.problem(found, None)
+        first = Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, found.facts.t))
+        return first, found.facts, switches.hidden

@@ -1,0 +1,532 @@
+"""Points at bars without thickness, which they touch on the side from which they come.
+
+Place alone does not tell that side where they touch: a run remembers it. There a bar has two sides, each solid behind
+without limit, of which one is live. What comes past an end and in again from behind that side is on the other one from
+then on. A run is looked at sample by sample, too: one in which a point has come out on the other side is no motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import field, replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.contact.contact_problem import TOUCHING
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.contact_geometry import corners_of
+from multibody_sym.mechanics.contact_rows import ContactRow, Flat, Round, Skin, Tip, is_point
+from multibody_sym.mechanics.law_elements import INACTIVE, Mode, OneWay
+from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, ParameterEntry, ParameterVector, Source
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import direction, position, separation
+from multibody_sym.mechanics.row_records import Marker, Row
+from multibody_sym.model.bodies import IDENTITY
+from multibody_sym.model.fields import Point
+from multibody_sym.motion.switching.decision import NextState
+from multibody_sym.motion.switching.law_values import ROUNDED_GAP, Facts, Laws
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.node import ONE, ZERO, slot
+
+_BEHIND: Final = 10.0
+"""The multiple of what counts as touching from which on something is behind a face."""
+_FROM_BEHIND: Final = (
+    "what it touches comes in past its end from behind, where a surface that ends with a normal is solid without "
+    "limit; end the run before, let it reach a little further, or let it be touched on both sides (a segment without "
+    "a normal, a box, a rod)"
+)
+_INSIDE: Final = (
+    "what touches it has come into the box through an edge, which touches other edges and bars only where it is named; "
+    "declare a contact of both edges, such as between: [a.bottom_front, b.top_right], or end the run before"
+)
+_CURE: Final = "say on which side it strikes (surfaces: {..: {segment: [..], normal: y}}), or give one of them a radius"
+
+
+@dataclass(frozen=True)
+class ThinBar:
+    """A point and the two sides of a bar without thickness, as the elements of their contact."""
+
+    sides: tuple[OneWay, OneWay]
+
+    @property
+    def told(self) -> str:
+        """What passes through what."""
+        row = self.sides[0].normals[0]
+        assert isinstance(row, ContactRow)
+        point, bar = sorted((skin for skin in row.skins), key=lambda skin: isinstance(skin, Flat))
+        return f"{point.place.name} is a point and {bar.place.name} a bar without thickness"
+
+    def side(self, facts: Facts) -> int | None:
+        """Return the side, 1 or -1, on which the point is clear of the bar; 0 beyond its ends, None near it."""
+        for side, element in zip((1, -1), self.sides, strict=True):
+            allowed = facts.allowed_gap(element)
+            if facts.gap(element) > allowed and _reaches(facts, element) > allowed:
+                return side
+        beyond = all(_reaches(facts, element) < -facts.allowed_gap(element) for element in self.sides)
+        return 0 if beyond else None
+
+    def hidden(self, facts: Facts) -> OneWay | None:
+        """Return the side on which the point is not; None where it is at the bar."""
+        side = self.side(facts)
+        if side == 0:  # past the ends: whichever it comes in from behind will be exchanged
+            side = 1 if facts.gap(self.sides[0]) >= 0.0 else -1
+        return None if side is None else self.sides[side > 0]
+
+    def verify_leaving(self, facts: Facts) -> None:
+        """Raise ModelError where a point at the bar moves across it: it leaves one side, or strikes the other one."""
+        if {facts.standing(element) for element in self.sides} == {"closing", "leaving"}:
+            with at(*self.sides[0].path):
+                raise ModelError(
+                    f"{self.told}: nothing tells which side of it the point starts from; {_CURE}", number="M114"
+                )
+
+
+def thin_bars(mechanism: Mechanism) -> tuple[ThinBar, ...]:
+    """Return the bars without thickness that points may strike on either side."""
+    sides = [element for element in mechanism.one_way if element.unilateral and _is_thin(element)]
+    return tuple(_pairs(sides))
+
+
+def with_one_side(mechanism: Mechanism) -> tuple[Mechanism, tuple[ThinBar, ...]]:
+    """Return a mechanism in whose motion points at thin bars are on the side that the run knows, and these bars."""
+    bars = thin_bars(mechanism)
+    one_sided = {side.name: _one_sided(side) for bar in bars for side in bar.sides}
+    elements = tuple(one_sided.get(element.name, element) for element in mechanism.one_way)
+    return replace(mechanism, one_way=elements), tuple(
+        ThinBar((one_sided[bar.sides[0].name], one_sided[bar.sides[1].name])) for bar in bars
+    )
+
+
+def _one_sided(element: OneWay) -> OneWay:
+    """Return a side of a bar that is touched wherever it is within reach, and at its very ends."""
+
+    def row_of(row: Row) -> Row:
+        if not isinstance(row, ContactRow):
+            return row
+        first, second = (
+            replace(skin, beside=(), at_end=True) if isinstance(skin, Flat) else skin for skin in row.skins
+        )
+        return replace(row, skins=(first, second))
+
+    frictions = tuple(replace(part, rows=tuple(map(row_of, part.rows))) for part in element.frictions)
+    return replace(element, normals=tuple(map(row_of, element.normals)), frictions=frictions)
+
+
+def hidden_sides(
+    bars: Sequence[ThinBar], facts: Facts, decide: Callable[[tuple[str, ...]], NextState]
+) -> tuple[str, ...]:
+    """Return the sides of bars on which points are not; where they rest that which carries less, as is decided."""
+    places = {bar: bar.hidden(facts) for bar in bars}
+    hidden = [side.name for side in places.values() if side is not None]
+    resting = [bar for bar, side in places.items() if side is None]
+    found = decide(tuple(hidden)) if resting else None
+    for bar in resting:
+        assert found is not None
+        carried = {side.name: found.carried(side) for side in bar.sides}
+        hidden.append(min(reversed(carried), key=carried.__getitem__))
+    return tuple(hidden)
+
+
+def turned_round(bars: Sequence[ThinBar], element: OneWay, hidden: Sequence[str]) -> list[str] | None:
+    """Return the hidden sides once a point has come in from behind a side of its bar; None where it is at none."""
+    for bar in bars:
+        names = [side.name for side in bar.sides]
+        if element.name in names:
+            return [x for x in hidden if x not in names] + [element.name]
+    return None
+
+
+def is_behind(facts: Facts, element: OneWay) -> bool:
+    """Return whether what comes within reach of a face that ends is behind it, and so does not touch it."""
+    return facts.gap(element) < -_BEHIND * facts.allowed_gap(element)
+
+
+def why_behind(element: OneWay) -> str:
+    """Return why nothing is known of what has come in behind a face."""
+    row = element.normals[0]
+    skins = row.skins if isinstance(row, ContactRow) else ()
+    in_space = any(isinstance(skin, Flat) and skin.beside and skin.ends is None for skin in skins)
+    return _INSIDE if in_space else _FROM_BEHIND
+
+
+def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[Facts]) -> str:
+    """Return which point got through a bar between samples of a run, when, and what to do; nothing where none did."""
+    last: dict[ThinBar, int] = {}
+    for facts in samples:
+        for bar in bars:
+            side = bar.side(facts)
+            if side and last.get(bar, side) == -side:
+                return f"{bar.told}: it gets through before t = {facts.t:.6g} s; {_CURE}"
+            if side is not None:
+                last[bar] = side
+    return ""
+
+
+def _reaches(facts: Facts, element: OneWay) -> float:
+    reaches: Floats = facts.known["reaches"]
+    return float(reaches[facts.laws.elements[element.name]])
+
+
+def _is_thin(element: OneWay) -> bool:
+    row = element.normals[0]
+    if not isinstance(row, ContactRow):
+        return False
+    points = [skin for skin in row.skins if isinstance(skin, Round) and skin.radius is ZERO]
+    return bool(points) and any(
+        isinstance(skin, Flat) and skin.ends is not None and [face.place for face in skin.beside] == [skin.ends[0]]
+        for skin in row.skins
+    )
+
+
+def _pairs(sides: list[OneWay]) -> Iterator[ThinBar]:
+    """Yield the two sides of each bar together: those that the same two places touch."""
+    waiting: dict[tuple[object, ...], OneWay] = {}
+    for element in sides:
+        row = element.normals[0]
+        assert isinstance(row, ContactRow)
+        key = (element.group, *(skin.place for skin in row.skins))
+        if key in waiting:
+            yield ThinBar((waiting.pop(key), element))
+        else:
+            waiting[key] = element
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Points that meet without a normal: it is the direction in which they come together, and a run remembers it.
+#
+# Two points that are declared to touch meet so, and a point and the very end of a bar or of a segment, or two such
+# ends; in a plane model corners of boxes, too. Where they are nearest to each other they have met if they are in one
+# place. An end has a side as well: what comes from above that strikes the side, as far as to its end, and what comes
+# from beyond it strikes the end. Where the corner of a body meets a corner or an end, a face strikes that the body is
+# above; where there is none they strike each other if their way leads from one into the other, and else pass.
+
+
+_FIRST: Final = (ONE, ZERO, ZERO)
+"""The normal before anything has met."""
+_ACROSS: Final = 1e-9
+"""The part of a speed towards an end of a bar, from beyond it, below which what comes is above its side."""
+_AGAIN: Final = 4.0
+"""So many times what counts as one place points that have parted have to travel before they can meet from there."""
+_ROUNDED_TIME: Final = 8.0 * EPSILON
+"""The part of the time by which it is rounded when points meet."""
+_LEAST: Final = 1e-300
+"""The least r . v (m^2/s) that is not zero: points at rest do not come together."""
+
+
+@dataclass(frozen=True)
+class _End:
+    """An end of a bar that a point may meet: the contact of the point with the bar's side, and the end's number."""
+
+    side: OneWay
+    number: int
+
+    @property
+    def row(self) -> ContactRow:
+        row = self.side.normals[0]
+        assert isinstance(row, ContactRow)
+        return row
+
+    @property
+    def place(self) -> int:
+        """Which of both skins is the bar's."""
+        return next(k for k, skin in enumerate(self.row.skins) if isinstance(skin, Flat))
+
+    @property
+    def ends(self) -> tuple[Marker, Marker]:
+        """The bar's ends, this one first."""
+        flat = self.row.skins[self.place]
+        assert isinstance(flat, Flat)
+        assert flat.ends is not None
+        return flat.ends if self.number == 0 else (flat.ends[1], flat.ends[0])
+
+    @property
+    def point(self) -> Marker:
+        return self.row.skins[1 - self.place].place
+
+    @property
+    def pair(self) -> frozenset[Marker]:
+        """What may meet."""
+        return frozenset((self.point, self.ends[0]))
+
+    @property
+    def is_corner(self) -> bool:
+        """Whether the end is a corner of a box, where two of its faces end."""
+        flat = self.row.skins[self.place]
+        return isinstance(flat, Flat) and len(flat.beside) > 1
+
+    @property
+    def name(self) -> str:
+        """The contact's name with the point's word, where it has one, and the end or corner, in the order of both."""
+        words = self.side.name.removeprefix(self.side.group).split(".")
+        point = next((word for word in words if word.startswith(("end", "corner"))), "")
+        face = next((word for word in words if word not in ("", point)), "")
+        end = corners_of(face)[self.number] if self.is_corner else f"end{self.number + 1}"
+        parts = (point, end) if self.place else (end, point)
+        return ".".join(filter(None, (self.side.group, *parts)))
+
+    def inward(self, motion: Motion) -> Floats:
+        """Return the unit vector (3,) from this end along the bar or face, in world axes."""
+        this, other = (np.array(position(motion, marker), dtype=float) for marker in self.ends)
+        along: Floats = (other - this) / np.linalg.norm(other - this)
+        return along
+
+
+def with_tips(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism in whose runs points meet points, and the very ends of bars."""
+    ends: dict[tuple[str, frozenset[Marker]], list[_End]] = {}
+    for end in _ends(mechanism):
+        ends.setdefault((end.side.group, end.pair), []).append(end)
+    elements, vector = list(mechanism.one_way), mechanism.parameters
+    for k, element in enumerate(elements):
+        row = element.normals[0] if element.normals else None
+        if isinstance(row, ContactRow) and all(is_point(skin) for skin in row.skins):
+            vector, normal = _with_normal(vector, element.name)
+            first, second = row.skins
+            elements[k] = _met(element, element.name, (first, Tip(second.place, normal)))
+    for end, *others in ends.values():
+        if end.is_corner and not others:
+            continue  # a face that is named by itself
+        vector, normal = _with_normal(vector, end.name)
+        point, tip = Round(end.point), Round(end.ends[0])
+        first, second = (point, tip) if end.place else (tip, point)
+        corner = any(each.is_corner for each in (end, *others))
+        elements.append(_met(end.side, end.name, (first, Tip(second.place, normal, corner=corner))))
+    return replace(mechanism, one_way=tuple(elements), parameters=vector)
+
+
+def _ends(mechanism: Mechanism) -> Iterator[_End]:
+    """Yield the ends of bars and of the faces of boxes that points may meet."""
+    for element in mechanism.one_way:
+        row = element.normals[0] if element.unilateral and element.normals else None
+        if not isinstance(row, ContactRow) or not any(map(is_point, row.skins)):
+            continue
+        if any(isinstance(skin, Flat) and skin.ends is not None for skin in row.skins):
+            yield from (_End(element, number) for number in (0, 1))
+
+
+def _with_normal(vector: ParameterVector, name: str) -> tuple[ParameterVector, Point]:
+    """Return the parameters with the components of a normal, and these."""
+    added = tuple(ParameterEntry(_entry(name, k), x, source=Source.CHOSEN) for k, x in enumerate(_FIRST))
+    longer = ParameterVector((*vector.entries, *added))
+    x, y, z = (slot(ARRAY, longer.places[entry.name]) for entry in added)
+    return longer, (x, y, z)
+
+
+def _entry(name: str, component: int) -> str:
+    return f"normal of {name} {component + 1}"
+
+
+def _met(element: OneWay, name: str, skins: tuple[Skin, Skin]) -> OneWay:
+    """Return a contact of two points that rubs and bounces as another one."""
+
+    def row_of(row: Row) -> Row:
+        assert isinstance(row, ContactRow)
+        own = name + row.name.removeprefix(element.name)
+        return replace(row, name=own, skins=skins, across=None, inner=None)
+
+    frictions = tuple(
+        replace(part, name=name + part.name.removeprefix(element.name), rows=tuple(map(row_of, part.rows)))
+        for part in element.frictions
+    )
+    return replace(element, name=name, normals=tuple(map(row_of, element.normals)), frictions=frictions)
+
+
+# --- in a run ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Tips:
+    """The pairs of points of a run's mechanism that may meet, and when each last struck something there."""
+
+    rows: dict[str, tuple[OneWay, ContactRow]]
+    sides: dict[str, tuple[_End, ...]]
+    _struck: dict[str, float] = field(default_factory=dict)
+
+    @staticmethod
+    def of(mechanism: Mechanism) -> Tips:
+        """Return those of a mechanism."""
+        normals = ((x, row) for x in mechanism.one_way for row in x.normals[:1])
+        rows = {x.name: (x, row) for x, row in normals if isinstance(row, ContactRow) and row.tip is not None}
+        ends = list(_ends(mechanism)) if rows else []
+        pairs = {name: frozenset(skin.place for skin in row.skins) for name, (_, row) in rows.items()}
+        sides = {name: tuple(e for e in ends if e.pair == pair) for name, pair in pairs.items()}
+        return Tips(rows, sides)
+
+    def meeting(self, facts: Facts, active: Collection[str]) -> Laws:
+        """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
+        laws = facts.laws
+        for name in self._meeting(facts, active):
+            towards = self._towards(facts, name)
+            if towards is not None:
+                laws = _remembered(facts, laws, name, self.rows[name][1], towards)
+        return laws
+
+    def aside(self, facts: Facts, active: Collection[str]) -> tuple[str, ...]:
+        """Return what takes no part although it touches: points without a normal, and sides of bars at met ends."""
+        found = [end.side.name for name in active for end in self.sides.get(name, ())]
+        for name in self._meeting(facts, active):
+            strikes = self._towards(facts, name) is not None
+            found += [end.side.name for end in self.sides[name]] if strikes else [name]
+        return tuple(found)
+
+    def striking(self, facts: Facts, element: OneWay, others: Collection[str]) -> OneWay | None:
+        """Return what strikes where an element closes; `others` take no part. None where points only pass by.
+
+        Of an end and the side of its bar it may be the other one, and of points that are nearest at one instant, as to
+        both ends of a bar, those that are in one place.
+        """
+        if element.name not in self.rows and element.name not in others:
+            return element
+        if element.name in self.rows and not self._together(facts, element.name):
+            met = (self.striking(facts, self.rows[name][0], others) for name in self._meeting(facts, ()))
+            return next((x for x in met if x is not None), None)
+        beside = [end.side for end in self.sides.get(element.name, ())]
+        beside += [self.rows[name][0] for name, ends in self.sides.items() if element in [end.side for end in ends]]
+        near = (x for x in (element, *beside) if x.name not in others)
+        return next((x for x in near if facts.standing(x) == "closing"), None)
+
+    def resting(self, found: NextState) -> NextState:
+        """Return what was decided with the sides of bars left out whose very ends are held by what meets them."""
+        if found.mode is None:
+            return found
+        held = (name for name in self.rows if found.mode.sides.get(name, INACTIVE) != INACTIVE)
+        idle = {end.side.name for name in held for end in self.sides[name]}.difference(found.mode.idle)
+        return replace(found, mode=replace(found.mode, idle=(*found.mode.idle, *sorted(idle)))) if idle else found
+
+    def strikes(self, facts: Facts, element: OneWay, active: Collection[str]) -> bool:
+        """Return whether an element is a contact of two points that strike, and is not `active`."""
+        name = element.name
+        meets = name in self.rows and name in self._meeting(facts, active)
+        return meets and self._towards(facts, name) is not None
+
+    def struck(self, facts: Facts) -> None:
+        """Note that something struck: what is in one place leaves it."""
+        self._struck.update({name: facts.t for name in self.rows if self._together(facts, name)})
+
+    def _together(self, facts: Facts, name: str) -> bool:
+        element = self.rows[name][0]
+        reaches: Floats = facts.known["reaches"]
+        return bool(reaches[facts.laws.elements[name]] >= -facts.allowed_gap(element))
+
+    def _meeting(self, facts: Facts, active: Collection[str]) -> list[str]:
+        return [name for name in self.rows if name not in active and self._together(facts, name)]
+
+    def _towards(self, facts: Facts, name: str) -> Floats | None:
+        """Return the direction in which the first of two points comes to the second; None where nothing strikes.
+
+        So it is where they hardly move, or graze, where they part or have just struck, and above the side of a bar.
+        """
+        element, row = self.rows[name]
+        away, rate = _separation(row, facts.motion)
+        speed = float(np.linalg.norm(rate))
+        if speed <= TOUCHING * facts.scale.speed:
+            return None
+        travelled = speed * (facts.t - self._struck.get(name, -np.inf))
+        just_struck = travelled <= _AGAIN * facts.allowed_gap(element) and rate @ _normal(facts, name, row) > 0.0
+        if just_struck or away @ rate > _AGAIN * rounded_meeting(facts, element):
+            return None
+        comes: Floats = rate / speed
+        if not _yields(facts, name, row, comes):
+            return None
+        ends = self.sides[name]
+        inward = [end.inward(facts.motion) * (1 if row.skins[0].place == end.point else -1) for end in ends]
+        if all(end.row.inner is None for end in ends):
+            return comes if all(comes @ way > _ACROSS for way in inward) else None
+        on_side = any(end.row.inner is not None and facts.standing(end.side) == "closing" for end in ends)
+        return comes if not on_side and _between(comes, inward) else None
+
+
+def rounded_meeting(facts: Facts, element: OneWay) -> float:
+    """Return what rounding makes of r . v (m^2/s) of two points: of places, the time of an impact, and speeds.
+
+    It is that of the speed with which they move now: slow ones turn back from so much nearer.
+    """
+    row = element.normals[0]
+    assert isinstance(row, ContactRow)
+    distance, now = (float(np.linalg.norm(vector)) for vector in _separation(row, facts.motion))
+    speed = max(now, TOUCHING * facts.scale.speed)
+    places = facts.rounding_of_gap(element) + _ROUNDED_TIME * abs(facts.t) * speed
+    return max(speed * places + distance * ROUNDED_GAP * facts.scale.speed, _LEAST)
+
+
+def is_tip(element: OneWay) -> bool:
+    """Return whether an element is a contact of two points."""
+    row = element.normals[0] if element.normals else None
+    return isinstance(row, ContactRow) and row.tip is not None
+
+
+def _separation(row: ContactRow, motion: Motion) -> Floats:
+    """Return where the first of two points is from the second, and the rate of that (2, 3)."""
+    first, second = row.skins
+    return np.array(separation(motion, first.place, second.place), dtype=float)
+
+
+def _between(towards: Floats, ways: Sequence[Floats]) -> bool:
+    """Return whether a direction in the plane is strictly within the convex cone of others: it leads into a corner."""
+    across = [np.array([-y, x, 0.0]) for x, y, _ in ways]
+    supports = (n for way in across for n in (way, -way) if all(other @ n > -_ACROSS for other in ways))
+    return all(towards @ n > _ACROSS for n in supports)
+
+
+def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:
+    """Return laws with a normal, in the axes of the body of the second point, against the way of the first.
+
+    It stays where they come together along it but for a speed that counts as rest: they meet again along a line, and
+    the slower they are the less the rounding of their speeds says of it.
+    """
+    tip = row.tip
+    assert tip is not None
+    known = _normal(facts, name, row)
+    speed = float(np.linalg.norm(_separation(row, facts.motion)[1]))
+    aside = speed * float(np.linalg.norm(towards - (towards @ known) * known))
+    if towards @ known < 0.0 and aside <= TOUCHING * facts.scale.speed:
+        return laws
+    return _against(facts, laws, name, tip, towards)
+
+
+def _against(facts: Facts, laws: Laws, name: str, tip: Tip, towards: Floats) -> Laws:
+    """Return laws with a normal against a way, in the axes of the body of the second point."""
+    new = {_entry(name, k): float(x) for k, x in enumerate(_axes(facts, tip) @ -towards)}
+    return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
+
+
+def _yields(facts: Facts, name: str, row: ContactRow, towards: Floats) -> bool:
+    """Return whether impulses along a way move two points: not where both graze, which arms in line hold against it."""
+    tip = row.tip
+    assert tip is not None
+
+    def moved(way: Floats) -> float:
+        """Return the change of their speed along a way by a unit impulse along it (1/kg)."""
+        laws = _against(facts, facts.laws, name, tip, way)
+        there = laws.at(facts.t, facts.q, facts.u, facts.scale)
+        matrix = there.by_mass[there.place(row)]
+        return float(matrix @ matrix)
+
+    return moved(towards) > TOUCHING * max(moved(axis) for axis in np.eye(3))
+
+
+def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
+    """Return the normal that is remembered of two points, in world axes."""
+    tip, entries, values = row.tip, facts.laws.mechanism.parameters, facts.laws.parameters.tolist()
+    assert tip is not None
+    normal: Floats = np.array([entries.value(values, _entry(name, k)) for k in range(3)]) @ _axes(facts, tip)
+    return normal
+
+
+def _axes(facts: Facts, tip: Tip) -> Floats:
+    """Return the axes (3, 3) of the body of a tip in world axes."""
+    return np.array([direction(facts.motion, tip.place, axis) for axis in IDENTITY], dtype=float)
+
+
+def remembered_normals(at: Facts, mode: Mode) -> tuple[float, ...]:
+    """Return the normals of points that are held where they met: which speeds a mode holds at rest depends on them."""
+    held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.acts(x)]
+    places = at.laws.mechanism.parameters.places
+    return tuple(float(at.laws.parameters[places[_entry(name, k)]]) for name in held for k in range(3))
+
+
+def first_normal(entry: ParameterEntry) -> float:
+    """Return the value of a component of a normal before anything has met."""
+    return 1.0 if entry.value is ONE else 0.0

@@ -1,0 +1,454 @@
+"""From a scene and the places of its bodies to a picture: view, scale, marks, places for letters, title."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
+from itertools import groupby
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.errors import ArgumentError, InputError, Where, shown
+from multibody_sym.model.argument_checks import door
+from multibody_sym.pictures.marks.arrows import arrow_marks, free_axes
+from multibody_sym.pictures.marks.labels import angle_marks, dimension_marks, label_marks, word_marks
+from multibody_sym.pictures.marks.shapes import FORMS
+from multibody_sym.pictures.marks.sheet import Sheet
+from multibody_sym.pictures.marks.sliders import rail_marks, stop_marks
+from multibody_sym.pictures.marks.strands import strand_marks
+from multibody_sym.pictures.marks.symbols import SYMBOLS
+from multibody_sym.pictures.page.layout import laid_out
+from multibody_sym.pictures.page.picture import (
+    LAYER_TEXT,
+    Arc,
+    Hatch,
+    Mark,
+    Note,
+    Picture,
+    Projection,
+    Run,
+    Stroke,
+    letters,
+    view_of,
+    width_of,
+)
+from multibody_sym.pictures.page.svg import svg
+from multibody_sym.pictures.scene.items import (
+    ArrowItem,
+    Axes,
+    Dimension,
+    Face,
+    Item,
+    Path,
+    Placed,
+    Rail,
+    Stop,
+    Symbol,
+    TurnStop,
+)
+from multibody_sym.pictures.scene.scene import Scene
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.text.files import path_name, write_whole
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a picture shows beside the mechanism itself.
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a picture shows: `names` of bodies and joints, weights and other `forces`, `reactions` at its instant.
+
+    `not_unique` tells of which elements they could be others too, and how that is shown; `undrawn` are the letters of
+    those that are left out. What is declared at or under a path of `marked` stands out, with a word beside it.
+    """
+
+    names: bool = True
+    forces: bool = False
+    reactions: tuple[ArrowItem, ...] = ()
+    not_unique: tuple[str, ...] = ()
+    undrawn: tuple[str, ...] = ()
+    marked: Mapping[Path, str] = field(default_factory=dict)
+
+    def mark_of(self, path: Path) -> str | None:
+        """Return the word of what is declared at a path, None where nothing marks it."""
+        return next((word for marked, word in self.marked.items() if path[: len(marked)] == marked), None)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The legend below a figure: what its dashes mean, what it leaves out, lengths that it has no room for.
+
+
+_WIDE: Final = 265.0
+"""How wide a line of the legend is at most (pt)."""
+MOST_LENGTHS: Final = 12
+"""Of more lengths those to centres of mass stand in the legend."""
+_CENTRE: Final = ".com"
+_MOST: Final = 6
+"""So many lines one entry has at most."""
+_MORE: Final = ((", ..", "roman"),)
+
+Runs = tuple[Run, ...]
+
+
+def notes(shown: Shown) -> Iterator[Note]:
+    """Yield what is to be said of forces that are not unique: dashed ones, and those that are left out."""
+    if any(arrow.open for arrow in shown.reactions):
+        yield from listed("not unique", "dashed: not unique, other values would do as well", ())
+    if shown.undrawn:
+        yield from listed("undrawn", "not unique, so not drawn: ", [letters(each) for each in shown.undrawn])
+
+
+def in_legend(scene: Scene) -> tuple[Scene, list[Note]]:
+    """Return a scene without the places of centres of mass, and these as a legend, where more lengths are named.
+
+    Such are seen already, and of so many dimension lines nobody could tell whose each is.
+    """
+    centres = [each for each in scene.dimensions if each.name.endswith(_CENTRE)]
+    if len([each for each in scene.dimensions if not each.coordinate]) <= MOST_LENGTHS or not centres:
+        return scene, []
+    kept = tuple(each for each in scene.dimensions if each not in centres)
+    entries = [_place(scene, name, list(group)) for name, group in groupby(centres, key=lambda each: each.name)]
+    words = "centres of mass, in the axes of their bodies: "
+    return replace(scene, dimensions=kept), list(listed("centres of mass", words, entries))
+
+
+def _place(scene: Scene, name: str, given: Sequence[Dimension]) -> Runs:
+    """Return the name of a body with the components of its centre of mass, of a plane mechanism x and y."""
+    end = np.array(given[0].b.point)
+    told = ["0" if x == 0.0 else f"{x:.3g}".replace("-", "−") for x in end]
+    for each in given:
+        told[int(np.argmax(np.abs(end - np.array(each.a.point))))] = each.component
+    shown = [runs for text in told[: 2 if scene.plane else 3] for runs in ((", ", "roman"), *_signed(text))]
+    return (*letters(name.removesuffix(_CENTRE)), (" (", "roman"), *shown[1:], (")", "roman"))
+
+
+def _signed(text: str) -> Runs:
+    return (("−", "roman"), *letters(text[1:])) if text[:1] == "-" else letters(text)
+
+
+def listed(name: str, words: str, entries: Sequence[Runs]) -> Iterator[Note]:
+    """Yield words and entries behind them as lines that are no wider than a legend, named `name`."""
+    line: list[Run] = [(words, "roman")]
+    count = held = 0
+    for k, entry in enumerate(entries):
+        parted = [*entry, ("," if k + 1 < len(entries) else "", "roman")]
+        apart: list[Run] = [(" ", "roman")] if held else []
+        if held and width_of([*line, *apart, *parted], Note.size) > _WIDE:
+            count += 1
+            if count == _MOST:
+                yield _line(name, [*line, *_MORE])
+                return
+            yield _line(name, line)
+            line, held, apart = [], 0, []
+        line += [*apart, *parted]
+        held += 1
+    yield _line(name, line)
+
+
+def _line(name: str, runs: Sequence[Run]) -> Note:
+    return Note(tuple(run for run in runs if run[0]), role="legend", name=name, layer=float(LAYER_TEXT))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A picture in words, for readers who cannot see it: the bodies, what joins them, what acts between them.
+
+
+_DESCRIBED_MOST: Final = 30
+_REACTIONS: Final = ("reaction", "couple")
+
+
+def description(scene: Scene, placed: Placed, shown: Shown) -> str:
+    """Return sentences that say what a picture shows."""
+    view = "in its plane" if scene.plane else "in space"
+    told = [
+        f"The mechanism {scene.name}, drawn {view}, at t = {placed.time:g} s.",
+        _listed("Bodies", scene.bodies),
+        _listed("Joints", _named(item for item in scene.items if item.role == "joint")),
+        _listed("Pulleys", _named(item for item in scene.items if item.role == "pulley")),
+        _listed("Contacts", _named(item for item in scene.items if item.role == "contact")),
+        _listed("Stops", [item.label for item in scene.items if item.role == "stop"]),
+        _listed("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
+        _listed("Lengths and angles", _once([*(d.label for d in scene.dimensions), *(a.label for a in scene.angles)])),
+        _listed("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),
+        _listed("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),
+        _listed("Not unique, because constraints depend on each other", shown.not_unique),
+        _listed("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),
+    ]
+    return " ".join(sentence for sentence in told if sentence)
+
+
+def _named(items: Iterable[Item]) -> list[str]:
+    """Return names once each, with what kind of symbol stands for them."""
+    kinds: dict[str, str] = {}
+    for item in items:
+        kind = getattr(item.form, "kind", "")
+        kinds[item.name] = kinds.get(item.name) or kind
+    return [f"{name} ({kind.replace('_', ' ')})" if kind else name for name, kind in kinds.items()]
+
+
+def _once(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))
+
+
+def _listed(what: str, names: Sequence[str]) -> str:
+    if not names:
+        return ""
+    more = f" and {len(names) - _DESCRIBED_MOST} more" if len(names) > _DESCRIBED_MOST else ""
+    return f"{what}: {', '.join(names[:_DESCRIBED_MOST])}{more}."
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a scene looks like: the marks of all that is in it.
+
+
+def scene_marks(
+    scene: Scene,
+    placed: Placed,
+    projection: Projection,
+    *,
+    frames: bool = False,
+    names: bool = True,
+    marked: Mapping[Path, str] | None = None,
+) -> list[Mark]:
+    """Return the marks of a scene at a state, in points of a page whose origin is that of space; labels are wishes.
+
+    `frames` shows the axes of frames; `names` letters of bodies, joints, lengths and angles; `marked` paths are drawn
+    in another colour.
+    """
+    sheet = Sheet(scene, placed, scene.at(), projection, marked or {})
+    found = [mark for item in scene.items if _is_seen(item, frames) for mark in item_marks(sheet, item)]
+    found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
+    found += free_axes(sheet, _low_corner(found, sheet))
+    found += arrow_marks(sheet, _corner(found, sheet), found)
+    found += word_marks(sheet)
+    if names:
+        found += [*label_marks(sheet), *dimension_marks(sheet), *angle_marks(sheet)]
+    return found
+
+
+def _corner(marks: list[Mark], sheet: Sheet) -> Floats:
+    """Return the place to the right and above of all that is drawn (2)."""
+    high = [np.asarray(mark.points).max(axis=0) for mark in marks if isinstance(mark, (Stroke, Arc, Hatch))]
+    found: Floats = np.max([*high, sheet.span[1]], axis=0)
+    return found
+
+
+def _low_corner(marks: list[Mark], sheet: Sheet) -> Floats:
+    """Return the place to the left and below of all that is drawn (2)."""
+    low = [np.asarray(mark.points).min(axis=0) for mark in marks if isinstance(mark, (Stroke, Arc, Hatch))]
+    found: Floats = np.min([*low, sheet.span[0]], axis=0)
+    return found
+
+
+def _is_seen(item: Item, frames: bool) -> bool:
+    return frames or item.role != "frame"
+
+
+def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
+    """Yield how one item looks."""
+    if isinstance(item.form, Symbol):
+        yield from SYMBOLS[item.form.kind](sheet, item, item.form)
+    elif isinstance(item.form, Axes):
+        return  # they stand beside the figure
+    elif isinstance(item.form, Rail):
+        yield from rail_marks(sheet, item, item.form)
+    elif isinstance(item.form, (Stop, TurnStop)):
+        yield from stop_marks(sheet, item, item.form)
+    else:
+        yield from FORMS[type(item.form)](sheet, item, item.form)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+WIDEST: Final = 425.0
+"""A page (pt) is at most 150 mm wide and high, as far as letters allow that."""
+_UNSEEN: Final = frozenset(("couple", "drag"))
+"""Arrows that a figure does not show: a drag acts against what moves, and `--forces` tells it."""
+MOST_NAMED: Final = 40
+"""Of more bodies no page has room for all names: the figure shows none, its description tells them."""
+_TRIES: Final = 3
+_USUAL, _LARGEST = 16.0, 1.5
+"""So many letters a figure of the usual size has room for; one of more is larger, up to so many times."""
+_STAGE: Final = 44.0
+"""How high (pt) a body is drawn on whose face masses stand that have no size."""
+_SPRING: Final = 120.0
+"""How long (pt) a spring without a length is drawn where nothing else has a size."""
+
+
+def draw(
+    scene: Scene, placed: Placed, *, view: str | Sequence[float] | None = None, shown: Shown | None = None
+) -> Picture:
+    """Return the picture of a scene whose bodies are `placed`; the same picture every time.
+
+    `view` is a name (front, back, top, right, left, iso), or azimuth and elevation in degrees; the scene's own
+    otherwise. Raises InputError for another one.
+    """
+    wanted = shown or Shown()
+    scene, placed = _with_arrows(scene, placed, wanted)
+    projection = _projection(scene, view)
+    projection = projection.scaled(extent(scene, placed), _room(scene, wanted), _highest(scene, projection))
+    title, told = scene.name, description(scene, placed, wanted)
+    picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
+    for _ in range(_TRIES):
+        room = min(WIDEST / picture.width, WIDEST / picture.height)
+        if room >= 1.0:
+            break
+        projection = replace(projection, scale=projection.scale * max(0.4, 0.97 * room))
+        picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
+    return picture
+
+
+def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Placed]:
+    """Return the scene with those arrows that are to be seen: gravity, declared loads and given motions always.
+
+    The speeds of the start are seen there alone.
+    """
+    kept = [k for k, arrow in enumerate(scene.arrows) if shown.forces or arrow.role not in _UNSEEN]
+    kept = [k for k in kept if scene.arrows[k].role != "velocity" or placed.time == 0.0]
+    arrows = (*(scene.arrows[k] for k in kept), *shown.reactions)
+    vectors = np.vstack([placed.vectors[kept].reshape(-1, 3), *(arrow.vector for arrow in shown.reactions)])
+    return replace(scene, arrows=arrows), replace(placed, vectors=vectors)
+
+
+def _marks(scene: Scene, placed: Placed, projection: Projection, shown: Shown) -> list[Mark]:
+    named = shown.names and len(scene.bodies) <= MOST_NAMED
+    scene, told = in_legend(scene) if named else (scene, [])
+    return [*scene_marks(scene, placed, projection, names=named, marked=shown.marked), *told, *notes(shown)]
+
+
+def _projection(scene: Scene, view: str | Sequence[float] | None) -> Projection:
+    usual = Projection(scene.view.right, scene.view.up, 1.0, scene.plane)
+    normal = scene.view.towards if scene.plane else None
+    upward = list(scene.view.up) if scene.plane else _upward(scene)
+    return view_of(view, usual, upward, normal)
+
+
+def _room(scene: Scene, shown: Shown) -> float:
+    """Return how many times as large as usual a figure may be, since it has so many letters."""
+    items = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
+    count = len(items) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
+    return float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if shown.names else 1.0
+
+
+def _highest(scene: Scene, projection: Projection) -> float:
+    """Return the scale (pt/m) at which faces and springs are no larger than the masses without a size beside them."""
+    heights = [0.0]
+    for item in scene.items:
+        masses = (i for i in scene.items if i.role == "contact" and item.body in i.bodies)
+        if isinstance(item.form, Face) and item.form.ends is None and item.body >= 0 and any(masses):
+            heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
+    if not _is_without_sizes(scene):
+        return np.inf
+    loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
+    return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
+
+
+def _is_without_sizes(scene: Scene) -> bool:
+    """Return whether no body has a size but those whose faces have no ends."""
+    bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
+    return all(each.loose for each in scene.strands) and all(isinstance(item.form, Symbol) for item in bodies)
+
+
+def _upward(scene: Scene) -> list[float]:
+    """Return the direction against gravity of a scene in space, z where there is none or it is not along an axis."""
+    up = np.asarray(scene.view.up)
+    axis = int(np.argmax(np.abs(up)))
+    return [float(x) for x in np.sign(up[axis]) * np.eye(3)[axis]]
+
+
+def extent(scene: Scene, placed: Placed) -> Floats:
+    """Return points (n, 3) in the world that bound what has a size: bodies, places of joints, strands."""
+    found = [np.zeros((0, 3))]
+    for item in scene.items:
+        if isinstance(item.form, Face) and item.form.ends is None:
+            continue
+        found.append(placed.world(item.body, item.form.bounds))
+    for strand in placed.strands:
+        found.append(np.asarray(strand.pieces).reshape(-1, 3))
+        found.extend(bow.points() for bow in strand.bows)
+    points = np.vstack(found)
+    kept: Floats = points[np.isfinite(points).all(1)]
+    return kept
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A figure: a picture that shows itself in notebooks and writes itself in the format of a file's ending.
+
+
+ENDINGS: Final = (".svg", ".png", ".pdf", ".tex")
+"""The formats by the ending of a file's name; PNG and PDF take matplotlib."""
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """A drawn mechanism. `svg` and `tex` are documents; `description` says in words what is seen, for alt texts."""
+
+    picture: Picture
+
+    @property
+    def svg(self) -> str:
+        """The figure as an SVG document."""
+        return svg(self.picture)
+
+    @property
+    def tex(self) -> str:
+        """The figure as a LaTeX document with TikZ, which pdflatex makes a page of the figure's size of."""
+        from multibody_sym.pictures.page.tikz import tikz
+
+        return tikz(self.picture)
+
+    @property
+    def title(self) -> str:
+        """The name of the system."""
+        return self.picture.title
+
+    @property
+    def description(self) -> str:
+        """What is seen, in words."""
+        return self.picture.description
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height in points (1/72 inch)."""
+        return self.picture.width, self.picture.height
+
+    @door
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the figure as SVG, PNG, PDF or TeX by the ending of `path`, the same bytes every time.
+
+        Raises InputError for another ending, OutputError where it cannot be written or matplotlib is missing.
+        """
+        write_whole(path, self.content(ending_of(path)))
+
+    @door
+    def content(self, ending: str) -> bytes:
+        """Return the figure as the content of a file with an ending of ENDINGS. Raises InputError, OutputError."""
+        if not isinstance(ending, str) or ending not in ENDINGS:
+            raise ArgumentError(f"ending: expected one of {', '.join(ENDINGS)}, got {shown(ending)}")
+        if ending == ".svg":
+            return self.svg.encode()
+        if ending == ".tex":
+            return self.tex.encode()
+        from multibody_sym.pictures.page.raster import raster
+
+        return raster(self.picture, ending.removeprefix("."))
+
+    def _repr_svg_(self) -> str:
+        return svg(self.picture, alone=False)
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        return f"Figure({self.title!r}, {width:.0f} pt x {height:.0f} pt)"
+
+
+def ending_of(path: str | os.PathLike[str]) -> str:
+    """Return the ending of a figure's name. Raises InputError for one that is no format."""
+    name = path_name(path)
+    ending = os.path.splitext(name)[1].lower()
+    if ending not in ENDINGS:
+        message = f"a figure is written to {', '.join(ENDINGS)} files, by the ending of the name"
+        raise InputError(message, where=Where(file=name))
+    return ending

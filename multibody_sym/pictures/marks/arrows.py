@@ -1,0 +1,265 @@
+"""Arrows: gravity beside the figure, forces at their points, torques as bows around them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.pictures.marks.shapes import wedge
+from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
+from multibody_sym.pictures.page.free_space import crossed, segments_of
+from multibody_sym.pictures.page.picture import (
+    BLACK,
+    FORCE,
+    LAYER_ARROW,
+    LAYER_TEXT,
+    MOTION,
+    REACTION,
+    THIN,
+    Arc,
+    Arrow,
+    Hatch,
+    Mark,
+    Pen,
+    Stroke,
+    Wish,
+    letters,
+    simple,
+)
+from multibody_sym.pictures.scene.items import ArrowItem, Axes, Face, Item, Symbol, across, unit
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+_FORCE: Final = 34.0
+_TORQUE: Final = 15.0
+_GRAVITY: Final = 30.0
+_MOVING: Final = 24.0
+_BESIDE: Final = 6.0
+"""How far arrows of the same place and way are apart (pt)."""
+_NEAR: Final = 2.0
+"""Within this distance (pt) places are one."""
+_SAME_WAY: Final = 0.98
+_OPEN: Final = (3.5, 2.5)
+"""The dashes of an arrow that others would do for as well (pt)."""
+_CLEAR: Final = 0.05
+"""The part of an arrow at its tail that may touch what it acts on."""
+
+
+def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield all arrows of a scene with their letters, those of loads where they cross the least that is `drawn`.
+
+    Gravity stands beside the `corner` of what is drawn.
+    """
+    taken, lines = _Taken(), _lines(drawn)
+    for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
+        vector = now if np.any(now) else np.asarray(item.way)
+        named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        at = _place(sheet, item)
+        if item.role == "gravity":
+            yield from _gravity(sheet, item, vector, named, corner)
+        elif item.role == "motion":
+            yield from _moving(sheet, item, vector, named, corner)
+        elif item.role in ("torque", "couple"):
+            pen = _pen(item, REACTION if item.role == "couple" else FORCE)
+            yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
+        elif item.role != "drag":
+            pen = _pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
+            at = at + taken.aside(at, sheet.projection.page(vector))
+            pushes = item.role == "force" and item.path[0] == "forces" and _pushes(sheet, at, vector, lines)
+            yield from force_marks(sheet, at, vector, item.label, named, pen, pushes=pushes)
+
+
+def _pen(item: ArrowItem, pen: Pen) -> Pen:
+    """Return the pen of an arrow, dashed for what is not unique."""
+    return replace(pen, dash=_OPEN) if item.open else pen
+
+
+def _place(sheet: Sheet, item: ArrowItem) -> Floats:
+    """Return where an arrow acts on the page: on a body whose size is the page's affair, in its middle."""
+    body, at = item.at.body, sheet.at(item.at.body, item.at.point)
+    if item.role == "gravity" or not sheet.flat:
+        return at
+    for other in sheet.touched.get(body, ()):
+        if other.role in ("point", "mass centre") and _near(sheet.at(body, other.form.bounds[0]), at):
+            return at
+    for other in sheet.touched.get(body, ()):
+        if other.role == "body" and isinstance(other.form, Face) and other.form.ends is None and not other.on_ground:
+            return np.asarray(wedge(sheet, other, other.form).mean(axis=0))
+    return at
+
+
+def _lines(marks: Sequence[Mark]) -> Floats:
+    """Return the lines (n, 4) of marks that have their place."""
+    placed = [mark for mark in marks if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
+    found = [segments_of(part) for mark in placed for part in simple(mark)]
+    return np.vstack([np.zeros((0, 4)), *found])
+
+
+def _pushes(sheet: Sheet, at: Floats, vector: Floats, lines: Floats) -> bool:
+    """Return whether a load's arrow ends at its place, where it crosses fewer lines so than if it began there."""
+    points = _shaft(sheet, at, vector)
+    if points is None:
+        return False
+    shaft = points[1] - points[0]
+    away, into = (crossed(start + _CLEAR * shaft, start + shaft, lines) for start in (at, at - (1.0 + _CLEAR) * shaft))
+    return into < away
+
+
+@dataclass
+class _Taken:
+    """Where arrows are: one that would lie on another stands beside it, a bow about another."""
+
+    forces: list[tuple[Floats, Floats]] = field(default_factory=list)
+    torques: list[Floats] = field(default_factory=list)
+
+    def aside(self, at: Floats, way: Floats) -> Floats:
+        """Return how far (2) a force that starts at a place moves across its way."""
+        along = unit2(way)
+        same = [1 for other, ahead in self.forces if _near(at, other) and float(along @ ahead) > _SAME_WAY]
+        self.forces.append((at, along))
+        side = (len(same) + 1) // 2 * (1 if len(same) % 2 else -1)
+        found: Floats = _BESIDE * side * left(along)
+        return found
+
+    def radius(self, at: Floats, drawn: Sequence[Mark]) -> float:
+        """Return the radius of the bow of a torque about a place, beside circles that are drawn about it."""
+        same = sum(_near(at, other) for other in self.torques)
+        self.torques.append(at)
+        circles = [mark.radius for mark in drawn if isinstance(mark, Arc) and _near(at, np.asarray(mark.centre))]
+        found = _TORQUE + _BESIDE * same
+        while any(abs(found - radius) < _BESIDE / 2 for radius in circles):
+            found += _BESIDE
+        return found
+
+
+def _near(a: Floats, b: Floats) -> bool:
+    return float(np.linalg.norm(a - b)) < _NEAR
+
+
+def _gravity(
+    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
+) -> Iterator[Mark]:
+    way = sheet.projection.page(vector)
+    size = float(np.linalg.norm(way)) / sheet.projection.scale
+    if size < 0.05 * float(np.linalg.norm(vector)):
+        return
+    top = corner + np.array([30.0, 0.0])
+    points = np.array([top, top + _GRAVITY * unit2(way)])
+    yield Arrow(points, THIN, **named)
+    yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
+
+
+def _moving(sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats) -> Iterator[Mark]:
+    """Yield the direction in which ground moves, below that of gravity."""
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    if float(np.linalg.norm(way)) < 0.05:
+        return
+    points = corner + np.array([30.0, -_GRAVITY - _MOVING]) + np.outer([-0.5, 0.5], _MOVING * unit2(way))
+    yield Arrow(points, MOTION, **named)
+    about, colour = points.mean(axis=0)[None, :], MOTION.colour
+    yield Wish(about, letters(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
+
+
+def force_marks(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE, *,
+    pushes: bool = False,
+) -> Iterator[Mark]:  # fmt: skip
+    """Yield a force at a place of the page: from there along its direction, or up to there if it `pushes`."""
+    points = _shaft(sheet, at, vector)
+    if points is None:
+        return
+    if pushes:
+        points = points + points[0] - points[1]
+    yield Arrow(points, pen, **named)
+    side = left(unit2(points[1] - points[0]))
+    prefer = (float(side[0]), float(side[1]))
+    end = points[:1] if pushes else points[1:]
+    yield Wish(end, letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+
+
+def _shaft(sheet: Sheet, at: Floats, vector: Floats) -> Floats | None:
+    """Return the ends of a force's arrow (2, 2), None of one that is zero or points at the reader."""
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    size = float(np.linalg.norm(vector))
+    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
+        return None
+    return np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
+
+
+def torque_marks(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE,
+    radius: float = _TORQUE,
+) -> Iterator[Mark]:  # fmt: skip
+    """Yield a torque about a place of the page: most of a circle around its axis, as it turns."""
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        return
+    axis = np.array(unit(vector))
+    e1 = np.array(across(axis))
+    e2 = np.cross(axis, e1)
+    angles = np.linspace(-0.5, 4.0, 36)[:, None]
+    rim = np.cos(angles) * e1 + np.sin(angles) * e2
+    points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
+    yield Arrow(points, pen, head=5.0, **named)
+    yield Wish(points, letters(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Axes of what moves freely, below the figure, with its coordinates; arrows of what is driven.
+
+
+_LENGTH: Final = 22.0
+_TURN: Final = 11.0
+"""The radius of the bow of what turns (pt)."""
+_APART: Final = 58.0
+_AXES_BESIDE, _DRIVEN, _ABOUT = 16.0, 24.0, 12.0
+"""How far (pt) the arrow of a drive is from what slides, its length, and its radius about what turns."""
+
+
+def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
+    """Yield the axes of each joint that leaves a body free, in a row below the `corner` of what is drawn."""
+    free = [item for item in sheet.scene.items if isinstance(item.form, Axes)]
+    for k, item in enumerate(free):
+        assert isinstance(item.form, Axes)
+        at = corner + np.array([6.0 + _APART * k, -44.0])
+        named: dict[str, Any] = {"role": item.role, "name": item.name}
+        yield Arc(at, 1.2, None, fill=BLACK, layer=LAYER_ARROW, **named)
+        for axis, name in zip(item.form.axes, item.form.names, strict=False):
+            way = _LENGTH * sheet.way(item.body, axis)
+            if float(np.linalg.norm(way)) < 4.0:
+                continue
+            yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
+            prefer = (float(way[0]), float(way[1]))
+            yield Wish((at + way)[None, :], letters(name), prefer=prefer, layer=LAYER_TEXT, **named)
+        if len(item.form.axes) == 2 and len(item.form.names) == 3:
+            yield from _turn(sheet, item, at, named)
+
+
+def _turn(sheet: Sheet, item: Item, at: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield the bow of what turns in the plane too, from the first axis towards the second, with its letter."""
+    assert isinstance(item.form, Axes)
+    first, second = (sheet.way(item.body, axis) for axis in item.form.axes)
+    angles = np.linspace(0.15, 1.42, 12)[:, None]
+    points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
+    yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
+    middle, way = points[len(points) // 2][None, :], first + second
+    name = letters(item.form.names[-1])
+    yield Wish(middle, name, prefer=(float(way[0]), float(way[1])), clear=1.5, layer=LAYER_TEXT, **named)
+
+
+def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+    """Return the points (n, 2) of the arrow by which a prescribed motion is seen."""
+    at = sheet.at(item.body, symbol.at)
+    if symbol.kind == "drive_along":
+        way = unit2(sheet.way(item.body, symbol.axis), (0.0, 1.0))
+        start = at - _AXES_BESIDE * left(way)
+        return np.array([start, start + _DRIVEN * way])
+    e1 = np.array(across(symbol.axis))
+    e2 = np.cross(symbol.axis, e1)
+    angles = np.linspace(0.3, 4.6, 32)[:, None]
+    rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
+    found: Floats = at + _ABOUT * np.array(rim)
+    return found

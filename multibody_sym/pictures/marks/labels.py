@@ -1,0 +1,274 @@
+"""Names, lengths and angles: what wants letters beside it, for the layout to place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.pictures.marks.arrows import driven_points
+from multibody_sym.pictures.marks.contacts import touching_place
+from multibody_sym.pictures.marks.shapes import face_ends, wedge
+from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
+from multibody_sym.pictures.marks.sliders import rail_ends, rail_lines, sleeve_place, stop_line
+from multibody_sym.pictures.marks.supports import drawn_pieces
+from multibody_sym.pictures.marks.symbols import ring_pins
+from multibody_sym.pictures.page.picture import (
+    LAYER_ARROW,
+    LAYER_TEXT,
+    MARKED,
+    MOTION,
+    THIN,
+    Arrow,
+    Bend,
+    Mark,
+    Measure,
+    Wish,
+    letters,
+    words,
+)
+from multibody_sym.pictures.scene.items import (
+    Anchor,
+    AngleMark,
+    Axes,
+    Dimension,
+    Disc,
+    Face,
+    Item,
+    PlacedStrand,
+    Rail,
+    Stop,
+    Symbol,
+    TurnStop,
+)
+from multibody_sym.scalars.arrays import Floats
+
+_SHORTEST: Final = 9.0
+"""The shortest length (pt) that gets a dimension line."""
+_COORDINATE: Final = 24.0
+_SAME: Final = 3.0
+"""Within this distance (pt) places are one."""
+_NEAR_BLOCK: Final = 22.0
+"""How far from its block (pt) the name of a slider stands on what it slides along."""
+_NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit", "stop")
+_SILENT: Final = ("tie", "point", "used_point", "frame")
+"""Symbols without a name on the figure."""
+_SECOND: Final = ("weld", "torsion_damper", "torsion_spring", "motor", "friction")
+_MANY: Final = 20
+"""Of more bodies and joints the welds, and springs, dampers and motors in hinges, have no names."""
+
+
+def label_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the names of bodies, joints, pulleys and strands."""
+    named: set[tuple[str, str]] = {("force", arrow.name) for arrow in sheet.scene.arrows}
+    silent = (*_SILENT, *(_SECOND if _is_crowded(sheet) else ()))
+    for item in sheet.scene.items:
+        key = (item.role, item.name)
+        if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):
+            continue
+        if isinstance(item.form, Symbol) and item.form.kind in silent:
+            continue
+        if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
+            continue
+        named.add(key)
+        if isinstance(item.form, (Stop, TurnStop)):
+            yield from _of_stop(sheet, item, item.form)
+        else:
+            yield _name(sheet, item)
+    for placed in sheet.placed.strands:
+        pieces = drawn_pieces(sheet, placed)
+        if len(pieces) and np.all(np.isfinite(pieces)) and _is_named(placed, pieces):
+            longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
+            strand, middle = placed.strand, longest[0] + np.outer((0.3, 0.7), longest[1] - longest[0])
+            centres = [end for anchor, end in zip(strand.anchors, longest, strict=False) if anchor.body in sheet.ground]
+            about = np.array(centres) if strand.kind == "attraction" and centres else middle
+            yield Wish(about, letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+
+
+def _is_crowded(sheet: Sheet) -> bool:
+    """Return whether a figure has more names than can be told apart, so that those of what stays fixed are left out."""
+    return len({(i.role, i.name) for i in sheet.scene.items if i.role in ("body", "joint")}) > _MANY
+
+
+def _is_named(placed: PlacedStrand, pieces: Floats) -> bool:
+    """Return whether a strand is long enough to be named: joints at one place are tied by a line that is not seen."""
+    return placed.strand.kind != "tie" or float(np.ptp(pieces, axis=(0, 1)).max()) > _SAME
+
+
+def word_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the word of each marked path beside the first thing that it is the path of."""
+    for path, word in sheet.marked.items():
+        item = next((i for i in sheet.scene.items if i.path[: len(path)] == path), None)
+        if item is not None and word:
+            about = sheet.page(item.body, item.form.bounds).mean(axis=0)[None, :]
+            yield Wish(about, words(word), clear=10.0, colour=MARKED.colour, **_text("mark", "/".join(path)))
+
+
+def _text(role: str, name: str) -> dict[str, Any]:
+    return {"role": role, "name": name, "layer": LAYER_TEXT}
+
+
+def _name(sheet: Sheet, item: Item) -> Wish:
+    bounds = sheet.page(item.body, item.form.bounds)
+    if item.role == "contact" and isinstance(item.form, Symbol):
+        place = touching_place(sheet, item, item.form)
+        bounds = bounds if place is None else place[None, :]
+    round_it = isinstance(item.form, Disc) and (item.form.hollow or _turns_at_middle(sheet, item, item.form))
+    about = bounds if len(bounds) == 2 or round_it else bounds.mean(axis=0)[None, :]
+    if item.role == "body" and isinstance(item.form, Face) and item.form.ends is None and sheet.flat:
+        about = wedge(sheet, item, item.form).mean(axis=0)[None, :]
+    if isinstance(item.form, Symbol):
+        about = _beside(sheet, item, item.form, about)
+    clear = 7.0 if isinstance(item.form, Symbol) and len(about) == 1 else 5.0
+    return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
+
+
+def _of_stop(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Iterator[Mark]:
+    line = stop_line(sheet, item, form)
+    if line is not None:
+        way = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
+        prefer, text = (float(way[0]), float(way[1])), _text(item.role, item.name)
+        yield Wish(line.mean(axis=0)[None, :], letters(item.label), prefer=prefer, clear=7.0, **text)
+
+
+def _turns_at_middle(sheet: Sheet, item: Item, disc: Disc) -> bool:
+    """Return whether a hinge, whose name stands there, is in the middle of a body that is round."""
+    centre = sheet.at(item.body, disc.centre)
+    signs = (i for i in sheet.scene.items if i.role == "joint" and item.role == "body" and item.body in i.bodies)
+    places = (sheet.at(i.body, i.form.at) for i in signs if isinstance(i.form, Symbol))
+    return any(float(np.linalg.norm(place - centre)) < _SAME for place in places)
+
+
+def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floats:
+    """Return what the name of a symbol stands beside (n, 2): the rail of a slider, the arrow of what is driven."""
+    if symbol.kind == "friction":
+        sliders = (i for i in sheet.scene.items if i.role == "joint" and {*i.bodies} == {*item.bodies})
+        for other in sliders:
+            if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
+                return _beside(sheet, other, other.form, sheet.page(other.body, other.form.bounds))
+    pins = ring_pins(sheet, item, symbol) if symbol.kind in ("pin", "pivot") else None
+    if pins is not None:
+        return sheet.page(item.body, pins[1:])
+    if symbol.kind in ("drive_about", "drive_along"):
+        return driven_points(sheet, item, symbol)[-2:]
+    if symbol.kind == "slider" and not sheet.flat:
+        return sheet.page(item.body, [sleeve_place(sheet, item, symbol)])
+    if symbol.kind in ("slider", "hanger"):
+        rails = (i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail))
+        rail = next(rails, None)
+        if rail is not None and sheet.flat:
+            line = np.vstack(rail_lines(sheet, rail)[:1])
+            return line if symbol.kind == "hanger" else _near(line, otherwise[0])
+    return otherwise
+
+
+def _near(line: Floats, place: Floats) -> Floats:
+    """Return the part of a line (2, 2) that is near a place: several blocks may share what they slide on."""
+    along, length = unit2(line[1] - line[0]), float(np.linalg.norm(line[1] - line[0]))
+    middle = float((place - line[0]) @ along)
+    ways = np.clip([middle - _NEAR_BLOCK, middle + _NEAR_BLOCK], 0.0, length)
+    found: Floats = line[0] + np.outer(ways, along)
+    return found
+
+
+# --- lengths and angles --------------------------------------------------------------------------------------------
+
+
+def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the lengths that the model names, and the coordinates of sliders."""
+    for each in sheet.scene.dimensions:
+        a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
+        if each.coordinate and each.a.body in sheet.ground:  # it is measured beside what is displaced, straight
+            shift = sheet.settled.bodies.get(each.b.body, np.zeros(2))
+            along = unit2(b - shift - a)
+            aside = shift - float(shift @ along) * along
+            a, b = a + aside, b - shift + aside
+        length = float(np.linalg.norm(b - a))
+        role = "coordinate" if each.coordinate else "dimension"
+        if each.radius:
+            yield from _radius(sheet, each, a, b)
+        elif each.coordinate and length < _COORDINATE:
+            yield from _coordinate(sheet, each, _place_of(sheet, each.b))
+        else:
+            yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)
+
+
+def _radius(sheet: Sheet, each: Dimension, a: Floats, b: Floats) -> Iterator[Mark]:
+    named: dict[str, Any] = {"role": "dimension", "name": each.name}
+    if float(np.linalg.norm(b - a)) >= _SHORTEST:
+        yield Arrow(np.array([a, b]), THIN, head=4.0, layer=LAYER_ARROW, **named)
+    yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, layer=LAYER_TEXT, **named)
+
+
+def _place_of(sheet: Sheet, anchor: Anchor) -> Floats:
+    """Return where the body of an anchor is seen: at its sign, if it has one, else at the anchor."""
+    signs = (i.form.at for i in sheet.touched.get(anchor.body, ()) if i.role == "body" and isinstance(i.form, Symbol))
+    return sheet.at(anchor.body, next(signs, anchor.point))
+
+
+def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
+    """Yield the direction of a slider's coordinate that is near zero."""
+    joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
+    axis = getattr(joint.form, "axis", None) if joint is not None else None
+    if joint is None or axis is None:
+        return
+    way = unit2(sheet.way(joint.body, axis))
+    start = at + 14.0 * way + 13.0 * left(way)
+    points = np.array([start, start + _COORDINATE * way])
+    yield Arrow(points, MOTION, role="coordinate", name=each.name, layer=LAYER_ARROW)
+    tip = points[1:]
+    yield Wish(tip, letters(each.label), role="coordinate", name=each.name, layer=LAYER_TEXT, colour=MOTION.colour)
+
+
+def angle_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
+    joints = {item.name for item in sheet.scene.items if item.role == "joint"}
+    for each in sheet.scene.angles:
+        if (not each.coordinate and not sheet.flat) or each.name in joints:
+            continue  # what is called as its joint is named there
+        at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
+        if not sheet.flat:
+            yield from _turning(sheet, each, at)
+            continue
+        start, stop = (sheet.way(end.body, end.point) for end in (each.start, each.stop))
+        first, second = (float(np.arctan2(way[1], way[0])) for way in (start, stop))
+        turn = (second - first + np.pi) % (2 * np.pi) - np.pi
+        low, high = (first, first + turn) if turn > 0.0 else (first + turn, first)
+        ends = (turn > 0.0, turn < 0.0)  # a thin line shows the side from which the angle is counted
+        lines = ends if each.coordinate else (True, False)
+        tip = (1 if turn > 0.0 else 0) if each.coordinate else None
+        yield Bend(
+            at, low, high, letters(each.label), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
+        )
+
+
+def _foot(sheet: Sheet, each: AngleMark) -> Floats:
+    """Return where the angle of a slope is written: at the low end of the rail or face that has it."""
+    along = sheet.way(each.stop.body, each.stop.point)
+    for item in sheet.scene.items:
+        if item.body != each.at.body or not isinstance(item.form, (Rail, Face)):
+            continue
+        if isinstance(item.form, Rail) and item.form.light:
+            continue
+        ends = rail_ends(sheet, item, item.form) if isinstance(item.form, Rail) else face_ends(sheet, item, item.form)
+        way = unit2(ends[1] - ends[0])
+        if abs(float(way[0] * along[1] - way[1] * along[0])) < 1e-3:
+            return np.asarray(max(ends, key=lambda end: float(end @ sheet.down)))
+    return sheet.at(each.at.body, each.at.point)
+
+
+def _turning(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
+    """Yield a bow around an axis in space with its letter."""
+    axis = sheet.placed.turned(each.at.body, each.axis)
+    start = sheet.placed.turned(each.start.body, each.start.point)
+    other = np.cross(axis, start)
+    angles = np.linspace(0.0, 1.2, 20)[:, None]
+    rim = np.cos(angles) * start + np.sin(angles) * other
+    points = at + 16.0 * sheet.projection.page(rim) / sheet.projection.scale
+    if float(np.ptp(points, axis=0).max()) < 4.0:
+        return
+    yield Arrow(points, MOTION, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
+    middle = points[len(points) // 2][None, :]
+    colour = MOTION.colour
+    yield Wish(middle, letters(each.label), role="angle", name=each.name, layer=LAYER_TEXT, colour=colour)

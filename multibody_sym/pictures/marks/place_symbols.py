@@ -1,0 +1,315 @@
+"""Where things without a size stand on the page: on what they touch, beside what they would cover, as in a book.
+
+A mass without a size is drawn as a block, and its place is a point: on a plane it stands on that point, not half in it;
+two that hang on one rope over a wheel without a radius hang beside each other. Such displacements (pt) belong to bodies
+and are those of the start, so that nothing jumps while it moves; what has a size is never displaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.pictures.page.free_space import distances
+from multibody_sym.pictures.page.picture import ROD
+from multibody_sym.pictures.scene.items import Disc, Face, Item, Placed, PlacedStrand, Polyline, Rail, Symbol
+from multibody_sym.pictures.scene.scene import Scene
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.rank import least_squares
+
+MASS: Final = (24.0, 17.0)
+"""Length and height of a mass without a size (pt)."""
+BOB: Final = 5.0
+"""The radius of a bob without a size (pt)."""
+WHEEL: Final = 11.0
+"""The radius of a pulley without one (pt)."""
+_BESIDE: Final = 66.0
+"""How far bodies without a size are apart that a spring of no length joins (pt)."""
+STEEPEST: Final = 0.3
+"""The cosine of the slope up to which something stands on it."""
+_CLOSE: Final = 38.0
+"""How far masses without a size are apart at least that a rope or spring joins (pt)."""
+_SAME: Final = 1.0
+_BACK: Final = 0.98
+"""The cosine of the angle between two pieces of a rope above which it runs straight back."""
+_SHARPEST: Final = float(np.arccos(_BACK)) / 2
+"""Half of the angle between two pieces down to which a wheel lies in it; sharper ones run back."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Displacements (pt) of `bodies` by number and of `pulleys` on ground by name; `leans` are directions of blocks.
+
+    `folds` are, by rope, the displacements of the ends of its pieces where it runs straight back over wheels.
+    """
+
+    bodies: Mapping[int, Floats] = field(default_factory=dict)
+    pulleys: Mapping[str, Floats] = field(default_factory=dict)
+    leans: Mapping[int, Floats] = field(default_factory=dict)
+    folds: Mapping[str, Floats] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class _Settling:
+    """The scene at its start on the page, and what was found so far."""
+
+    scene: Scene
+    home: Placed
+    axes: Floats
+    scale: float
+    bodies: dict[int, Floats] = field(default_factory=dict)
+    pulleys: dict[str, Floats] = field(default_factory=dict)
+    leans: dict[int, Floats] = field(default_factory=dict)
+    folds: dict[str, Floats] = field(default_factory=dict)
+
+    def page(self, body: int, point: object) -> Floats:
+        """Return where a point of a body is on the page (2)."""
+        found: Floats = self.scale * (self.axes @ self.home.world(body, np.array([point], dtype=float))[0])
+        return found
+
+    def way(self, body: int, direction: object) -> Floats:
+        """Return a direction of a body on the page (2)."""
+        found: Floats = self.axes @ self.home.turned(body, np.asarray(direction, dtype=float))
+        return found
+
+    def mass(self, body: int) -> Symbol | None:
+        """Return the symbol that stands for all of a body, None for one that has a size."""
+        forms = [item.form for item in self.scene.items if item.body == body and item.role in ("body", "surface")]
+        symbols = [form for form in forms if isinstance(form, Symbol) and form.kind in ("block", "bob")]
+        return symbols[0] if len(forms) == 1 and symbols else None
+
+
+def settled(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) -> Settled:
+    """Return where things without a size stand in a view."""
+    made = _Settling(scene, home, np.array([right, up]), scale)
+    for strand in home.strands:
+        _fold(made, strand)
+    for strand in home.strands:
+        _follow(made, strand)
+    for _ in range(3):  # a block on a block on a block
+        for item in scene.items:
+            _stand(made, item)
+    _bear(made)
+    for strand in home.strands:
+        _beside(made, strand)
+    return Settled(made.bodies, made.pulleys, made.leans, made.folds)
+
+
+def half_size(symbol: Symbol) -> float:
+    """Return how high the middle of a mass without a size stands above what it touches (pt)."""
+    return BOB if symbol.kind == "bob" else MASS[1] / 2
+
+
+def _stand(made: _Settling, item: Item) -> None:
+    """Let a mass that touches a plane, or slides on another body, stand on it."""
+    if item.role == "contact" and len(item.bodies) == 2 and isinstance(item.form, Symbol):
+        mass, other = made.mass(item.body), next((b for b in item.bodies if b != item.body), item.body)
+        normal = next(_normals(made, other, made.page(item.body, item.form.at)), None)
+        if mass is not None and normal is not None:
+            _lift(made, item.body, other, normal, half_size(mass))
+    elif item.role == "joint" and item.on_ground and isinstance(item.form, Symbol) and item.form.kind == "weld":
+        up = made.way(-1, made.scene.view.up)
+        if len(item.bodies) == 2 and made.mass(item.bodies[1]) is not None and float(np.linalg.norm(up)) > 0.9:
+            drawn = _is_on_ground(made, made.page(item.body, item.form.at))
+            _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2 if drawn else 0.0)
+    elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
+        parent, child = item.bodies
+        mass, below = made.mass(child), made.mass(parent)
+        along = made.way(parent, item.form.axis)
+        if mass is None or below is None or below.kind != "block" or float(np.linalg.norm(along)) < 0.9:
+            return
+        normal = np.array([-along[1], along[0]])
+        normal = normal if normal[1] > 0.0 else -normal
+        if normal[1] < STEEPEST:
+            return
+        level = abs(float(normal[0])) < 0.05
+        _lift(made, child, parent, normal, half_size(mass) + (MASS[1] / 2 if level else 0.0))
+
+
+def _bear(made: _Settling) -> None:
+    """Let rods, whose width is the page's affair, lie on what they touch in a plane, not half in it."""
+    touching: dict[int, list[Floats]] = {}
+    for item in made.scene.items if made.scene.plane else ():
+        if item.role == "contact" and len(item.bodies) == 2 and _is_loose_rod(made, item.body):
+            other = next((b for b in item.bodies if b != item.body), item.body)
+            at = made.page(item.body, item.form.bounds[0])
+            touching.setdefault(item.body, []).extend([*_normals(made, other, at)][:1])
+    for body, normals in touching.items():
+        if normals:
+            way = least_squares(np.array(normals), np.full(len(normals), ROD / 2))
+            if float(np.linalg.norm(way)) < ROD:  # between faces that leave it no room it stays where it is
+                made.bodies[body] = way
+
+
+def _is_loose_rod(made: _Settling, body: int) -> bool:
+    """Return whether a body is seen as a rod alone, which no joint holds."""
+    forms = [item.form for item in made.scene.items if item.body == body and item.role in ("body", "surface")]
+    held = any(i.role == "joint" and body in i.bodies and isinstance(i.form, Symbol) for i in made.scene.items)
+    return len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed and not held
+
+
+def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:
+    """Yield the directions away from the faces and rims of a body on which a place of the page lies."""
+    for item in made.scene.items:
+        if item.body == body and isinstance(item.form, Face):
+            normal = made.way(body, item.form.normal)
+            if abs(float((at - made.page(body, item.form.through)) @ normal)) < _SAME:
+                yield normal
+        elif item.body == body and isinstance(item.form, Disc):
+            way = at - made.page(body, item.form.centre)
+            apart = float(np.linalg.norm(way))
+            if abs(apart - made.scale * item.form.radius) < _SAME < apart:
+                yield (-way if item.form.hollow else way) / apart
+
+
+def _is_on_ground(made: _Settling, at: Floats) -> bool:
+    """Return whether a place of the page lies on a segment or face of ground that is drawn."""
+    lines = [
+        np.array([made.page(item.body, point) for point in item.form.points])
+        for item in made.scene.items
+        if item.body < 0 and item.role == "surface" and isinstance(item.form, Polyline)
+    ]
+    on_segment = any(distances(at[None, :], np.hstack((x[:-1], x[1:]))).min() < _SAME for x in lines)
+    return on_segment or next(_normals(made, -1, at), None) is not None
+
+
+def _lift(made: _Settling, body: int, carrier: int, normal: Floats, height: float) -> None:
+    base = made.bodies.get(carrier, np.zeros(2))
+    if height or np.any(base):
+        made.bodies[body] = base + height * normal
+    made.leans[body] = np.array([normal[1], -normal[0]])
+
+
+# --- ropes ---------------------------------------------------------------------------------------------------------
+
+
+def _fold(made: _Settling, rope: PlacedStrand) -> None:
+    """Let the pieces of a rope that runs straight back over wheels without a radius hang beside each other."""
+    if rope.strand.kind != "rope" or rope.turns or not np.all(np.isfinite(rope.pieces)):
+        return
+    pieces = made.scale * (rope.pieces @ made.axes.T)
+    folds = [_is_fold(*pair) for pair in pairwise(pieces)]
+    if not any(folds):
+        return
+    along = pieces[0][1] - pieces[0][0]
+    across = np.array([1.0, 0.0]) if abs(along[1]) > abs(along[0]) else np.array([0.0, 1.0])
+    ways = _ways(pieces, folds, across)
+    made.folds[rope.strand.name] = ways
+    first, last = rope.strand.anchors[0], rope.strand.anchors[-1]
+    for anchor, way in ((first, ways[0][0]), (last, ways[-1][1])):
+        if anchor.body >= 0:
+            made.bodies[anchor.body] = way
+    for k, fold in enumerate(folds):
+        if fold:
+            _fold_pulley(made, pieces[k][1], (ways[k][1] + ways[k + 1][0]) / 2)
+        else:
+            _bend_pulley(made, pieces[k], pieces[k + 1], ways[k][1], across)
+
+
+def _ways(pieces: Floats, folds: list[bool], across: Floats) -> Floats:
+    """Return the displacements of both ends of each piece (n, 2, 2).
+
+    Pieces are a wheel apart where the rope runs back; the far end gives way by what the pieces come nearer there and
+    by the wheel in a bend before them.
+    """
+    ways = np.zeros((len(pieces), 2))
+    for k, fold in enumerate(folds):
+        wheel = 2.0 * WHEEL / _sine(pieces[k], across) * fold
+        ways[k + 1] = ways[k][1] + wheel
+        if fold:
+            ways[k + 1][1] += max(_nearer(pieces[k], pieces[k + 1], across), 0.0)
+            ways[k + 1][1] += wheel if k and not folds[k - 1] else 0.0
+    found: Floats = (ways - ways[-1][1] / 2)[:, :, None] * across
+    return found
+
+
+def _nearer(before: Floats, after: Floats, across: Floats) -> float:
+    """Return how much nearer a piece that runs back comes to the one before it, at the end of the shorter one."""
+    first, second = before[1] - before[0], after[1] - after[0]
+    longer, shorter = sorted((first, second), key=lambda piece: -float(np.linalg.norm(piece)))
+    return -_cross(longer, shorter) / (_cross(longer, across) or np.inf)
+
+
+def _cross(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _fold_pulley(made: _Settling, at: Floats, way: Floats) -> None:
+    """Displace the first pulley at a place that is not displaced yet, with its body."""
+    for item in _pulleys(made, at):
+        made.pulleys[item.name] = way
+        if item.body >= 0:
+            made.bodies[item.body] = way
+        return
+
+
+def _bend_pulley(made: _Settling, first: Floats, second: Floats, way: Floats, across: Floats) -> None:
+    """Displace a mass without a size that carries a wheel in the bend of a folded rope, by the wheel's half width."""
+    centre = fillet(first[0], first[1], second[1], WHEEL)
+    for item in _pulleys(made, first[1]) if centre is not None else ():
+        if made.mass(item.body) is not None and item.body not in made.bodies:
+            made.pulleys[item.name] = made.bodies[item.body] = way + float((centre - first[1]) @ across) * across
+
+
+def _pulleys(made: _Settling, at: Floats) -> Iterator[Item]:
+    """Yield the pulleys at a place of the page that are not displaced yet."""
+    for item in made.scene.items:
+        if item.role != "pulley" or item.name in made.pulleys or not isinstance(item.form, Symbol):
+            continue
+        if float(np.linalg.norm(made.page(item.body, item.form.at) - at)) < _SAME:
+            yield item
+
+
+def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None:
+    """Return the centre of the circle in the corner of two lines that touches both; None where they hardly bend."""
+    one, two = ((end - corner) / max(float(np.linalg.norm(end - corner)), _SAME) for end in (a, b))
+    half = 0.5 * float(np.arccos(np.clip(float(one @ two), -1.0, 1.0)))
+    if half > 1.5 or half < _SHARPEST:
+        return None
+    middle = (one + two) / float(np.linalg.norm(one + two))
+    found: Floats = corner + middle * radius / np.sin(half)
+    return found
+
+
+def _sine(piece: Floats, across: Floats) -> float:
+    """Return the sine of the angle between a piece and a direction in which it is displaced, never a small one."""
+    along = piece[1] - piece[0]
+    return max(abs(_cross(along, across)) / max(float(np.linalg.norm(along)), _SAME), STEEPEST)
+
+
+def _is_fold(before: Floats, after: Floats) -> bool:
+    a, b = before[0] - before[1], after[1] - after[0]
+    sizes = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+    return min(sizes) > _SAME and float(a @ b) > _BACK * sizes[0] * sizes[1]
+
+
+def _follow(made: _Settling, strand: PlacedStrand) -> None:
+    """Let what hangs on something that was displaced hang below it."""
+    if strand.strand.name in made.folds or len(strand.strand.anchors) != 2 or len(strand.pieces) != 1:
+        return
+    first, second = (anchor.body for anchor in strand.strand.anchors)
+    for one, other in ((first, second), (second, first)):
+        if one in made.bodies and other >= 0 and other not in made.bodies:
+            made.bodies[other] = made.bodies[one]
+    a, b = made.scale * (strand.pieces[0] @ made.axes.T)
+    apart = float(np.linalg.norm(b - a))
+    if made.mass(first) and made.mass(second) and _SAME < apart < _CLOSE:
+        made.bodies[second] = made.bodies.get(second, np.zeros(2)) + (_CLOSE - apart) * (b - a) / apart
+
+
+def _beside(made: _Settling, strand: PlacedStrand) -> None:
+    """Let bodies without a size that a strand of no length joins stand apart along their rail."""
+    if len(strand.strand.anchors) != 2 or strand.strand.kind == "rope" or not len(strand.pieces):
+        return
+    first, second = (anchor.body for anchor in strand.strand.anchors)
+    a, b = (made.page(anchor.body, anchor.point) for anchor in strand.strand.anchors)
+    if min(first, second) < 0 or float(np.linalg.norm(a - b)) > _SAME or made.mass(second) is None:
+        return
+    rails = [i for i in made.scene.items if i.role == "guide" and isinstance(i.form, Rail) and second in i.bodies]
+    way = made.way(rails[0].body, rails[0].form.axis) if rails and isinstance(rails[0].form, Rail) else (1.0, 0.0)
+    made.bodies[second] = made.bodies.get(first, np.zeros(2)) + _BESIDE * np.asarray(way)

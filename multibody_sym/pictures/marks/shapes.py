@@ -1,0 +1,340 @@
+"""Forms with a size in metres: rods, plates, discs, balls, boxes, barrels, faces. A new form is one entry in FORMS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.pictures.marks.place_symbols import WHEEL
+from multibody_sym.pictures.marks.sheet import Sheet, extent, left, unit2
+from multibody_sym.pictures.marks.supports import wheels_on
+from multibody_sym.pictures.page.picture import (
+    BODY,
+    BOLD,
+    INK,
+    LAYER_BODY,
+    LAYER_GROUND,
+    PAPER,
+    ROD,
+    THIN,
+    Arc,
+    Hatch,
+    Mark,
+    Pen,
+    Stroke,
+)
+from multibody_sym.pictures.scene.bodies import hull
+from multibody_sym.pictures.scene.items import GROUND as WORLD
+from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, Disc, Face, Item, Polyline, Sphere, Symbol, circle
+from multibody_sym.scalars.arrays import Floats
+
+_FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+"""The faces of a box by its corners."""
+_MARGIN: Final = 14.0
+"""How far faces without ends reach beyond what stands on them (pt)."""
+_HALF, _PLATE = 34.0, 12.0
+"""Half the length of a face of a moving body, and how thick that is at least (pt)."""
+_SHEET: Final = 46.0
+"""How far a plane in space reaches at least beyond what is near it (pt)."""
+_CURVE: Final = 20
+"""From so many points on an open polyline of a body is a wire, not a bar."""
+_TOOTH: Final = 5.0
+"""About how far apart the tooth marks of a gear are (pt)."""
+_THIN_BAR: Final = 3.5
+"""The width of bars in space (pt)."""
+
+
+def capsule(a: Floats, b: Floats, width: float) -> Floats:
+    """Return the outline of a bar with round ends (n, 2)."""
+    along = unit2(b - a)
+    first = float(np.arctan2(along[1], along[0]))
+    turn = np.linspace(-np.pi / 2, np.pi / 2, 9)
+    ends = [(b, first + turn), (a, first + np.pi + turn)]
+    return np.vstack([c + width / 2 * np.column_stack((np.cos(t), np.sin(t))) for c, t in ends])
+
+
+def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
+    points = sheet.page(item.body, form.points)
+    pen = sheet.pen(item)
+    if form.closed:
+        named = sheet.named(item, LAYER_BODY, np.mean(form.points, axis=0))
+        yield Stroke(points, pen, closed=True, fill=BODY, **named)
+    elif len(points) > _CURVE or (item.role in ("guide", "surface") and (len(points) > 2 or item.on_ground)):
+        yield from _curve(sheet, item, points)
+    elif np.ptp(points, axis=0).max() < 1e-9:
+        return
+    else:
+        width = ROD if sheet.flat else _THIN_BAR
+        pairs = [(0, len(points) - 1)] if _is_straight(points) else [(k, k + 1) for k in range(len(points) - 1)]
+        for first, last in pairs:
+            middle = np.add(form.points[first], form.points[last]) / 2
+            outline = capsule(points[first], points[last], width)
+            yield Stroke(outline, pen, closed=True, fill=BODY, **sheet.named(item, LAYER_BODY, middle))
+
+
+def _is_straight(points: Floats) -> bool:
+    ways = points - points[0]
+    last = unit2(ways[-1])
+    return bool(np.all(np.abs(ways @ left(last)) < 0.5))
+
+
+def _curve(sheet: Sheet, item: Item, points: Floats) -> Iterator[Mark]:
+    """Yield a wire, or the profile of a surface with hatching below."""
+    if item.role == "surface" and sheet.flat:
+        side = 1 if float(unit2(points[-1] - points[0]) @ left(sheet.down)) < 0.0 else -1
+        named = sheet.named(item, LAYER_GROUND)
+        yield Hatch(points, sheet.pen(item, BOLD), side=_below(points, sheet.down) or side, **named)
+    else:
+        yield Stroke(points, sheet.pen(item, BOLD), **sheet.named(item, LAYER_GROUND))
+
+
+def _below(points: Floats, down: Floats) -> int:
+    """Return on which side of its way (1 left) a profile has what is below it."""
+    along = unit2(points[-1] - points[0])
+    return 1 if float(left(along) @ down) > 0.0 else -1
+
+
+def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
+    rim = circle(form.centre, form.axis, form.radius, 73)
+    fill = None if form.hollow else BODY
+    named = sheet.named(item, LAYER_BODY, form.centre)
+    across = abs(float(sheet.placed.turned(item.body, form.axis) @ sheet.projection.toward))
+    centre, radius = sheet.at(item.body, form.centre), form.radius * sheet.projection.scale
+    pen = sheet.pen(item)
+    if across < 1.0 - 1e-9:
+        yield Stroke(sheet.page(item.body, rim), pen, closed=True, fill=fill, **named)
+        if form.hollow:
+            inner = circle(form.centre, form.axis, max(form.radius - sheet.metres(3.0), 0.9 * form.radius), 73)
+            yield Stroke(sheet.page(item.body, inner), pen, closed=True, **named)
+        return
+    if form.hollow and item.role == "surface":
+        yield from _hollow(sheet, item, centre, radius)
+        return
+    yield Arc(centre, radius, THIN if form.teeth else pen, fill=fill, **named)
+    if form.hollow:
+        yield Arc(centre, max(radius - 3.0, 0.8 * radius), pen, **named)
+    elif form.teeth:
+        yield from _teeth(sheet, item, form, centre, radius)
+    elif item.role == "pulley":
+        yield Arc(centre, max(radius - 2.5, 0.75 * radius), THIN, **named)
+    elif radius > 12.0 and item.role in ("body", "surface") and sheet.others:
+        tip = sheet.at(item.body, np.add(form.centre, [0.82 * form.radius, 0, 0]))
+        yield Stroke(np.array([centre + 0.3 * (tip - centre), tip]), THIN, **named)  # shows how far it has turned
+
+
+def _hollow(sheet: Sheet, item: Item, centre: Floats, radius: float) -> Iterator[Mark]:
+    """Yield a drum or bowl that is touched inside, all around: with hatching outside, as a ring if it moves."""
+    if item.on_ground:
+        angles = np.linspace(0.0, 2.0 * np.pi, 145)
+        points = centre + radius * np.column_stack((np.cos(angles), np.sin(angles)))
+        yield Hatch(points, sheet.pen(item, BOLD), side=-1, **sheet.named(item, LAYER_GROUND))
+        return
+    for size in (radius, radius + 3.5):
+        yield Arc(centre, size, sheet.pen(item), **sheet.named(item, LAYER_GROUND))
+
+
+def _teeth(sheet: Sheet, item: Item, form: Disc, centre: Floats, radius: float) -> Iterator[Mark]:
+    """Yield tooth marks across the pitch circle, which turn with the wheel."""
+    count = max(8, round(2 * np.pi * radius / _TOOTH))
+    for point in sheet.page(item.body, circle(form.centre, form.axis, form.radius, count)):
+        along = 2.2 * unit2(point - centre)
+        yield Stroke(np.array([point - along, point + along]), THIN, **sheet.named(item, LAYER_BODY, form.centre))
+
+
+def _ball(sheet: Sheet, item: Item, form: Sphere) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_BODY, form.centre)
+    centre, radius = sheet.at(item.body, form.centre), form.radius * sheet.projection.scale
+    if form.hollow and item.role == "surface" and sheet.flat:
+        yield from _hollow(sheet, item, centre, radius)
+        return
+    yield Arc(centre, radius, sheet.pen(item), fill=None if form.hollow else BODY, **named)
+    if not sheet.flat and radius > 6.0:
+        rim = circle(form.centre, (0.0, 0.0, 1.0), form.radius, 49)
+        yield Stroke(sheet.page(item.body, rim), THIN, closed=True, **named)
+
+
+def _block(sheet: Sheet, item: Item, form: Block) -> Iterator[Mark]:
+    corners, pen = form.bounds, sheet.pen(item)
+    points, named = sheet.page(item.body, corners), sheet.named(item, LAYER_BODY, form.centre)
+    for face in _FACES:
+        normal = corners[list(face)].mean(axis=0) - np.array(form.centre)
+        facing = float(sheet.placed.turned(item.body, normal) @ sheet.projection.toward)
+        if facing > 1e-9 * np.linalg.norm(form.sizes):
+            yield Stroke(points[list(face)], pen, closed=True, fill=BODY, **named)
+
+
+def _barrel(sheet: Sheet, item: Item, form: Barrel) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_BODY, form.centre)
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named)
+
+
+def barrel(
+    sheet: Sheet, body: int, form: Barrel, pen: Pen, named: Mapping[str, Any], fill: str = BODY
+) -> Iterator[Mark]:
+    """Yield a cylinder: its outline, and the end that faces the reader."""
+    axis = np.array(form.axis)
+    toward = float(sheet.placed.turned(body, axis) @ sheet.projection.toward)
+    ends = [np.array(form.centre) + sign * form.length / 2 * axis for sign in (-1.0, 1.0)]
+    if abs(toward) > 1.0 - 1e-9:
+        yield Arc(sheet.at(body, form.centre), form.radius * sheet.projection.scale, pen, fill=fill, **named)
+        return
+    near = ends[1] if toward >= 0.0 else ends[0]
+    both = np.vstack([sheet.page(body, circle(end, form.axis, form.radius, 48)) for end in ends])
+    yield Stroke(outline(both), pen, closed=True, fill=fill, **named)
+    if abs(toward) > 0.02:
+        yield Stroke(sheet.page(body, circle(near, form.axis, form.radius, 48)), pen, closed=True, fill=fill, **named)
+
+
+def outline(points: Floats) -> Floats:
+    """Return the points that bound others (n, 2), around."""
+    return points[hull(points)]
+
+
+def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
+    """Yield a plane: a line with hatching where it is seen from its edge, else a sheet."""
+    normal = sheet.way(item.body, form.normal)
+    if float(np.linalg.norm(normal)) < 0.99:
+        yield from _plate(sheet, item, form)
+        return
+    if not item.on_ground and form.ends is None and sheet.flat:
+        named = sheet.named(item, LAYER_BODY)
+        yield Stroke(wedge(sheet, item, form), sheet.pen(item), closed=True, fill=BODY, **named)
+        return
+    if item.on_ground and form.ends is None and _is_bare(sheet, item):
+        return
+    points = face_ends(sheet, item, form)
+    side = -1 if float(left(points[1] - points[0]) @ normal) > 0.0 else 1
+    yield Hatch(points, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
+    for centre in wheels_on(sheet, item):
+        near = min(points, key=lambda end: float(np.linalg.norm(end - centre)))
+        outline_points = capsule(near, centre, 3.0)
+        yield Stroke(outline_points, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def _is_bare(sheet: Sheet, item: Item) -> bool:
+    """Return whether nothing can touch a face of ground, while what stands there shows its own rail."""
+    touched = any(i.role == "contact" and item.body in i.bodies for i in sheet.scene.items)
+    return not touched and any(i.role == "guide" and i.on_ground for i in sheet.scene.items)
+
+
+def face_ends(sheet: Sheet, item: Item, form: Face) -> Floats:
+    """Return from where to where (2, 2) a face seen from its edge is drawn."""
+    if form.ends is not None:
+        return sheet.page(item.body, form.ends)
+    normal = unit2(sheet.way(item.body, form.normal))
+    through, along = sheet.at(item.body, form.through), left(normal)
+    low, high = _reach(sheet, item, through, along)
+    return np.array([through + low * along, through + high * along])
+
+
+def _reach(sheet: Sheet, item: Item, through: Floats, along: Floats) -> tuple[float, float]:
+    """Return from where to where (pt from a place of it) a face of ground is drawn: along what stands near it."""
+    ways = (_near(sheet, item) - through) @ along
+    start, stop = float(ways.min()), float(ways.max())
+    first, last = start - _MARGIN, stop + _MARGIN
+    for centre in wheels_on(sheet, item):
+        way = float((centre - through) @ along)
+        if way > (start + stop) / 2:
+            last = way - WHEEL - 3.0
+        else:
+            first = way + WHEEL + 3.0
+    room = 0.05 * (stop - start) + 1.0
+    for other in sheet.scene.items:
+        if not isinstance(other.form, Face) or other is item or other.body != item.body:
+            continue
+        across = sheet.way(other.body, other.form.normal)
+        lean = float(along @ across)
+        if abs(lean) < 0.05:
+            continue
+        crossing = float((sheet.at(other.body, other.form.through) - through) @ across) / lean
+        if stop - room <= crossing < last:
+            last = crossing
+        elif first < crossing <= start + room:
+            first = crossing
+    return first, last
+
+
+def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
+    """Return the places on the page (n, 2) of the bodies that touch a body's face; of the `rest` if none does."""
+    touching = {b for i in sheet.scene.items if i.role == "contact" and item.body in i.bodies for b in i.bodies}
+    found = []
+    moments = (sheet.home, *(sheet.others if item.body == WORLD else ()))
+    for body in touching - ({item.body} if rest else {item.body, WORLD}):
+        for other in sheet.touched.get(body, ()):
+            if not isinstance(other.form, Face) or other.form.ends is not None:
+                found.append(sheet.page(body, other.form.bounds))
+                found += [sheet.projection.page(each.world(body, other.form.bounds)) for each in moments]
+    if not found and not rest:
+        return np.zeros((0, 2))
+    if not found:
+        low, high = sheet.span
+        return np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
+    return np.vstack(found)
+
+
+def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
+    """Return the outline (n, 2) of a moving body behind a face: a wedge below a slope, a plate where it faces else."""
+    normal = unit2(sheet.way(item.body, form.normal))
+    along, through = left(normal), sheet.at(item.body, form.through)
+    ways = (_near(sheet, item, rest=False) - through) @ along
+    low, high = min([-_HALF, *(ways - 8.0)]), max([_HALF, *(ways + 8.0)])
+    centres = (i for i in sheet.touched.get(item.body, ()) if i.role == "mass centre" and isinstance(i.form, Symbol))
+    centre = next((float((sheet.at(i.body, i.form.bounds[0]) - through) @ along) for i in centres), None)
+    if centre is not None:  # a plate is as long on either side of its centre of mass
+        half = max(centre - low, high - centre)
+        low, high = centre - half, centre + half
+    points = np.array([through + low * along, through + high * along])
+    if abs(float(normal @ left(sheet.down))) < 0.02 or float(normal @ sheet.down) > -0.02:
+        below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
+        if below > 2.0 * _HALF:  # higher than long: a block, not a column
+            points += np.outer([-1.0, 1.0], 0.6 * below * along)
+        return np.vstack([points, points[::-1] - max(below, _PLATE) * normal])
+    heights = points @ -sheet.down
+    foot, top = points[np.argmin(heights)], points[np.argmax(heights)]
+    return np.array([foot, top, top + sheet.down * float((foot - top) @ sheet.down)])
+
+
+def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
+    """Yield a plane in space: a sheet as large as what is near it, in a thin line."""
+    normal = np.array(form.normal)
+    e1 = np.cross(normal, (0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0))
+    e1 = e1 / np.linalg.norm(e1)
+    e2 = np.cross(normal, e1)
+    pose = sheet.home.poses[item.body]
+    base = np.array(form.through)
+    points = (extent(sheet.scene, sheet.home) - pose[:, 3]) @ pose[:, :3] - base
+    half = max(0.15 * sheet.scene.size, sheet.metres(_SHEET))
+    lows = [min(float((points @ e).min()), 0.0) - half for e in (e1, e2)]
+    highs = [max(float((points @ e).max()), 0.0) + half for e in (e1, e2)]
+    corners = [(lows[0], lows[1]), (highs[0], lows[1]), (highs[0], highs[1]), (lows[0], highs[1])]
+    sheet_points = sheet.page(item.body, [base + a * e1 + b * e2 for a, b in corners])
+    named = sheet.named(item, LAYER_GROUND)
+    yield Stroke(sheet_points, sheet.pen(item, THIN), closed=True, fill=PAPER, **named)
+    order = np.argsort(sheet_points[:, 1])
+    near = sheet_points[[min(order[0], order[1]), max(order[0], order[1])]]
+    side = -1 if float(left(near[1] - near[0])[1]) > 0.0 else 1
+    yield Hatch(near, sheet.pen(item, INK), side=side, **named)
+
+
+def _bowl(sheet: Sheet, item: Item, form: Bowl) -> Iterator[Mark]:
+    """Yield sections through the axis, and circles about it: the edge in a bold line."""
+    named, count = sheet.named(item, LAYER_GROUND), len(form.profile)
+    for angle in np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False):
+        yield Stroke(sheet.page(item.body, form.section(float(angle))), sheet.pen(item, THIN), **named)
+    for k in (count // 3, 2 * count // 3):
+        yield Stroke(sheet.page(item.body, form.ring(k)), sheet.pen(item, THIN), closed=True, **named)
+    yield Stroke(sheet.page(item.body, form.ring(count - 1)), sheet.pen(item, BOLD), closed=True, **named)
+
+
+FORMS: Final[Mapping[type[Any], Callable[[Sheet, Item, Any], Iterator[Mark]]]] = {
+    Polyline: _polyline,
+    Bowl: _bowl,
+    Disc: _disc,
+    Sphere: _ball,
+    Block: _block,
+    Barrel: _barrel,
+    Face: _face,
+}
+"""How each form with a size looks; rails and symbols are in `symbols`."""

@@ -1,0 +1,443 @@
+"""Rails of sliders: a line with hatching below the block, two where nothing presses it down, a thin one on a body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.pictures.marks.place_symbols import BOB, MASS, STEEPEST, WHEEL
+from multibody_sym.pictures.marks.shapes import barrel, capsule, wedge
+from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
+from multibody_sym.pictures.marks.supports import stand, support_side, wheels_on
+from multibody_sym.pictures.page.picture import (
+    AXIS,
+    BLACK,
+    BLOCK,
+    BODY,
+    BOLD,
+    DARK,
+    INK,
+    LAYER_GROUND,
+    LAYER_JOINT,
+    PIN,
+    ROD,
+    Hatch,
+    Mark,
+    Stroke,
+)
+from multibody_sym.pictures.scene.items import (
+    Barrel,
+    Block,
+    Disc,
+    Face,
+    Item,
+    Polyline,
+    Rail,
+    Stop,
+    Symbol,
+    TurnStop,
+    Vector,
+    vector,
+)
+from multibody_sym.scalars.arrays import Floats
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Wedges: masses without a size on which another body slides up a slope.
+
+
+LEVEL = 0.05
+"""The slope up to which something is drawn as level."""
+
+
+def slope_of(sheet: Sheet, item: Item) -> Floats | None:
+    """Return the direction on the page of a rail on a block, on which another body slides."""
+    for other in sheet.touched.get(item.body, ()):
+        if isinstance(other.form, Rail) and other.bodies and other.bodies[0] == item.body:
+            slope = unit2(sheet.way(item.body, other.form.axis))
+            return slope if abs(float(slope @ left(sheet.down))) >= STEEPEST else None
+    return None
+
+
+def wedge_under(sheet: Sheet, item: Item, at: Floats, slope: Floats) -> Floats:
+    """Return the corners (3, 2) of a wedge below a slope through a place, as long as what is fixed to it and slides."""
+    up = slope if float(slope @ sheet.down) < 0.0 else -slope
+    bodies = {i.bodies[1] for i in sheet.touched.get(item.body, ()) if isinstance(i.form, Rail) and len(i.bodies) > 1}
+    anchors = [anchor for strand in sheet.scene.strands for anchor in strand.anchors if anchor.body == item.body]
+    ways = [float((sheet.at(anchor.body, anchor.point) - at) @ up) for anchor in anchors]
+    ways += [float((sheet.at(body, (0.0, 0.0, 0.0)) - at) @ up) for body in bodies]
+    low, high = at + min([-36.0, *(way - 18.0 for way in ways)]) * up, at + max([36.0, *(w + 20.0 for w in ways)]) * up
+    return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_BEYOND: Final = 20.0
+"""How far a rail goes on behind the last place of its block (pt)."""
+
+
+_PARALLEL: Final = 0.99
+_SLEEVE: Final = 16.0
+"""How far (pt) a slider in space is shown from the sign of another joint."""
+_HALF: Final = 12.0
+"""Half the length of a block (pt)."""
+
+
+def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
+    """Return the length and height (pt) of a block: that of a mass of its own, or of a slider on a larger body."""
+    own = item.role == "body" or any(
+        other.role == "body" and isinstance(other.form, Symbol) and other.form.kind == "block"
+        for other in sheet.touched.get(item.body, ())
+    )
+    return MASS if own else BLOCK
+
+
+def is_covered(sheet: Sheet, item: Item) -> bool:
+    """Return whether a slider's body shows itself at the slider: by a block, a box or another form that is no rod."""
+    for other in sheet.touched.get(item.body, ()):
+        if other.role not in ("body", "surface"):
+            continue
+        if isinstance(other.form, Polyline) and not other.form.closed:
+            continue
+        return True
+    return False
+
+
+def sleeve_place(sheet: Sheet, item: Item, symbol: Symbol) -> Vector:
+    """Return where on its body a slider is shown in space: towards what it slides on where another joint's sign is."""
+    at = sheet.at(item.body, symbol.at)
+    others = (i for i in sheet.scene.items if i.role == "joint" and i.path != item.path and item.body in i.bodies)
+    signs = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    rail = next((i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail)), None)
+    if rail is None or all(float(np.linalg.norm(sign - at)) > _SLEEVE for sign in signs):
+        return symbol.at
+    back = sheet.at(rail.body, rail.form.bounds[0]) - at
+    way = np.sign(float(back @ sheet.way(item.body, symbol.axis))) * sheet.metres(_SLEEVE)
+    return vector(np.add(symbol.at, way * np.array(symbol.axis)))
+
+
+def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
+    """Yield what a slider runs along."""
+    along = unit2(sheet.way(item.body, rail.axis))
+    if float(np.linalg.norm(sheet.way(item.body, rail.axis))) < 0.05:
+        return
+    named, points = sheet.named(item, LAYER_GROUND, rail.at), rail_ends(sheet, item, rail)
+    named["role"] = "joint"
+    if rail.light and not item.on_ground:
+        return  # the spring or rope is seen on which something hangs
+    if rail.light or not sheet.flat or not item.on_ground:
+        if item.on_ground and not rail.light:
+            below = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1
+            yield Hatch(points, sheet.pen(item, BOLD), side=below, **named)
+            return
+        yield Stroke(points, sheet.pen(item, AXIS if rail.light else INK), **named)
+        return
+    for side, shifted in _lines(sheet, item, along, points):
+        turn = 1 if float(left(shifted[1] - shifted[0]) @ side) > 0.0 else -1
+        yield Hatch(shifted, sheet.pen(item, BOLD), side=turn, **named)
+        for centre in wheels_on(sheet, item):
+            near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
+            yield bracket(sheet, item, near, centre)
+
+
+def rail_lines(sheet: Sheet, item: Item) -> list[Floats]:
+    """Return the lines (2, 2) by which a rail is seen in the plane."""
+    assert isinstance(item.form, Rail)
+    along, points = unit2(sheet.way(item.body, item.form.axis)), rail_ends(sheet, item, item.form)
+    if item.form.light or not item.on_ground:
+        return [points]
+    return [line for _, line in _lines(sheet, item, along, points)]
+
+
+def _lines(sheet: Sheet, item: Item, along: Floats, points: Floats) -> list[tuple[Floats, Floats]]:
+    return [(side, points + offset * side) for side, offset in _sides(sheet, item, along)]
+
+
+def bracket(sheet: Sheet, item: Item, end: Floats, centre: Floats) -> Mark:
+    """Return the bar that holds a wheel at the end of what a block slides on."""
+    return Stroke(capsule(end, centre, 3.0), sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
+    """Return from where to where (2, 2) a rail is drawn: near a slider alone where a joint stands at its beginning."""
+    ends, along = sheet.page(item.body, rail.bounds), unit2(sheet.way(item.body, rail.axis))
+    shift = sheet.settled.bodies.get(_child(item), np.zeros(2)) if rail.light else np.zeros(2)
+    places = [float((place - shift) @ along) for place in _block_places(sheet, item)]
+    if not places or not (_is_taken(sheet, item, rail) or _is_sprung(sheet, item, along)):
+        places += list(ends @ along)
+    base = ends[0] - float(ends[0] @ along) * along + shift
+    back, ahead = _reach(sheet, item, along)
+    low, high = min(places) + back - _BEYOND, max(places) + ahead + _BEYOND
+    for centre in wheels_on(sheet, item):
+        way = float(centre @ along)
+        if way > (low + high) / 2:
+            high = way - WHEEL - 3.0
+        else:
+            low = way + WHEEL + 3.0
+    return np.array([base + low * along, base + high * along])
+
+
+def _reach(sheet: Sheet, item: Item, along: Floats) -> tuple[float, float]:
+    """Return how far what slides reaches along its rail beyond half a block, back and ahead (pt)."""
+    child = _child(item)
+    here = next(iter(_block_places(sheet, item)), None)
+    low, high = 0.0, 0.0
+    for other in sheet.touched.get(child, ()):
+        if here is None or other.role != "body" or not isinstance(other.form, (Face, Block, Barrel, Disc, Symbol)):
+            continue
+        form = other.form
+        if isinstance(form, Symbol):
+            points = wedge_corners(sheet, other, form)
+        else:
+            points = wedge(sheet, other, form) if isinstance(form, Face) else sheet.page(child, form.bounds)
+        ways = (points - here) @ along
+        low, high = min([low, *(ways + _HALF)]), max([high, *(ways - _HALF)])
+    return low, high
+
+
+def _is_sprung(sheet: Sheet, item: Item, along: Floats) -> bool:
+    """Return whether a spring or damper runs along the rail: it would be hidden between two lines."""
+    for placed in sheet.placed.strands:
+        bodies = {anchor.body for anchor in placed.strand.anchors}
+        if bodies == {item.body, _child(item)} and placed.strand.kind in ("spring", "damper", "spring_damper"):
+            first, last = sheet.projection.page(placed.pieces[0][0]), sheet.projection.page(placed.pieces[-1][1])
+            return abs(float(unit2(last - first) @ along)) > _PARALLEL
+    return False
+
+
+def _is_taken(sheet: Sheet, item: Item, rail: Rail) -> bool:
+    """Return whether another joint stands on ground where the rail begins."""
+    at = sheet.at(item.body, rail.at)
+    others = (i for i in sheet.scene.items if i.role == "joint" and i.body == item.body and i.path != item.path)
+    places = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    return any(float(np.linalg.norm(place - at)) < 3.0 for place in places)
+
+
+def _child(item: Item) -> int:
+    """Return the body that slides on a rail."""
+    return item.bodies[1] if item.bodies and item.bodies[1] != item.body else item.bodies[0]
+
+
+def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]]:
+    """Return the sides on which a block is guided, with how far from its middle: below, or both where it hangs."""
+    across = left(along)
+    pressed = float(across @ sheet.down)
+    if pressed < 0.0:
+        across, pressed = -across, -pressed
+    has_gravity = bool(np.any(sheet.scene.gravity))
+    low, high = _extent(sheet, item, across)
+    if has_gravity and pressed < 0.2:
+        return [(across, high), (-across, -low)]
+    return [(across, high)]
+
+
+def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
+    """Return from where to where the block reaches across its rail (pt, from the rail's middle)."""
+    child = _child(item)
+    assert isinstance(item.form, Rail)
+    middle = float(sheet.at(item.body, item.form.at) @ across)
+    found: list[float] = []
+    blocks = False
+    for other in sheet.touched.get(child, ()):
+        if other.role not in ("body", "surface"):
+            continue
+        if isinstance(other.form, Face):
+            found += list(wedge(sheet, other, other.form) @ across - middle)
+        elif isinstance(other.form, Symbol):
+            blocks = blocks or other.form.kind == "block"
+            found += list(wedge_corners(sheet, other, other.form) @ across - middle)
+        elif not isinstance(other.form, Polyline) or other.form.closed:
+            found += list(sheet.page(child, other.form.bounds) @ across - middle)
+    if found:
+        return min(found), max(found)
+    half = (MASS if blocks else BLOCK)[1] / 2
+    return -half, half
+
+
+def wedge_corners(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+    """Return the corners (3, 2) of a mass that is drawn as a wedge, none (0, 2) of others."""
+    slope = slope_of(sheet, item) if symbol.kind == "block" and sheet.flat else None
+    if slope is None or abs(float(slope @ sheet.down)) <= LEVEL:
+        return np.zeros((0, 2))
+    return wedge_under(sheet, item, sheet.at(item.body, symbol.at), slope)
+
+
+def _block_places(sheet: Sheet, item: Item) -> list[Floats]:
+    """Return where the block of a rail is on the page, where it was at the start, and in a motion is on the way."""
+    found = []
+    for other in sheet.scene.items:
+        if other.path == item.path and other is not item and isinstance(other.form, Symbol):
+            own, shift = np.array([other.form.at]), sheet.settled.bodies.get(other.body, np.zeros(2))
+            ways = (each.world(other.body, own) for each in (sheet.home, *sheet.others))
+            found += [sheet.at(other.body, other.form.at), *(sheet.projection.page(way)[0] + shift for way in ways)]
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Stops: a bar across the way that it ends, a radial one beside the rod that it holds; hatched where ground has it.
+
+
+_STOPS_SLEEVE: Final = (6.5, 7.0)
+"""Half the length of a slider in space, and the radius of what stops it (pt)."""
+_STOPS_BEYOND: Final = 1.5
+"""How far a bar reaches beyond what it stops (pt)."""
+_THICK: Final = 3.5
+"""The thickness of a bar on a body that moves (pt)."""
+_RADII: Final = (11.0, 30.0, 0.62)
+"""How near to a hinge and how far from it a radial bar begins (pt), and at which part of the rod where it is short."""
+_LONG: Final = 11.0
+"""The length of a radial bar (pt)."""
+_BAR: Final = 4.0
+"""The width of a rod in space (pt)."""
+_INSIDE: Final = 0.75 * np.pi
+"""The angle (rad) from which on a plate is around its hinge, and no edge of it comes to a stop."""
+_SEEN: Final = 0.05
+
+
+def stop_marks(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Iterator[Mark]:
+    """Yield the bar of a stop: with hatching on its far side on ground, else of some thickness; in space a collar."""
+    line = stop_line(sheet, item, form)
+    if line is None:
+        return
+    if isinstance(form, Stop) and not sheet.flat:
+        yield from _collar(sheet, item, form)
+        return
+    far = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
+    side = 1 if float(left(line[1] - line[0]) @ far) > 0.0 else -1
+    if item.on_ground:
+        named = sheet.named(item, LAYER_GROUND + 0.2, form.at)
+        yield Hatch(line, sheet.pen(item, BOLD), side=side, tick=4.0, gap=3.5, **named)
+        return
+    away = _THICK * side * left(unit2(line[1] - line[0]))
+    corners = np.vstack([line, line[::-1] + away])
+    named = sheet.named(item, LAYER_JOINT - 0.3, form.at)
+    yield Stroke(corners, sheet.pen(item), closed=True, fill=DARK, **named)
+
+
+def stop_line(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Floats | None:
+    """Return the ends (2, 2) of the line that what is stopped comes to; None of one that is seen along its way."""
+    if float(np.linalg.norm(sheet.way(item.body, form.axis if isinstance(form, Stop) else form.way))) < _SEEN:
+        return None
+    return _across(sheet, item, form) if isinstance(form, Stop) else _radial(sheet, item, form)
+
+
+def _stop_child(item: Item) -> int:
+    return item.bodies[1]
+
+
+def _across(sheet: Sheet, item: Item, form: Stop) -> Floats:
+    """Return a line across a way, where the front of what comes there is, as high as that."""
+    along = unit2(sheet.way(item.body, form.axis))
+    base = sheet.at(item.body, form.at) + sheet.settled.bodies.get(_stop_child(item), np.zeros(2))
+    if not sheet.flat:
+        foot = base + _stops_reach(sheet, form) * sheet.way(item.body, form.axis)
+        return foot + np.outer([-_STOPS_SLEEVE[1], _STOPS_SLEEVE[1]], left(along))
+    corners = _corners(sheet, item, form)
+    heights = corners @ left(along)
+    foot = base + float((corners @ along).max()) * along
+    return foot + np.outer([heights.min() - _STOPS_BEYOND, heights.max() + _STOPS_BEYOND], left(along))
+
+
+def _stops_reach(sheet: Sheet, form: Stop) -> float:
+    """Return how far what is stopped in space reaches ahead of its place (pt)."""
+    return sheet.projection.scale * form.front or _STOPS_SLEEVE[0]
+
+
+def _corners(sheet: Sheet, item: Item, form: Stop) -> Floats:
+    """Return what bounds the body that is stopped, from its place in the joint (n, 2); of a rod the slider's block."""
+    child, found = _stop_child(item), []
+    at = sheet.at(child, form.point)
+    for other in sheet.touched.get(child, ()):
+        if other.role not in ("body", "surface") or (isinstance(other.form, Polyline) and not other.form.closed):
+            continue
+        if isinstance(other.form, Symbol):
+            slanted = wedge_corners(sheet, other, other.form)
+            found.append(slanted - at if len(slanted) else _block(sheet, item, form, other))
+        elif isinstance(other.form, Face):
+            found.append(wedge(sheet, other, other.form) - at)
+        else:
+            found.append(sheet.page(child, other.form.bounds) - at)
+    return np.vstack(found or [_block(sheet, item, form, None)])
+
+
+def _block(sheet: Sheet, item: Item, form: Stop, body: Item | None) -> Floats:
+    """Return the corners (4, 2) of a sign whose size is the page's: a mass, a slider, a bead or a bob."""
+    if body is not None:
+        kind = body.form.kind if isinstance(body.form, Symbol) else ""
+        half = np.array(block_size(sheet, body)) / 2 if kind == "block" else np.full(2, BOB)
+    else:
+        touched = sheet.touched.get(_stop_child(item), ())
+        beads = (i for i in touched if i.role == "joint" and isinstance(i.form, Symbol))
+        bead = any(i.form.kind == "bead" for i in beads if isinstance(i.form, Symbol))
+        half = np.full(2, PIN) if bead else np.array(BLOCK) / 2
+    along = unit2(sheet.way(item.body, form.axis))
+    signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    corners: Floats = (signs * half) @ np.array([along, left(along)])
+    return corners
+
+
+def _radial(sheet: Sheet, item: Item, form: TurnStop) -> Floats:
+    """Return a line away from a hinge along the edge of the rod that it stops."""
+    at, way = sheet.at(item.body, form.at), sheet.way(item.body, form.way)
+    barred = sheet.way(item.body, np.cross(form.axis, form.way))
+    nearest, farthest, part = _RADII
+    start = min(farthest, max(nearest, part * sheet.projection.scale * form.reach))
+    turn, edge = _edge(sheet, item, form)
+    ahead = np.cos(turn) * way + np.sin(turn) * barred
+    beside = (edge + BOLD.width / 2) * (np.cos(turn) * barred - np.sin(turn) * way)
+    found: Floats = at + beside + np.outer([start, start + _LONG], ahead)
+    return found
+
+
+def _edge(sheet: Sheet, item: Item, form: TurnStop) -> tuple[float, float]:
+    """Return by which angle (rad) the edge of what turns is ahead of its longest direction, and how far beside (pt)."""
+    plates = [
+        sheet.page(other.body, other.form.points) - sheet.at(item.body, form.at)
+        for other in sheet.touched.get(_stop_child(item), ())
+        if other.role == "body" and isinstance(other.form, Polyline) and other.form.closed and sheet.flat
+    ]
+    if not plates:
+        return 0.0, (ROD if sheet.flat else _BAR) / 2
+    own, barred = sheet.way(_stop_child(item), form.own), sheet.way(item.body, np.cross(form.axis, form.way))
+    across = left(own) * (1.0 if float(left(sheet.way(item.body, form.way)) @ barred) > 0.0 else -1.0)
+    corners = np.vstack(plates)
+    corners = corners[np.linalg.norm(corners, axis=1) > PIN]
+    ahead = float(np.arctan2(corners @ across, corners @ own).max())
+    return (ahead, 0.0) if 0.0 <= ahead < _INSIDE else (0.0, 0.0)
+
+
+def _collar(sheet: Sheet, item: Item, form: Stop) -> Iterator[Mark]:
+    """Yield a disc across the way, behind the front of what comes there."""
+    ahead = sheet.metres(_stops_reach(sheet, form) + _THICK / 2)
+    centre = vector(np.array(form.at) + ahead * np.array(form.axis))
+    disc = Barrel(centre, form.axis, sheet.metres(_STOPS_SLEEVE[1]), sheet.metres(_THICK))
+    yield from barrel(sheet, item.body, disc, sheet.pen(item), sheet.named(item, LAYER_JOINT, centre), fill=DARK)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Clamped ends: what is fixed to ground, or to another body.
+
+
+_UNDER: Final = 19.0
+"""How far ground reaches on either side of a mass that is fixed to it (pt)."""
+
+
+def weld_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a clamped end: hatched ground through the place, or between bodies a filled corner.
+
+    Under a mass without a size ground alone is seen.
+    """
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT, symbol.at)
+    if item.on_ground and sheet.flat and item.bodies[-1] in sheet.settled.leans:
+        if item.bodies[-1] in sheet.settled.bodies:  # it stands on ground that is drawn
+            return
+        across = sheet.settled.leans[item.bodies[-1]]
+        below = at - MASS[1] / 2 * left(across)
+        ends = np.array([below - _UNDER * across, below + _UNDER * across])
+        yield Hatch(ends, sheet.pen(item, BOLD), side=-1, **{**named, "layer": LAYER_GROUND})
+        return
+    if item.on_ground:
+        yield from stand(sheet, item, at, support_side(sheet, item, at), 3.0)
+    square = np.array([(-2.6, -2.6), (2.6, -2.6), (2.6, 2.6), (-2.6, 2.6)])
+    yield Stroke(at + square, sheet.pen(item), closed=True, fill=BLACK, **named)

@@ -1,0 +1,456 @@
+"""Signs whose size is the page's: pins, sliders, blocks, bobs. A new kind of symbol is one entry in SYMBOLS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.pictures.marks.arrows import driven_points
+from multibody_sym.pictures.marks.contacts import touching_place
+from multibody_sym.pictures.marks.place_symbols import BOB
+from multibody_sym.pictures.marks.shapes import FORMS, barrel
+from multibody_sym.pictures.marks.sheet import UNSEEN, Sheet, left, unit2
+from multibody_sym.pictures.marks.sliders import (
+    LEVEL,
+    block_size,
+    is_covered,
+    sleeve_place,
+    slope_of,
+    wedge_under,
+    weld_marks,
+)
+from multibody_sym.pictures.marks.supports import (
+    axle_marks,
+    held_wheel,
+    pulley_marks,
+    stand,
+    step_marks,
+    support,
+    support_side,
+)
+from multibody_sym.pictures.page.picture import (
+    AXIS,
+    BLACK,
+    BODY,
+    BOLD,
+    DARK,
+    INK,
+    LAYER_ARROW,
+    LAYER_BODY,
+    LAYER_GROUND,
+    LAYER_JOINT,
+    MOTION,
+    PAPER,
+    PIN,
+    THIN,
+    Arc,
+    Arrow,
+    Mark,
+    Stroke,
+)
+from multibody_sym.pictures.scene.items import Barrel, Block, Disc, Item, Symbol, unit, vector
+from multibody_sym.scalars.arrays import Floats
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Hinges of rings in space: where their axis meets the ring, as gimbals have them, not in the empty middle.
+
+
+_SAME: Final = 1e-6
+_OUTSIDE: Final = 14.0
+"""How far a ring's shaft reaches to its bearing in ground (pt)."""
+_BUSH: Final = (2.6, 8.0)
+"""Radius and length (pt) of a bearing."""
+
+
+def ring_pins(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
+    """Return from where to where (2, 3), along its axis on one side, a hinge's shaft is seen between rings.
+
+    In the axes of the hinge's own body; None where neither body is a ring about whose diameter it turns.
+    """
+    radii = [radius for body in item.bodies for radius in _radii(sheet, item, symbol, body)]
+    if not radii or sheet.flat:
+        return None
+    outer = max(radii)
+    inner = min(radii) if len(radii) > 1 else 0.0
+    if any(body in sheet.ground for body in item.bodies):
+        inner, outer = outer, outer + sheet.metres(_OUTSIDE)
+    axis, at = np.array(unit(symbol.axis)), np.array(symbol.at)
+    return np.array([at + inner * axis, at + outer * axis])
+
+
+def _radii(sheet: Sheet, item: Item, symbol: Symbol, body: int) -> Iterator[float]:
+    """Yield the radii of rings of a body that have the hinge's axis as a diameter."""
+    at = sheet.placed.world(item.body, np.array([symbol.at]))[0]
+    axis = sheet.placed.turned(item.body, unit(symbol.axis))
+    for other in sheet.touched.get(body, ()):
+        if isinstance(other.form, Disc) and other.form.hollow:
+            centre = sheet.placed.world(body, np.array([other.form.centre]))[0]
+            across = abs(float(sheet.placed.turned(body, other.form.axis) @ axis))
+            if float(np.linalg.norm(centre - at)) < _SAME * sheet.scene.size and across < _SAME:
+                yield other.form.radius
+
+
+def ring_marks(sheet: Sheet, item: Item, symbol: Symbol, pins: Floats) -> Iterator[Mark]:
+    """Yield the shaft of a hinge on both sides, with a bearing where it ends, on a stem where that is ground."""
+    for side in (1.0, -1.0):
+        ends = np.array(symbol.at) + side * (pins - np.array(symbol.at))
+        page, middle = sheet.page(item.body, ends), ends.mean(axis=0)
+        if any(body in sheet.ground for body in item.bodies):
+            yield from stand(sheet, item, page[1], unit2(page[1] - page[0], (0.0, -1.0)), 6.0)
+        yield Stroke(page, sheet.pen(item, BOLD), **sheet.named(item, LAYER_BODY, middle))
+        form = Barrel(vector(ends[1]), unit(symbol.axis), *map(sheet.metres, _BUSH))
+        yield from barrel(sheet, item.body, form, sheet.pen(item), sheet.named(item, LAYER_JOINT, ends[1]), fill=PAPER)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_COM: Final = 4.0
+_ROTOR: Final = 14.0
+Look = Callable[[Sheet, Item, Symbol], Iterator[Mark]]
+
+
+def _pin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    if sheet.flat:
+        yield Arc(at, PIN, sheet.pen(item), fill=PAPER, **named)
+        return
+    pins = ring_pins(sheet, item, symbol)
+    if pins is not None:
+        yield from ring_marks(sheet, item, symbol, pins)
+        return
+    form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(3.2), sheet.metres(11.0))
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=PAPER)
+
+
+def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a pin on a triangle that stands on hatched ground, on the side where its bodies are not.
+
+    On the wheel of a pulley on ground, which is held itself, it is the axle.
+    """
+    wheel = any(_is_wheel(other) for body in item.bodies for other in sheet.touched.get(body, ()))
+    layer = LAYER_JOINT - 0.3 if wheel else LAYER_GROUND + 0.5  # a wheel would hide what it turns on
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, layer)
+    wheel_at = held_wheel(sheet, at)
+    if wheel_at is not None:
+        yield Arc(wheel_at, PIN, sheet.pen(item), fill=PAPER, **sheet.named(item, LAYER_JOINT, symbol.at))
+        return
+    if not _is_held(sheet, item, at):
+        yield from support(sheet, item, at, support_side(sheet, item, at), named)
+    yield from _pin(sheet, item, symbol)
+
+
+def _is_held(sheet: Sheet, item: Item, at: Floats) -> bool:
+    """Return whether the support of an earlier hinge stands at the same place of ground."""
+    for other in sheet.scene.items:
+        if other is item:
+            return False
+        if not isinstance(other.form, Symbol) or (other.form.kind, other.body) != ("pivot", item.body):
+            continue
+        if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 1.0:
+            return True
+    return False
+
+
+def _is_wheel(item: Item) -> bool:
+    return item.role in ("body", "pulley", "gear") and isinstance(item.form, (Disc, Block, Barrel))
+
+
+def _ball(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a ball in a socket."""
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, PIN + 3.0, sheet.pen(item), 0.75 * np.pi, 2.25 * np.pi, **named)
+    yield Arc(at, PIN + 1.0, sheet.pen(item), fill=DARK, **named)
+
+
+def _ball_pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    at = sheet.at(item.body, symbol.at)
+    away = support_side(sheet, item, at)
+    yield from stand(sheet, item, at, away, 9.0)
+    yield from _ball(sheet, item, symbol)
+
+
+def _bearing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a hinge on ground in space: a bush about its axis on a stem."""
+    if sheet.flat:
+        yield from _pivot(sheet, item, symbol)
+        return
+    if ring_pins(sheet, item, symbol) is not None:
+        yield from _pin(sheet, item, symbol)
+        return
+    at = sheet.at(item.body, symbol.at)
+    axis = sheet.way(item.body, symbol.axis)
+    away = support_side(sheet, item, at)
+    if abs(float(unit2(axis) @ away)) > 0.9 and float(np.linalg.norm(axis)) > 0.3:
+        yield from stand(sheet, item, at, away, 9.0)
+    else:
+        yield from stand(sheet, item, at, away, 12.0)
+    yield from _pin(sheet, item, symbol)
+
+
+def _cardan(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the cross of a universal joint: both axes with their bearings."""
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    if item.on_ground:
+        yield from stand(sheet, item, at, support_side(sheet, item, at), 12.0)
+    yield Arc(at, 6.5, sheet.pen(item), fill=PAPER, **named)
+    for axis in (symbol.axis, symbol.along):
+        way = 6.5 * sheet.way(item.body, axis)
+        if float(np.linalg.norm(way)) < 1.0:
+            yield Arc(at, 1.6, sheet.pen(item), fill=BLACK, **named)
+        else:
+            yield Stroke(np.array([at - way, at + way]), sheet.pen(item, BOLD), **named)
+
+
+def _rotating(sheet: Sheet, item: Item, symbol: Symbol, half: float, wide: float) -> Floats:
+    """Return the corners of a rectangle along the symbol's axis on the page (4, 2)."""
+    along = unit2(sheet.way(item.body, symbol.axis), (1.0, 0.0))
+    across, at = left(along), sheet.at(item.body, symbol.at)
+    return np.array([at + i * half * along + j * wide * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
+
+def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the block of a slider on its rail, where the body does not show it by a form of its own."""
+    if is_covered(sheet, item):
+        return
+    if not sheet.flat:
+        place = sleeve_place(sheet, item, symbol)
+        form = Barrel(place, unit(symbol.axis), sheet.metres(4.0), sheet.metres(13.0))
+        bars = (i.form.bounds.mean(axis=0) for i in sheet.touched[item.body] if i.role == "body")
+        named = sheet.named(item, LAYER_JOINT, next(bars, place))  # hidden by what hides its bar
+        yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=DARK)
+        return
+    named = sheet.named(item, LAYER_BODY + 0.4, symbol.at)
+    length, height = block_size(sheet, item)
+    yield Stroke(
+        _rotating(sheet, item, symbol, length / 2, height / 2), sheet.pen(item), closed=True, fill=DARK, **named
+    )
+
+
+def _sleeve(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_JOINT, symbol.at)
+    form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(5.0), sheet.metres(20.0))
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=DARK)
+
+
+def _screw(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a threaded rod through a nut."""
+    named, along = sheet.named(item, LAYER_JOINT, symbol.at), sheet.way(item.body, symbol.axis)
+    at, axis = sheet.at(item.body, symbol.at), unit2(along, (0.0, 1.0))
+    across = left(axis)
+    corners = [at + i * 26.0 * axis + j * 3.5 * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    yield Stroke(np.array(corners), sheet.pen(item), closed=True, fill=PAPER, **named)
+    for k in np.arange(-24.0, 25.0, 4.0):
+        ends = np.array([at + k * axis - 3.5 * across, at + (k + 2.0) * axis + 3.5 * across])
+        yield Stroke(ends, THIN, **named)
+    nut = [at + i * 5.0 * axis + j * 8.0 * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    yield Stroke(np.array(nut), sheet.pen(item), closed=True, fill=DARK, **named)
+
+
+def _bead(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_JOINT, symbol.at)
+    yield Arc(sheet.at(item.body, symbol.at), PIN, sheet.pen(item), fill=PAPER, **named)
+
+
+def _bob(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_BODY + 0.5, symbol.at)
+    yield Arc(sheet.at(item.body, symbol.at), BOB, sheet.pen(item), fill=DARK, **named)
+
+
+def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a mass without a size: a block along its rail or on its face, a wedge where another one slides up it."""
+    named = sheet.named(item, LAYER_BODY + 0.3, symbol.at)
+    length, height = block_size(sheet, item)
+    if not sheet.flat:
+        sizes = (sheet.metres(length), sheet.metres(length), sheet.metres(height))
+        yield from FORMS[Block](sheet, item, Block(symbol.at, _UNIT, sizes))
+        return
+    at = sheet.at(item.body, symbol.at)
+    slope = slope_of(sheet, item)
+    if slope is not None and abs(float(slope @ sheet.down)) > LEVEL:
+        yield Stroke(wedge_under(sheet, item, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
+        return
+    if _carries_pulley(sheet, item, symbol):
+        hook = at + 30.0 * sheet.down
+        yield Stroke(np.array([at, hook]), sheet.pen(item), **named)
+        at = hook
+    along = sheet.settled.leans.get(item.body, _own_axis(sheet, item))
+    corners = rectangle(at, along, length * (1.9 if slope is not None else 1.0), height)
+    yield Stroke(corners, sheet.pen(item), closed=True, fill=BODY, **named)
+
+
+def rectangle(at: Floats, along: Floats, length: float, height: float) -> Floats:
+    """Return the corners (4, 2) of a rectangle about a place."""
+    across = left(along)
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return np.array([at + i * length / 2 * along + j * height / 2 * across for i, j in signs])
+
+
+def _own_axis(sheet: Sheet, item: Item) -> Floats:
+    """Return the direction of a block on the page: that of its joint, or of its body."""
+    for other in sheet.touched.get(item.body, ()):
+        if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
+            return unit2(sheet.way(item.body, other.form.axis))
+    return unit2(sheet.way(item.body, (1.0, 0.0, 0.0)))
+
+
+def _carries_pulley(sheet: Sheet, item: Item, symbol: Symbol) -> bool:
+    """Return whether a pulley without a radius is where a mass is, which then hangs below it."""
+    pulleys = (i for i in sheet.touched.get(item.body, ()) if i.role == "pulley" and isinstance(i.form, Symbol))
+    return any(i.form.at == symbol.at for i in pulleys if isinstance(i.form, Symbol))
+
+
+def _rotor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a wheel without a size on its axis."""
+    named = sheet.named(item, LAYER_BODY, symbol.at)
+    joint = next((i for i in sheet.scene.items if i.role == "joint" and item.body in i.bodies[1:]), None)
+    if joint is None or sheet.flat or not isinstance(joint.form, Symbol):
+        yield Arc(sheet.at(item.body, symbol.at), _ROTOR, sheet.pen(item), fill=BODY, **named)
+        return
+    world = sheet.placed.turned(joint.body, joint.form.axis)
+    axis = unit(world @ sheet.placed.poses[item.body][:, :3])
+    form = Barrel(symbol.at, axis, sheet.metres(_ROTOR), sheet.metres(5.0))
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named)
+
+
+def _com(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a circle with two of its quarters filled."""
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, _COM, THIN, fill=PAPER, **named)
+    for start in (0.0, np.pi):
+        angles = np.linspace(start, start + np.pi / 2, 9)
+        rim = at + _COM * np.column_stack((np.cos(angles), np.sin(angles)))
+        yield Stroke(np.vstack([at, rim]), None, closed=True, fill=BLACK, **named)
+
+
+def _frame(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the axes of a frame that lie in the page, small."""
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT + 0.1, symbol.at)
+    x = np.array(symbol.along)
+    for axis in (x, np.cross(symbol.axis, x), np.array(symbol.axis)):
+        way = 18.0 * sheet.way(item.body, axis)
+        if float(np.linalg.norm(way)) > 5.0:
+            yield Arrow(np.array([at, at + way]), THIN, head=4.0, **named)
+
+
+def _point(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a dot where nothing else is, a step up to an edge of ground that something touches."""
+    at = sheet.at(item.body, symbol.at)
+    yield from step_marks(sheet, item, at)
+    for other in sheet.touched.get(item.body, ()):
+        if not isinstance(other.form, Symbol) or other.form.kind in UNSEEN:
+            continue
+        if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 3.0:
+            return
+    yield Arc(at, 1.2, None, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
+
+
+def _torsion(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the spiral of a spring in a hinge."""
+    named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
+    turn = np.linspace(0.0, 5.0 * np.pi, 90)
+    radii = 4.0 + 7.0 * turn / turn[-1]
+    yield Stroke(at + radii[:, None] * np.column_stack((np.cos(turn), np.sin(turn))), sheet.pen(item), **named)
+
+
+def _damped(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the cup of a damper in a hinge."""
+    named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, 8.0, sheet.pen(item), 0.2, np.pi - 0.2, **named)
+    yield Arc(at, 10.5, sheet.pen(item), 0.6, np.pi + 0.2, **named)
+
+
+def _skate(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the edge of a skate: a thin dark lens along the one direction in which it moves."""
+    at, along = sheet.at(item.body, symbol.at), sheet.way(item.body, symbol.along)
+    turn = np.linspace(0.0, 2.0 * np.pi, 40)[:, None]
+    lens = at + 16.0 * np.cos(turn) * along + 2.6 * np.sin(turn) * np.abs(np.sin(turn)) * left(along)
+    yield Stroke(lens, sheet.pen(item), closed=True, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
+
+
+def _motor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named, at = sheet.named(item, LAYER_JOINT - 0.1, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, 8.0, sheet.pen(item, MOTION), fill=PAPER, **named)
+
+
+def _rack(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named, at = sheet.named(item, LAYER_BODY + 0.4, symbol.at), sheet.at(item.body, symbol.at)
+    along = unit2(sheet.way(item.body, symbol.along))
+    across = left(along)
+    teeth = [at + k * 4.0 * along + (3.0 if k % 2 else 6.0) * across for k in range(-8, 9)]
+    points = np.array([at - 32.0 * along, *teeth, at + 32.0 * along])
+    yield Stroke(points, sheet.pen(item), closed=True, fill=BODY, **named)
+
+
+def _gear(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a gear without a size."""
+    named, at = sheet.named(item, LAYER_BODY, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, 12.0, AXIS, **named)
+    for turn in np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False):
+        way = np.array([np.cos(turn), np.sin(turn)])
+        yield Stroke(np.array([at + 10.0 * way, at + 14.0 * way]), INK, **named)
+
+
+def _driven(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield an arrow along the axis of what is driven, or most of a circle about it."""
+    yield Arrow(driven_points(sheet, item, symbol), MOTION, head=5.0, **sheet.named(item, LAYER_ARROW))
+
+
+def _nothing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield ink only where the item is marked: a ring about its place."""
+    if sheet.is_marked(item.path):
+        yield Arc(sheet.at(item.body, symbol.at), 9.0, sheet.pen(item), **sheet.named(item, LAYER_JOINT, symbol.at))
+
+
+def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a dot where bodies touch, as far as that is known."""
+    at = touching_place(sheet, item, symbol)
+    if at is not None:
+        yield Arc(at, 1.3, None, fill=BLACK, **sheet.named(item, LAYER_JOINT + 0.5, symbol.at))
+    yield from _nothing(sheet, item, symbol)
+
+
+def _edge(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield nothing for a point that a joint or what is fixed there shows, unless something touches it."""
+    yield from step_marks(sheet, item, sheet.at(item.body, symbol.at))
+
+
+SYMBOLS: Final[Mapping[str, Look]] = {
+    "pin": _pin,
+    "pivot": _bearing,
+    "ball_joint": _ball,
+    "ball_pivot": _ball_pivot,
+    "cardan": _cardan,
+    "weld": weld_marks,
+    "slider": _slider,
+    "hanger": _nothing,
+    "nut_body": _nothing,
+    "sleeve": _sleeve,
+    "nut": _screw,
+    "bead": _bead,
+    "bob": _bob,
+    "block": _body_block,
+    "rotor": _rotor,
+    "com": _com,
+    "pulley": pulley_marks,
+    "axle": axle_marks,
+    "frame": _frame,
+    "point": _point,
+    "place": _point,
+    "used_point": _edge,
+    "torsion_spring": _torsion,
+    "torsion_damper": _damped,
+    "motor": _motor,
+    "skate": _skate,
+    "rack": _rack,
+    "gear": _gear,
+    "drive_about": _driven,
+    "drive_along": _driven,
+    "tie": _nothing,
+    "free": _nothing,
+    "contact": _contact,
+    "friction": _nothing,
+}
+"""How each kind of symbol looks."""

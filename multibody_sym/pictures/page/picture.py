@@ -1,0 +1,607 @@
+"""What a picture is made of: lines, arcs, arrows, hatching and letters on a page, in points (1/72 inch), y upwards.
+
+Every mark says what it belongs to by `role` (body, joint, rope, dimension, ...) and `name`. Marks of a greater `layer`
+hide those of a smaller one; within a layer those of a greater `depth` (nearer to the reader) do, then those that come
+later. `Wish`, `Measure`, `Bend` and `Note` are marks whose place the layout still has to find.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import field, replace
+from itertools import pairwise
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from multibody_sym.errors import InputError, Where, shown
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.text.printer import GREEK, SYMBOL, read_parts
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Letters of labels: runs of one style each, and their widths in the metrics of Times, which all backends keep to.
+
+
+Run = tuple[str, str]
+"""Some letters and their style: roman, italic, or subscript (roman, smaller, lower)."""
+HEIGHT: Final = 0.72
+"""From the baseline to the top of tall letters, in sizes of the type."""
+DESCENT: Final = 0.24
+"""From the baseline down to the lowest letters and subscripts."""
+SUBSCRIPT: Final = 0.8
+"""Size of a subscript; 10 pt letters have subscripts of 8 pt, the least that is printed."""
+DROP: Final = 0.16
+"""How far a subscript stands below the baseline, in sizes of the type."""
+LONGEST: Final = 40
+"""Characters of a label that are shown; what is longer ends in an ellipsis."""
+_OTHER: Final = 0.62
+"""Width of a letter that has no entry: wide enough for Greek and Cyrillic."""
+_WIDE: Final = 1.0
+
+_ROMAN: Final = (
+    "250 333 408 500 500 833 778 333 333 333 500 564 250 333 250 278 500 500 500 500 500 500 500 500 500 500 278 278 "
+    "564 564 564 444 921 722 667 667 722 611 556 722 722 333 389 722 611 889 722 722 556 722 667 556 611 722 722 944 "
+    "722 722 611 333 278 333 469 500 333 444 500 444 500 444 333 500 500 278 278 500 278 778 500 500 500 500 333 389 "
+    "278 500 500 722 500 500 444 480 200 480 541"
+)
+_ITALIC: Final = (
+    "250 333 420 500 500 833 778 333 333 333 500 675 250 333 250 278 500 500 500 500 500 500 500 500 500 500 333 333 "
+    "675 675 675 500 920 611 611 667 722 611 611 722 722 333 444 667 556 833 667 722 611 722 611 500 556 722 611 833 "
+    "611 556 556 389 278 389 422 500 333 500 500 444 500 444 278 500 500 278 278 444 278 722 500 500 500 500 389 389 "
+    "278 500 444 667 444 444 389 400 275 400 541"
+)
+_WIDTHS: Final = {
+    style: {chr(32 + i): int(w) / 1000 for i, w in enumerate(table.split())}
+    for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("subscript", _ROMAN))
+}
+_THIN_SPACE: Final = "\u2009"
+_SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
+_TERM: Final = rf"(?:(?:{_SHORT}|[0-9.]+)|(?:sin|cos|exp)\((?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))*\))"
+_FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
+"""Sums and quotients of symbols of a letter or two, and of functions; names with a hyphen are longer words."""
+
+
+_RELATION: Final = re.compile(r"(.+) ([≤≥]) (.+)")
+"""A coordinate and a limit of it."""
+
+
+def width_of(runs: Sequence[Run], size: float) -> float:
+    """Return the width of letters of a size, in the unit of the size."""
+    return sum(run_width(run, size) for run in runs)
+
+
+def run_width(run: Run, size: float) -> float:
+    """Return the width of one run in letters of a size."""
+    text, style = run
+    scale = size * (SUBSCRIPT if style == "subscript" else 1.0)
+    table = _WIDTHS[style]
+    return scale * sum(table.get(letter) or _unlisted(letter) for letter in text)
+
+
+def _unlisted(letter: str) -> float:
+    if unicodedata.combining(letter):
+        return 0.0
+    if letter == _THIN_SPACE:
+        return 1.0 / 6.0
+    return _WIDE if unicodedata.east_asian_width(letter) in "WF" else _OTHER
+
+
+def letters(name: str) -> tuple[Run, ...]:
+    """Return a symbol as a book writes it: theta_1 and theta1 as θ with the index 1, l as an italic l, words upright.
+
+    Words that follow each other are read as such (crank_angle), and so are symbols in a formula, such as R - r or l/2.
+    What is neither stands as it is.
+    """
+    shown = printable(name)
+    if SYMBOL.fullmatch(shown):
+        return _symbol(shown)
+    limit = _RELATION.fullmatch(shown)
+    if limit is not None:
+        return (*letters(limit[1]), (f" {limit[2]} ", "roman"), *letters(limit[3]))
+    return _formula(shown) if _FORMULA.fullmatch(shown) else words(shown)
+
+
+def _formula(text: str) -> tuple[Run, ...]:
+    """Return the runs of a formula of short symbols, with signs as they are set."""
+    runs: list[Run] = []
+    for part in re.findall(r"[A-Za-z]\w*|[^A-Za-z]+", text, re.ASCII):
+        signs: Run = (part.replace("-", "−").replace("*", _THIN_SPACE), "roman")
+        runs += _symbol(part) if SYMBOL.fullmatch(part) else [signs]
+    return tuple(runs)
+
+
+def _symbol(name: str) -> tuple[Run, ...]:
+    letter, *below = read_parts(name)
+    head: Run = (GREEK.get(letter, letter), "italic" if letter in GREEK or len(letter) == 1 else "roman")
+    return (head, (",".join(GREEK.get(part, part) for part in below), "subscript")) if below else (head,)
+
+
+def words(text: str) -> tuple[Run, ...]:
+    """Return text as it stands, in upright letters."""
+    return ((printable(text) or " ", "roman"),)
+
+
+def printable(text: str) -> str:
+    """Return text on one line without characters that control how others are shown, cut to a length that fits.
+
+    Characters that no backend can show stand as a replacement character.
+    """
+    kept = [" " if c.isspace() else c if _shows(c) else "\ufffd" for c in text[: LONGEST + 1]]
+    line = " ".join("".join(kept).split())
+    return line if len(text) <= LONGEST else line[:LONGEST] + "…"
+
+
+def _shows(character: str) -> bool:
+    """Whether a character is a mark on paper: neither a control, a direction, a surrogate nor unassigned."""
+    return unicodedata.category(character)[0] != "C"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+ARC_STEP: Final = 7.5
+"""Degrees between the points of an arc where it is looked at as a polyline: flat to 0.2 % of its radius."""
+
+
+@dataclass(frozen=True)
+class Pen:
+    """How a line is drawn: width and dash lengths in points, a colour as #rrggbb."""
+
+    width: float
+    colour: str = "#000000"
+    dash: tuple[float, ...] = ()
+
+
+class Box(NamedTuple):
+    """What a mark covers of the page; `kind` is text, line or fill."""
+
+    kind: str
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mark:
+    """What all marks say: what they belong to, and what they hide."""
+
+    role: str = ""
+    name: str = ""
+    layer: float = 0.0
+    depth: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke(Mark):
+    """A polyline or polygon through `points` (n, 2); `pen` None for a filled area without an outline."""
+
+    points: Floats
+    pen: Pen | None
+    closed: bool = False
+    fill: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Arc(Mark):
+    """An arc of a circle, counterclockwise from `start` to `stop` in radians; a full circle from 0 to 2 pi."""
+
+    centre: Floats
+    radius: float
+    pen: Pen | None
+    start: float = 0.0
+    stop: float = 2 * np.pi
+    fill: str | None = None
+
+    @property
+    def full(self) -> bool:
+        """Whether this is a whole circle."""
+        return bool(abs(self.stop - self.start) >= 2 * np.pi - 1e-9)
+
+    @property
+    def points(self) -> Floats:
+        """Return points along the arc, (n, 2)."""
+        count = max(2, int(np.ceil(np.degrees(abs(self.stop - self.start)) / ARC_STEP)) + 1)
+        angles = np.linspace(self.start, self.stop, count)
+        return np.asarray(self.centre) + self.radius * np.column_stack((np.cos(angles), np.sin(angles)))
+
+
+@dataclass(frozen=True, eq=False)
+class Hatch(Mark):
+    """A line through `points` (n, 2) with ticks on one side: +1 to the left of its direction, -1 to the right."""
+
+    points: Floats
+    pen: Pen
+    side: int = 1
+    tick: float = 5.0
+    gap: float = 4.0
+    line: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow(Mark):
+    """A line through `points` (n, 2) with a filled head of `head` points length at its end, or at both ends."""
+
+    points: Floats
+    pen: Pen
+    both: bool = False
+    head: float = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Text(Mark):
+    """One line of letters; `at` is the left end of its baseline, `size` in points."""
+
+    at: Floats
+    runs: tuple[Run, ...]
+    size: float
+    colour: str = "#000000"
+
+    @property
+    def box(self) -> Box:
+        """Return what the letters cover."""
+        x, y = self.at
+        low, high = DESCENT * self.size, HEIGHT * self.size
+        return Box("text", float(x), float(y - low), float(x) + width_of(self.runs, self.size), float(y + high))
+
+
+@dataclass(frozen=True, eq=False)
+class Wish(Mark):
+    """Letters that want a place near `about` (n, 2): one point, or a line along which any place will do.
+
+    `prefer` is a direction from there in which they stand best, `clear` how far from it they stay in points.
+    """
+
+    about: Floats
+    runs: tuple[Run, ...]
+    prefer: tuple[float, float] | None = None
+    clear: float = 3.0
+    size: float = 10.0
+    colour: str = "#000000"
+
+
+@dataclass(frozen=True, eq=False)
+class Measure(Mark):
+    """A dimension line that wants a place beside the line from `a` to `b` (points of the page), with its letters."""
+
+    a: Floats
+    b: Floats
+    runs: tuple[Run, ...]
+    size: float = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bend(Mark):
+    """An angle that wants an arc about `at`, counterclockwise from `start` to `stop` in radians, with its letters.
+
+    `lines` says for each of the two sides whether a thin line must show it, because nothing drawn lies there;
+    `tip` is the end (1 or 0) that gets an arrow head, None for both.
+    """
+
+    at: Floats
+    start: float
+    stop: float
+    runs: tuple[Run, ...]
+    lines: tuple[bool, bool] = (False, False)
+    tip: int | None = None
+    size: float = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Note(Mark):
+    """One line of letters of the legend, which stands below all that is drawn."""
+
+    runs: tuple[Run, ...]
+    size: float = 10.0
+
+
+Placed = Stroke | Arc | Hatch | Arrow | Text
+"""A mark that has its place."""
+Simple = Stroke | Arc | Text
+"""A mark that a backend draws."""
+Wanted = Wish | Measure | Bend | Note
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Marks on a page of `width` and `height` in points, in the order in which they are drawn."""
+
+    width: float
+    height: float
+    marks: Sequence[Placed]
+    title: str
+    description: str = ""
+    _simple: list[Simple] = field(default_factory=list, init=False, repr=False)
+
+    @property
+    def simple(self) -> Sequence[Simple]:
+        """The marks as strokes, arcs and texts alone."""
+        if not self._simple:
+            self._simple.extend(s for mark in self.marks for s in simple(mark))
+        return self._simple
+
+    def boxes(self) -> dict[tuple[str, str], list[Box]]:
+        """Return what each thing covers of the page, by role and name."""
+        found: dict[tuple[str, str], list[Box]] = {}
+        for mark in self.simple:
+            found.setdefault((mark.role, mark.name), []).append(box_of(mark))
+        return found
+
+
+def in_order(marks: Iterable[Placed]) -> list[Placed]:
+    """Return marks in the order of drawing: what hides others comes later."""
+    return sorted(marks, key=lambda mark: (mark.layer, mark.depth))
+
+
+def moved(mark: Placed, shift: Floats) -> Placed:
+    """Return a mark farther by `shift` (2)."""
+    if isinstance(mark, Arc):
+        return replace(mark, centre=np.asarray(mark.centre) + shift)
+    if isinstance(mark, Text):
+        return replace(mark, at=np.asarray(mark.at) + shift)
+    return replace(mark, points=np.asarray(mark.points) + shift)
+
+
+def box_of(mark: Simple) -> Box:
+    """Return what a mark covers, half the width of its pen included."""
+    if isinstance(mark, Text):
+        return mark.box
+    points = np.asarray(mark.points)
+    edge = mark.pen.width / 2 if mark.pen else 0.0
+    (left, bottom), (right, top) = points.min(0) - edge, points.max(0) + edge
+    return Box("fill" if mark.fill else "line", float(left), float(bottom), float(right), float(top))
+
+
+def simple(mark: Placed) -> list[Simple]:
+    """Return a mark as strokes, arcs and texts."""
+    if isinstance(mark, Hatch):
+        return _hatched(mark)
+    if isinstance(mark, Arrow):
+        return _with_heads(mark)
+    return [mark]
+
+
+def _named(mark: Mark) -> dict[str, Any]:
+    return {"role": mark.role, "name": mark.name, "layer": mark.layer, "depth": mark.depth}
+
+
+def _hatched(mark: Hatch) -> list[Simple]:
+    """Return the line and its ticks, which lean back at 45 degrees and stay within the length of the line."""
+    named, found = _named(mark), list[Simple]()
+    points = np.asarray(mark.points, float)
+    if mark.line:
+        found.append(Stroke(points, mark.pen, **named))
+    fine = Pen(min(mark.pen.width, 0.5), mark.pen.colour)
+    left_over = mark.gap
+    for start, end in pairwise(points):
+        length = float(np.hypot(*(end - start)))
+        if length == 0.0:
+            continue
+        along = (end - start) / length
+        away = mark.side * np.array([-along[1], along[0]])
+        for at in np.arange(left_over, length + 1e-9, mark.gap):
+            foot = start + at * along
+            found.append(Stroke(np.array([foot, foot + mark.tick * (away - along) / np.sqrt(2)]), fine, **named))
+        left_over = max(0.0, (mark.gap - (length - left_over)) % mark.gap) or mark.gap
+    return found
+
+
+def _with_heads(mark: Arrow) -> list[Simple]:
+    """Return the shaft, ended inside the heads, and the heads."""
+    named, points = _named(mark), np.asarray(mark.points, float).copy()
+    length = float(np.hypot(*np.diff(points, axis=0).T).sum())
+    size = min(mark.head, 0.8 * length / (2 if mark.both else 1))
+    found: list[Simple] = []
+    for end in (-1, 0) if mark.both else (-1,):
+        tip, back = points[end].copy(), _back(points, end, size)
+        away = tip - back
+        away = away / (np.hypot(*away) or 1.0)
+        across = np.array([-away[1], away[0]]) * size * 0.32
+        foot = tip - size * away
+        head = np.array([tip, foot + across, foot + 0.15 * size * away, foot - across])
+        found.append(Stroke(head, None, closed=True, fill=mark.pen.colour, **named))
+        points = _cut(points, end, size * 0.7)
+    return [Stroke(points, mark.pen, **named), *found]
+
+
+def _back(points: Floats, end: int, size: float) -> Floats:
+    """Return the point of a polyline that lies `size` before one of its ends."""
+    return np.asarray(_cut(points, end, size)[end])
+
+
+def _cut(points: Floats, end: int, size: float) -> Floats:
+    """Return a polyline shorter by `size` at one of its ends."""
+    ordered = points if end == -1 else points[::-1]
+    kept, left = [np.asarray(p) for p in ordered], size
+    while len(kept) > 1:
+        step = kept[-1] - kept[-2]
+        length = float(np.hypot(*step))
+        if length > left:
+            kept[-1] = kept[-1] - step * (left / length)
+            break
+        left -= length
+        if len(kept) == 2:
+            kept[-1] = kept[-2] + step * 1e-3
+            break
+        kept.pop()
+    cut = np.array(kept)
+    return cut if end == -1 else cut[::-1]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Pens, colours, sizes and layers of pictures, in one place: points of a page (72 to the inch).
+
+
+INK: Final = Pen(0.9)
+"""Outlines of bodies and symbols."""
+BOLD: Final = Pen(1.4)
+"""What stands still: faces of ground."""
+THIN: Final = Pen(0.5)
+"""Dimension lines, extension lines, leaders, axes of angles."""
+HIDDEN: Final = Pen(0.5, dash=(3.0, 2.0))
+"""What lies behind or does not exist as a thing: paths, lines of reference."""
+AXIS: Final = Pen(0.5, dash=(7.0, 2.0, 1.5, 2.0))
+"""Axes of rotation and symmetry."""
+ROPE: Final = Pen(1.1, "#5b3a1e")
+SPRING: Final = Pen(0.9)
+FORCE: Final = Pen(1.3, "#b01217")
+REACTION: Final = Pen(1.3, "#0b5394")
+MOTION: Final = Pen(0.9, "#1d6b2f")
+"""Prescribed motions, coordinates with their directions."""
+MARKED: Final = Pen(1.6, "#d05a00")
+"""What a question singles out: redundant rows, the place of an error."""
+
+BODY: Final = "#e4e7eb"
+"""Fill of bodies."""
+DARK: Final = "#c3c9d1"
+"""Fill of bodies on others, such as blocks of sliders."""
+PAPER: Final = "#ffffff"
+BLACK: Final = "#000000"
+
+TYPE: Final = 10.0
+"""Size of labels; their subscripts are of 8 pt."""
+PIN: Final = 2.6
+"""Radius of a joint's pin."""
+ROD: Final = 6.0
+"""Width of a rod or link."""
+DOT: Final = 2.2
+"""Radius of a point or a particle that has no size."""
+BLOCK: Final = (20.0, 12.0)
+"""Length and height of a slider's block that has no size."""
+SUPPORT: Final = 12.0
+"""Height of the triangle under a pivot on ground."""
+
+LAYER_GROUND, LAYER_BODY, LAYER_STRAND, LAYER_JOINT, LAYER_ARROW, LAYER_TEXT = range(6)
+"""What hides what in a plane picture; in space depth decides among bodies, strands and joints."""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# From places in space to places on a page: the direction of view, the scale, and what is nearer to the reader.
+
+
+WIDTH: Final = 255.0
+PAGE_HEIGHT: Final = 215.0
+"""What the mechanism itself covers at most (pt): 90 mm wide, with room for labels around it within 150 mm."""
+LEAST: Final = 60.0
+"""The length (pt) of a mechanism whose extent is zero or all but zero in one direction decides nothing by itself."""
+_STEEPEST: Final = 90.0
+VIEWS: Final = {
+    "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    "back": ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    "top": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0)),
+    "right": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "left": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+}
+"""Views by name where y points up: the directions to the right and up on the page, in space."""
+ISO: Final = (45.0, math.degrees(math.atan(math.sqrt(0.5))))
+"""Azimuth and elevation (deg) of the isometric view."""
+
+
+@dataclass(frozen=True)
+class Projection:
+    """A parallel projection: unit vectors to the right and up on the page, and its scale in points per metre."""
+
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    scale: float = 1.0
+    flat: bool = False
+
+    @property
+    def toward(self) -> Floats:
+        """The unit vector from the page to the reader."""
+        return np.cross(self.right, self.up)
+
+    def page(self, points: Floats | Sequence[Sequence[float]]) -> Floats:
+        """Return where points (.., 3) in space (m) are on the page (.., 2) in points."""
+        found: Floats = self.scale * (np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T)
+        return found
+
+    def depth(self, points: Floats | Sequence[Sequence[float]]) -> Floats:
+        """Return how far points (.., 3) are towards the reader (m)."""
+        found: Floats = np.asarray(points, dtype=float) @ self.toward
+        return found
+
+    def scaled(self, extent: Floats, times: float = 1.0, most: float = math.inf) -> Projection:
+        """Return this view at the scale at which points (n, 3) fill the page, as far as they have an extent.
+
+        A page `times` as large as usual; the scale (pt/m) is at most `most`.
+        """
+        spans = np.ptp(Projection(self.right, self.up).page(extent), axis=0) if len(extent) else np.zeros(2)
+        spans = np.where(np.isfinite(spans), spans, 0.0)
+        wide = spans > 1e-9 * spans.max()
+        page = np.array([WIDTH, PAGE_HEIGHT])
+        room = [times * limit / span for limit, span in zip(page[wide], spans[wide], strict=True)]
+        return Projection(self.right, self.up, float(min([most, *(room or [LEAST])])), self.flat)
+
+
+def view_of(
+    asked: str | Sequence[float] | None,
+    usual: Projection,
+    upward: Sequence[float] = (0.0, 1.0, 0.0),
+    plane: Sequence[float] | None = None,
+) -> Projection:
+    """Return the projection that was asked for: a name of VIEWS, iso, azimuth and elevation in degrees, None for usual.
+
+    `upward` is the direction in space that points up where azimuth and elevation are asked for. `plane` is the normal
+    of a plane mechanism: seen along it the picture is flat. Raises InputError.
+    """
+    if asked is None:
+        return usual
+    if isinstance(asked, str) and (asked == "iso" or asked in VIEWS):
+        right, up = _turned(*ISO, upward) if asked == "iso" else _projection_named(str(asked), upward)
+    else:
+        right, up = _turned(*_angles(asked), upward)
+    toward = np.cross(right, up)
+    flat = plane is not None and abs(float(np.dot(toward, np.asarray(plane, dtype=float)))) > 1.0 - 1e-9
+    return Projection(right, up, 1.0, flat)
+
+
+def _angles(asked: str | Sequence[float]) -> tuple[float, float]:
+    """Return azimuth and elevation in degrees. Raises InputError."""
+    try:
+        words = re.split(r"\s*,\s*|\s+", asked.strip()) if isinstance(asked, str) else list(asked)
+        azimuth, elevation = (float(word) for word in words)
+    except (TypeError, ValueError, OverflowError):
+        message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {shown(asked)}"
+        named = [*VIEWS, "iso"]
+        raise InputError(message, where=Where(path=("view",)), word=str(asked), known=named) from None
+    if not math.isfinite(azimuth) or not abs(elevation) <= _STEEPEST:
+        message = "a view has a finite azimuth, and an elevation from -90 to 90 degrees"
+        raise InputError(message, where=Where(path=("view",)))
+    return azimuth, elevation
+
+
+Pair = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def _axes(upward: Sequence[float]) -> Floats:
+    """Return the columns right, up and toward of the front view, where `upward` points up."""
+    up = np.asarray(upward, dtype=float)
+    up = up / (np.linalg.norm(up) or 1.0)
+    right = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    right = right - up * float(right @ up)
+    right /= np.linalg.norm(right)
+    return np.column_stack((right, up, np.cross(right, up)))
+
+
+def _projection_named(name: str, upward: Sequence[float]) -> Pair:
+    axes = _axes(upward)
+    right, up = (axes @ np.array(direction) for direction in VIEWS[name])
+    return _vector(right), _vector(up)
+
+
+def _turned(azimuth: float, elevation: float, upward: Sequence[float]) -> Pair:
+    """Return the page's axes of a reader who went around by the azimuth, from the front to the right, and then up."""
+    a, e = math.radians(azimuth), math.radians(elevation)
+    axes = _axes(upward)
+    right = axes @ np.array([math.cos(a), 0.0, -math.sin(a)])
+    up = axes @ np.array([-math.sin(a) * math.sin(e), math.cos(e), -math.cos(a) * math.sin(e)])
+    return _vector(right), _vector(up)
+
+
+def _vector(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (round(float(value), 15) + 0.0 for value in values)
+    return x, y, z

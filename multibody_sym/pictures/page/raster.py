@@ -1,0 +1,113 @@
+"""Pictures as PNG and PDF by matplotlib, which is asked to draw marks and to lay out nothing."""
+
+from __future__ import annotations
+
+import io
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Simple, Stroke, Text, run_width
+from multibody_sym.pictures.page.plot_files import plain_style
+
+DOTS: Final = 200
+"""Dots per inch of a PNG."""
+_INCH: Final = 72.0
+
+
+def raster(picture: Picture, ending: str) -> bytes:
+    """Return a picture as `png` or `pdf`, the same bytes every time. Raises OutputError without matplotlib."""
+    content = io.BytesIO()
+    with plain_style():
+        figure = _figure(picture, DOTS)
+        known = {"Title": picture.title, "CreationDate": None} if ending == "pdf" else {"Title": picture.title}
+        figure.savefig(content, format=ending, dpi=DOTS, metadata={**known, **_nameless(ending)})
+    return content.getvalue()
+
+
+def pixels(picture: Picture, dots: int) -> Any:
+    """Return a picture as red, green and blue (height, width, 3), both sizes even. Raises OutputError."""
+    with plain_style():
+        figure = _figure(picture, dots)
+        figure.canvas.draw()
+        found = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
+    height, width = (2 * (size // 2) for size in found.shape[:2])
+    return np.ascontiguousarray(found[:height, :width])
+
+
+def _figure(picture: Picture, dots: int) -> Any:
+    """Return a figure of matplotlib that holds the marks and nothing else."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(picture.width / _INCH, picture.height / _INCH), dpi=dots, facecolor="white")
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_axis_off()
+    axes.set_xlim(0.0, picture.width)
+    axes.set_ylim(0.0, picture.height)
+    for order, mark in enumerate(picture.simple):
+        for artist in _artists(mark, order):
+            axes.add_artist(artist)
+    return figure
+
+
+def _nameless(ending: str) -> dict[str, None]:
+    """Return the entries of a file that would name versions of libraries."""
+    return {"Creator": None, "Producer": None} if ending == "pdf" else {"Software": None}
+
+
+def _artists(mark: Simple, order: int) -> list[Any]:
+    if isinstance(mark, Text):
+        return _letters(mark, order)
+    return [_line(mark, order)]
+
+
+def _line(mark: Stroke | Arc, order: int) -> Any:
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    if isinstance(mark, Arc) and mark.full:
+        path = Path.circle(tuple(mark.centre), mark.radius)
+    elif isinstance(mark, Arc):
+        unit = Path.arc(np.degrees(mark.start), np.degrees(mark.stop))
+        path = Path(np.asarray(unit.vertices) * mark.radius + np.asarray(mark.centre), unit.codes)
+    else:
+        points = np.asarray(mark.points)
+        path = Path(np.vstack((points, points[:1])), closed=True) if mark.closed else Path(points)
+    pen = mark.pen
+    dash = ((0, [d / pen.width for d in pen.dash]) if pen.dash else "-") if pen else "-"
+    return PathPatch(
+        path,
+        facecolor=mark.fill or "none",
+        edgecolor=pen.colour if pen else "none",
+        linewidth=pen.width if pen else 0.0,
+        linestyle=dash,
+        joinstyle="round",
+        capstyle="round",
+        zorder=order + 1,
+    )
+
+
+def _letters(mark: Text, order: int) -> list[Any]:
+    """Return the runs as outlines of STIX letters, as wide as the layout took them to be; a $ starts no formula."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.patches import PathPatch
+    from matplotlib.textpath import TextPath
+    from matplotlib.transforms import Affine2D
+
+    x, y = (float(v) for v in mark.at)
+    found = []
+    for run in mark.runs:
+        text, style = run
+        wide, small = run_width(run, mark.size), style == "subscript"
+        size = mark.size * (SUBSCRIPT if small else 1.0)
+        font = FontProperties(family=["STIXGeneral", "DejaVu Serif"], style="italic" if style == "italic" else "normal")
+        if text.strip():
+            outline = TextPath((0, 0), text.replace("$", r"\$"), size=size, prop=font, usetex=False)
+            natural = outline.get_extents().x1 or wide
+            squeeze = min(1.0, wide / natural)
+            place = Affine2D().scale(squeeze, 1.0).translate(x, y - (mark.size * DROP if small else 0.0))
+            found.append(PathPatch(place.transform_path(outline), facecolor=mark.colour, linewidth=0, zorder=order + 1))
+        x += wide
+    return found

@@ -1,0 +1,153 @@
+"""Pictures in TikZ: a picture to paste into a document, or a document of its own that compiles by pdflatex."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Simple, Stroke, Text, run_width
+from multibody_sym.pictures.page.svg import number
+from multibody_sym.text.printer import GREEK
+
+_SPECIAL: Final = {
+    "\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}", "<": r"\textless{}",
+    ">": r"\textgreater{}", "|": r"\textbar{}", '"': r"\textquotedbl{}", "'": "{'}", "`": "{`}", "-": "{-}",
+    **{c: f"\\{c}" for c in "#$%&_{}"},
+    "°": r"\textdegree{}", "·": r"\textperiodcentered{}", "²": r"\texttwosuperior{}", "³": r"\textthreesuperior{}",
+    "…": r"\dots{}", "±": r"\textpm{}", "×": r"\texttimes{}", "µ": r"$\mu$", "≈": r"$\approx$", "−": "$-$",
+    "≤": r"$\leq$", "≥": r"$\geq$",
+}  # fmt: skip
+_CAPITALS: Final = frozenset("Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega".split())
+_LETTERS: Final = {
+    **{
+        letter: rf"$\mathit{{\{name}}}$" if name in _CAPITALS else rf"$\{'varphi' if name == 'phi' else name}$"
+        for name, letter in GREEK.items()
+    },
+    "ϕ": r"$\phi$", "ο": "o",
+}  # fmt: skip
+_HEAD: Final = r"""\documentclass{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage{textcomp}
+\IfFileExists{tgtermes.sty}{\usepackage{tgtermes}}{\IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}}
+\usepackage{tikz}
+\pagestyle{empty}
+\setlength{\parindent}{0pt}
+"""
+
+
+_FITTED: Final = (
+    r"\providecommand{\fitted}[2]{\sbox0{#2\vphantom{x}}"
+    r"\ifdim\wd0>#1\relax\resizebox{#1}{\height}{\usebox0}\else\usebox0\fi}%"
+)
+"""Letters no wider than the layout took them to be, whatever fonts there are."""
+
+
+_LACKING: Final = frozenset("ĦħĸĿŀŉŦŧ")
+"""Latin letters that inputenc does not know in T1."""
+
+
+def tikz(picture: Picture, *, alone: bool = True) -> str:
+    """Return a picture as a document whose only page is the picture, or as a `tikzpicture` alone (`alone` False)."""
+    lines = [
+        _FITTED,
+        r"\begin{tikzpicture}[x=1bp,y=1bp,line join=round,line cap=round]",
+        rf"\useasboundingbox (0,0) rectangle ({number(picture.width)},{number(picture.height)});",
+        *(line for mark in picture.simple for line in _written(mark)),
+        r"\end{tikzpicture}",
+    ]
+    if not alone:
+        return "\n".join(lines) + "\n"
+    paper = (
+        rf"\usepackage[paperwidth={number(picture.width)}bp,paperheight={number(picture.height)}bp,margin=0bp]"
+        r"{geometry}"
+    )
+    title = f"\\pdfinfo{{/Title ({_info(picture.title)})}}"
+    page = [r"\hoffset-1in\voffset-1in\setbox1\hbox{%", *lines, r"}\shipout\box1"]
+    body = [paper, title, r"\begin{document}", *page, r"\end{document}"]
+    return _HEAD + "\n".join(body) + "\n"
+
+
+def escaped(text: str) -> str:
+    """Return text in which TeX finds no command; letters that its fonts lack as the nearest that they have, or as ?."""
+    return "".join(_SPECIAL.get(c) or _LETTERS.get(c) or _nearest(c) for c in text)
+
+
+def _nearest(character: str) -> str:
+    if " " <= character <= "~":
+        return character
+    if "\u00c0" <= character <= "\u017e" and character not in _LACKING:  # Latin letters of T1
+        return character
+    plain = "".join(c for c in unicodedata.normalize("NFKD", character) if " " <= c <= "~")
+    return "".join(_SPECIAL.get(c, c) for c in plain) if plain else "?"
+
+
+def _info(text: str) -> str:
+    """Return text for the entries of a PDF: letters, digits and blanks alone."""
+    return "".join(c if c.isascii() and (c.isalnum() or c in " ,-") else " " for c in text)
+
+
+def _written(mark: Simple) -> Iterator[str]:
+    if isinstance(mark, Text):
+        yield from _letters(mark)
+        return
+    if isinstance(mark, Arc):
+        path = _arc(mark)
+    else:
+        path = " -- ".join(_place(p) for p in np.asarray(mark.points).tolist()) + (" -- cycle" if mark.closed else "")
+    yield rf"\path[{','.join(_paint(mark))}] {path};"
+
+
+def _place(point: list[float]) -> str:
+    return f"({number(point[0])},{number(point[1])})"
+
+
+def _arc(mark: Arc) -> str:
+    centre = np.asarray(mark.centre)
+    if mark.full:
+        return f"{_place(centre.tolist())} circle[radius={number(mark.radius)}]"
+    first = centre + mark.radius * np.array([np.cos(mark.start), np.sin(mark.start)])
+    start, stop = np.degrees((mark.start, mark.stop))
+    close = " -- cycle" if mark.fill else ""
+    return (
+        f"{_place(first.tolist())} arc[start angle={number(start)},end angle={number(stop)},"
+        f"radius={number(mark.radius)}]{close}"
+    )
+
+
+def _paint(mark: Stroke | Arc) -> Iterator[str]:
+    if mark.fill is not None:
+        yield f"fill={_colour(mark.fill)}"
+    if mark.pen is not None:
+        yield f"draw={_colour(mark.pen.colour)}"
+        yield f"line width={number(mark.pen.width)}bp"
+        if mark.pen.dash:
+            parts = (f"{'off' if i % 2 else 'on'} {number(d)}bp" for i, d in enumerate(mark.pen.dash))
+            yield f"dash pattern={' '.join(parts)}"
+
+
+def _colour(code: str) -> str:
+    red, green, blue = (int(code[i : i + 2], 16) for i in (1, 3, 5))
+    return f"{{rgb,255:red,{red};green,{green};blue,{blue}}}"
+
+
+def _letters(mark: Text) -> Iterator[str]:
+    """Yield a node for each run, in a box of the width that the layout took it to have."""
+    x, y = (float(v) for v in mark.at)
+    colour = "" if mark.colour == "#000000" else f",text={_colour(mark.colour)}"
+    for run in mark.runs:
+        text, style = run
+        wide, small = run_width(run, mark.size), style == "subscript"
+        size = mark.size * (SUBSCRIPT if small else 1.0)
+        low = mark.size * DROP if small else 0.0
+        slanted = r"\itshape" if style == "italic" else ""
+        if text.strip():
+            yield (
+                rf"\node[anchor=base west,inner sep=0pt,outer sep=0pt{colour}] at ({number(x)},{number(y - low)}) "
+                rf"{{\fontsize{{{number(size)}pt}}{{{number(size)}pt}}\selectfont{slanted}"
+                rf"\fitted{{{number(wide)}bp}}{{{escaped(text)}}}}};"
+            )
+        x += wide

@@ -1,0 +1,457 @@
+"""Bodies as they are seen: by their shape, by their surfaces, or as what joins their places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.errors import ModelError
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.model.bodies import GROUND, Body, mass_of
+from multibody_sym.model.constraints import (
+    Expression,
+    Gear,
+    OnCurve,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
+    VelocityConstraint,
+)
+from multibody_sym.model.contacts_and_impacts import Coefficient, copies
+from multibody_sym.model.fields import Point
+from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
+from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
+from multibody_sym.pictures.scene.items import (
+    Barrel,
+    Block,
+    Disc,
+    Face,
+    Form,
+    Item,
+    Polyline,
+    Rail,
+    Sphere,
+    Symbol,
+    Vector,
+    unit,
+    vector,
+)
+from multibody_sym.pictures.scene.joints import Held, bounces, held, is_ball, is_led, wire_of
+from multibody_sym.pictures.scene.marks import letters
+from multibody_sym.pictures.scene.stage import Place, Stage, curve_points, is_solid, references, same, surface_items
+from multibody_sym.pictures.scene.strands import anchor_behind
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.rank import principal_axes
+
+_Z: Final = (0.0, 0.0, 1.0)
+_UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+Sizes = Sequence[float]
+_SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
+    "rod": lambda c, s: Polyline(((c[0] - s[0] / 2, c[1], c[2]), (c[0] + s[0] / 2, c[1], c[2]))),
+    "disc": lambda c, s: Disc(c, _Z, s[0]),
+    "ring": lambda c, s: Disc(c, _Z, s[0], hollow=True),
+    "cylinder": lambda c, s: Barrel(c, _Z, s[0], s[1]),
+    "sphere": lambda c, s: Sphere(c, s[0]),
+    "shell": lambda c, s: Sphere(c, s[0], hollow=True),
+    "box": lambda c, s: Block(c, _UNIT, (s[0], s[1], s[2])),
+}
+"""The form of each shape of a body, from its centre of mass and its sizes."""
+
+
+def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
+    """Yield what is seen of each body but ground, given its places."""
+    for name, body in stage.system.bodies.items():
+        if name == GROUND:
+            continue
+        number, label, path = stage.number_of(name), body.label or name, ("bodies", name)
+        surfaces = list(surface_items(stage, name))
+        solid = body.shape is None and any(is_solid(item) for item in surfaces)
+        own = list(_forms(stage, name, body, _up_to_springs(stage, name, found[name]), solid=solid))
+        yield from (Item("body", name, label, path, number, form) for form in own)
+        yield from _as_body(surfaces, name, label) if solid or not own else surfaces
+        if (body.shape is not None or body.inertia is not None) and not _marks_centre(own, stage.centre(name)):
+            yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
+
+
+def _up_to_springs(stage: Stage, name: str, places: Sequence[Vector]) -> list[Vector]:
+    """Return the places of a body, those of sliders with a spring where that begins: it is a part of the rod."""
+    moved = {}
+    for element in stage.system.forces.values():
+        first = anchor_behind(stage, element)
+        if first is not None and first.body == stage.number_of(name) and first.body >= 0:
+            moved[held(stage, str(getattr(element, "joint", ""))).parent.point] = first.point
+    return [moved.get(place, place) if len(places) > 1 else place for place in places]
+
+
+def _as_body(surfaces: Sequence[Item], name: str, label: str) -> Iterator[Item]:
+    """Yield surfaces, those that show all of a body under its name: its path is the beginning of theirs."""
+    for item in surfaces:
+        yield replace(item, role="body", name=name, label=label) if is_solid(item) else item
+
+
+def _marks_centre(forms: Sequence[Form], centre: Vector) -> bool:
+    """Return whether a symbol stands for all of the body already where its centre of mass is."""
+    return any(isinstance(form, Symbol) and same(form.at, centre) for form in forms)
+
+
+def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
+    """Yield the forms of one body."""
+    if body.shape is not None:
+        form = _SHAPES[body.shape.kind](stage.centre(name), [stage.number(size) for size in body.shape.sizes])
+        yield form
+        yield from _arms(form, places)
+        return
+    centre = stage.centre(name)
+    wires = list(_wires(stage, name))
+    yield from wires
+    if solid:
+        shown = next(item.form for item in surface_items(stage, name) if is_solid(item))
+        if body.com is not None and not isinstance(shown, Face):
+            yield from _arms(shown, [centre])
+        return
+    if wires and body.inertia is None and mass_of(body).mass.shadow == 0:
+        return
+    apart = [place for place in places if not same(place, centre)]
+    if not apart:
+        nut = isinstance(stage.carrying(name), Screw)  # which the joint's sign shows
+        yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
+        return
+    if len(places) == 1 or body.inertia is None:
+        yield from _with_bob(stage, name, body, places, centre)
+        return
+    yield link([*places, centre] if body.com is not None else places)
+
+
+def _wires(stage: Stage, name: str) -> Iterator[Polyline]:
+    """Yield the curves of a moving body along which joints guide others: it is these wires."""
+    for joint_name, joint in stage.system.joints.items():
+        if isinstance(joint, CurveJoint) and stage.body(joint.parent) == name and name != GROUND:
+            yield wire_of(held(stage, joint_name))
+
+
+def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
+    """Yield lines from the middle of a shape to places that are far from it, which it must hold."""
+    bounds = form.bounds
+    middle, low, high = bounds.mean(axis=0), bounds.min(axis=0), bounds.max(axis=0)
+    slack = 0.01 * float(np.linalg.norm(high - low))
+    for place in places:
+        if np.any(np.subtract(place, high) > slack) or np.any(np.subtract(low, place) > slack):
+            yield Polyline((vector(middle), place))
+
+
+def _particle(stage: Stage, name: str, body: Body) -> str:
+    """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
+    joint = stage.carrying(name)
+    if body.inertia is None and mass_of(body).mass.shadow == 0 and joint is not None and joint.steps:
+        return "nut_body"
+    if isinstance(joint, Prismatic) and is_led(stage, joint):
+        return "bob"
+    if isinstance(joint, Prismatic):
+        return "bob" if is_ball(stage, name) else "block"
+    if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
+        return "rotor"
+    if isinstance(joint, Fixed) and stage.is_ground(joint.parent):
+        return "block"
+    return "bob" if not _touches_face(stage, name) else "block"
+
+
+def _touches_face(stage: Stage, name: str) -> bool:
+    """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
+    for _, _, contact in copies(stage.system.contacts):
+        others = [end for end in contact.between if end != name]
+        if name in contact.between and not bounces(contact) and any(_is_flat(stage, other) for other in others):
+            return True
+    return False
+
+
+def _is_flat(stage: Stage, reference: str) -> bool:
+    """Return whether what a reference leads to has faces to lie on."""
+    body = stage.declared(stage.body(reference))
+    surface = body.surfaces.get(reference.rpartition(".")[2])
+    kinds = [surface.kind] if surface is not None else [each.kind for each in body.surfaces.values()]
+    return "plane" in kinds or (body.shape is not None and body.shape.kind == "box")
+
+
+def _with_bob(
+    stage: Stage, name: str, body: Body, places: Sequence[Vector], centre: Vector
+) -> Iterator[Form]:
+    """Yield the rod from the places of a particle, or of a body that is held at one, to its centre of mass."""
+    others = [place for place in places if not same(place, centre)]
+    yield link([*others, centre])
+    if body.inertia is None:
+        held = any(same(place, centre) for place in places)
+        yield Symbol(_particle(stage, name, body) if held else "bob", centre)
+
+
+def link(places: Sequence[Vector]) -> Polyline:
+    """Return a rod through places on a line, or the plate that they bound; in space a frame of bars from the middle."""
+    points = np.array(places)
+    middle = points.mean(axis=0)
+    axes, dimensions = principal_axes(points - middle)
+    if dimensions <= 1:
+        order = np.argsort(points @ axes[0], kind="stable")
+        if np.dot(points[order[0]] - points[0], points[0] - points[order[-1]]) == 0.0 and order[0] != 0:
+            order = order[::-1]
+        return Polyline(tuple(vector(points[k]) for k in order))
+    if dimensions == 2:
+        return Polyline(tuple(vector(points[k]) for k in hull(points @ axes[:2].T)), closed=True)
+    bars = [bar for point in points for bar in (vector(middle), vector(point))]
+    return Polyline(tuple(bars))
+
+
+def hull(points: Floats) -> list[int]:
+    """Return which of points in a plane (n, 2) bound them all, around (Andrew's monotone chain)."""
+    order = sorted(range(len(points)), key=lambda k: (points[k][0], points[k][1]))
+
+    def half(run: Sequence[int]) -> list[int]:
+        found: list[int] = []
+        for k in run:
+            while len(found) > 1 and _turn(points[found[-2]], points[found[-1]], points[k]) <= 0.0:
+                found.pop()
+            found.append(k)
+        return found[:-1]
+
+    return half(order) + half(order[::-1])
+
+
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What else is declared and seen: pulleys, gears, guides of points, contacts, friction and springs in hinges.
+
+
+def marker_items(stage: Stage) -> Iterator[Item]:
+    """Yield the frames and points of all bodies; those that are joined or held show themselves by what holds them."""
+    named = set(references(stage))
+    for name, body in stage.system.bodies.items():
+        for word in body.frames:
+            place = stage.place(f"{name}.{word}")
+            sign = Symbol("frame", place.point, place.turned((0, 0, 1)), place.turned((1, 0, 0)))
+            path = ("bodies", name, "frames", word)
+            yield Item("frame", f"{name}.{word}", word, path, place.body, sign, on_ground=name == GROUND)
+        for word in body.points:
+            place, used = stage.place(f"{name}.{word}"), f"{name}.{word}" in named
+            sign = Symbol("used_point" if used else "point", place.point)
+            yield Item("point", f"{name}.{word}", word, ("bodies", name, "points", word), place.body, sign)
+
+
+def pulley_items(stage: Stage) -> Iterator[Item]:
+    """Yield the pulleys: their wheel, or a symbol where the rope bends at a point; and what holds those on ground."""
+    for name, pulley in stage.system.pulleys.items():
+        place = stage.place(pulley.at or pulley.body or GROUND)
+        radius, axis = stage.number(pulley.radius), place.turned(unit(stage.vector(pulley.axis)))
+        label, path = name, ("pulleys", name)
+        grounded = pulley.body is None and stage.is_ground(pulley.at or GROUND)
+        common: dict[str, Any] = {"bodies": (), "on_ground": grounded}
+        if radius > 0.0:
+            yield Item("pulley", name, label, path, place.body, Disc(place.point, axis, radius), **common)
+            if pulley.body is None:
+                yield Item("pulley", name, "", path, place.body, Symbol("axle", place.point, axis), **common)
+        else:
+            yield Item("pulley", name, label, path, place.body, Symbol("pulley", place.point, axis), **common)
+
+
+# --- constraints ---------------------------------------------------------------------------------------------------
+
+
+def constraint_items(stage: Stage) -> Iterator[Item]:
+    """Yield what is seen of constraints that are no strands."""
+    for name, element in stage.system.constraints.items():
+        make = _CONSTRAINTS.get(type(element))
+        if make is not None:
+            yield from make(stage, name, element)
+
+
+def _turns(joint: Held) -> list[Point]:
+    """Return the axes about which a joint turns."""
+    return [axis for step in joint.joint.steps for axis in step.turns]
+
+
+def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
+    """Yield the pitch circles on the children of both hinges; radii that are not given follow from the ratio."""
+    path, made = ("constraints", name), [held(stage, joint) for joint in gear.joints]
+    ratio = abs(stage.number(gear.ratio, 1.0)) or 1.0
+    if gear.radii is not None:
+        radii = [stage.number(radius) for radius in gear.radii]
+    elif not all(_turns(each) for each in made):  # a rack: the ratio is a radius, or one over it
+        radii = [1.0 / ratio if _turns(made[0]) else 0.0, 0.0 if _turns(made[0]) else ratio]
+    else:
+        first, second = (stage.world(each.parent.body, each.parent.point) for each in made)
+        distance = float(np.linalg.norm(first - second))
+        outside = stage.number(gear.ratio, 1.0) < 0.0
+        total = ratio + 1.0 if outside else abs(ratio - 1.0)
+        radii = [distance / total, ratio * distance / total] if total > 0.0 else [0.0, 0.0]
+    for each, radius in zip(made, radii, strict=True):
+        turns = _turns(each)
+        if not turns:
+            slides = [each.child.turned(unit(stage.vector(a))) for step in each.joint.steps for a in step.slides]
+            sign = Symbol("rack", each.child.point, along=slides[0])
+            yield Item("gear", name, name, path, each.child.body, sign)
+            continue
+        axis = each.child.turned(unit(stage.vector(turns[0])))
+        form = Disc(each.child.point, axis, radius, teeth=True) if radius > 0.0 else None
+        yield Item("gear", name, name, path, each.child.body, form or Symbol("gear", each.child.point, axis))
+
+
+def _driven(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]:
+    """Yield the direction in which a joint is driven."""
+    each = held(stage, element.joint)
+    turns, slides = _turns(each), [axis for step in each.joint.steps for axis in step.slides]
+    axes = turns or slides
+    axis = each.parent.turned(unit(stage.vector(axes[0]))) if axes else (0.0, 0.0, 1.0)
+    sign = Symbol("drive_about" if turns else "drive_along", each.parent.point, axis)
+    body, path = each.parent.body, ("constraints", name)
+    yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground)
+
+
+def _tie(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+    yield Item("limit", name, name, ("constraints", name), -1, Symbol("tie", (0.0, 0.0, 0.0)))
+
+
+def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Item]:
+    """Yield the edge of a skate where a velocity in a plane has one direction left, else nothing to be seen."""
+    rows = dict(zip((row.name for row in stage.mechanism.rows), row_motions(stage.motion), strict=True))
+    jacobian = np.array(rows[name].jacobian, dtype=float) if name in rows else np.zeros(0)
+    for k, body in enumerate(stage.mechanism.bodies):
+        joint = stage.system.joints.get(body.joint_name)
+        if joint is None or joint.kind != "planar" or len(body.u) != 3 or not jacobian.any():
+            continue
+        made = held(stage, body.joint_name)
+        ways = [stage.turned(made.parent.body, made.parent.turned(axis)) for axis in np.eye(3)]
+        across = jacobian[body.u[0]] * ways[0] + jacobian[body.u[1]] * ways[1]
+        if float(np.linalg.norm(across)) < 0.5 * float(np.linalg.norm(jacobian)):
+            continue
+        own = stage.poses[k][:, :3].T
+        sign = Symbol("skate", made.child.point, unit(own @ ways[2]), unit(own @ np.cross(across, ways[2])))
+        yield Item("limit", name, name, ("constraints", name), k, sign)
+        return
+    yield from _tie(stage, name, element)
+
+
+def _on_line(stage: Stage, name: str, element: PointOnLine) -> Iterator[Item]:
+    place = stage.place(element.line.through)
+    axis = place.turned(unit(stage.vector(element.line.direction)))
+    yield _rail(stage, name, place, axis, element.point)
+    yield _bead(stage, name, element.point)
+
+
+def _rail(stage: Stage, name: str, place: Place, axis: Vector, point: str) -> Item:
+    other = stage.place(point)
+    apart = stage.world(other.body, other.point) - stage.world(place.body, place.point)
+    way, reach = float(apart @ stage.turned(place.body, axis)), 0.5 * stage.lengths.get("size", 1.0)
+    rail = Rail(place.point, axis, (min(way - reach, 0.0), max(way + reach, 0.0)))
+    grounded = place.body < 0
+    return Item("guide", name, name, ("constraints", name), place.body, rail, (place.body, other.body), grounded)
+
+
+def _bead(stage: Stage, name: str, point: str) -> Item:
+    place = stage.place(point)
+    return Item("joint", name, name, ("constraints", name), place.body, Symbol("bead", place.point))
+
+
+def _in_plane(stage: Stage, name: str, element: PointInPlane) -> Iterator[Item]:
+    place = stage.place(element.plane.through)
+    face = Face(place.point, place.turned(unit(stage.vector(element.plane.normal))))
+    yield Item("surface", name, name, ("constraints", name), place.body, face, on_ground=place.body < 0)
+    yield _bead(stage, name, element.point)
+
+
+def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:
+    place, other = stage.place(element.on), stage.place(element.point)
+    points = curve_points(stage, element.curve, None)
+    base = np.array(place.point)
+    form = Polyline(tuple(vector(base + place.turned(point)) for point in points))
+    yield Item("guide", name, name, ("constraints", name), place.body, form, (place.body, other.body), place.body < 0)
+    yield _bead(stage, name, element.point)
+
+
+def _rolling(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
+    yield _touch(stage, name, ("constraints", name), (element.body, element.on))
+
+
+_CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item]]]] = {
+    Gear: _gear,
+    PrescribedMotion: _driven,
+    PointOnLine: _on_line,
+    PointInPlane: _in_plane,
+    OnCurve: _on_curve,
+    Rolling: _rolling,
+    Expression: _tie,
+    VelocityConstraint: _skate,
+}
+"""What is seen of each kind of constraint that is no strand."""
+
+
+# --- contacts and what acts in joints --------------------------------------------------------------------------------
+
+
+def contact_items(stage: Stage) -> Iterator[Item]:
+    """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
+    for declared, name, contact in copies(stage.system.contacts):
+        rough = roughness(contact.static, contact.kinetic)
+        yield replace(_touch(stage, name, ("contacts", declared), contact.between), label=rough)
+
+
+def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:
+    """Return the sign of a contact on the first of both bodies that names a place, else on the first."""
+    bodies = [stage.number_of(stage.body(reference)) for reference in between]
+    for k, reference in enumerate(between):
+        try:
+            place = stage.place(reference)
+        except ModelError:  # a surface, which is no place
+            continue
+        pair, names = (place.body, bodies[1 - k]), (reference, between[1 - k])
+        return Item("contact", name, name, path, place.body, Symbol("contact", place.point), pair, touching=names)
+    sign = Symbol("contact", (0.0, 0.0, 0.0))
+    return Item("contact", name, name, path, bodies[0], sign, (bodies[0], bodies[1]), touching=between)
+
+
+def force_items(stage: Stage) -> Iterator[Item]:
+    """Yield what is seen of forces in joints: springs and dampers in hinges, motors, friction."""
+    for name, element in stage.system.forces.items():
+        kind, joint = _IN_JOINTS.get(type(element)), getattr(element, "joint", None)
+        if joint is None or kind is None:
+            yield from _field(stage, name, element)
+            continue
+        each = held(stage, joint)
+        turns = [axis for step in each.joint.steps for axis in step.turns]
+        if kind in ("torsion_spring", "torsion_damper") and not turns:
+            continue  # a strand along the slider
+        axis = each.parent.turned(unit(stage.vector(turns[0]))) if turns else (0.0, 0.0, 1.0)
+        sign = Symbol(kind, each.parent.point, axis)
+        label = roughness(element.static, element.kinetic) if isinstance(element, Friction) else name
+        yield Item("force", name, label, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
+
+
+def _field(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+    """Yield a sign without ink for a potential at a body or in joints, which has no form of its own."""
+    if not isinstance(element, Potential) or element.between is not None:
+        return
+    if element.on is not None:
+        body, point = stage.number_of(element.on), stage.centre(element.on)
+    else:
+        each = held(stage, element.joint or (element.joints or ("",))[0])
+        body, point = each.child.body, each.child.point
+    yield Item("force", name, "", ("forces", name), body, Symbol("tie", point))
+
+
+def roughness(static: Coefficient | None, kinetic: Node | None) -> str:
+    """Return the letter of a coefficient of friction, nothing where it is a number."""
+    found = [letters(each) for each in (kinetic, static) if isinstance(each, Node)]
+    return next((each for each in found if each), "")
+
+
+_IN_JOINTS: Final[Mapping[type[Any], str]] = {
+    SpringDamper: "torsion_spring",
+    Damper: "torsion_damper",
+    Motor: "motor",
+    Friction: "friction",
+}
+"""The sign of each force in a joint."""

@@ -1,0 +1,470 @@
+"""The records of a scene: items on one body, strands between bodies, dimensions, angles, arrows; and where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import Final, Literal
+
+import numpy as np
+
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Forms: the geometry of what is seen, in the axes of one body (m). A new form is a class here and an entry in FORMS.
+#
+# Each form can tell points that bound it; a symbol's size is the page's affair, so that it tells its place alone.
+
+
+ZERO: Final = (0.0, 0.0, 0.0)
+Vector = tuple[float, float, float]
+Values = Sequence[float] | Floats
+
+
+def vector(values: Values) -> Vector:
+    """Return three floats."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def across(axis: Values) -> Vector:
+    """Return a unit vector across an axis: in the x-y plane where the axis allows it."""
+    x, y, z = axis
+    found = (0.0, 0.0, 1.0) if abs(x) + abs(y) < 1e-12 * abs(z) else (-y, x, 0.0)
+    if found[2] == 1.0:
+        found = (1.0, 0.0, 0.0)
+    return vector(np.array(found) / np.linalg.norm(found))
+
+
+def unit(values: Values, otherwise: Vector = (0.0, 0.0, 1.0)) -> Vector:
+    """Return a vector of length one along another, `otherwise` where that is zero."""
+    found = np.asarray(values, dtype=float)
+    size = float(np.linalg.norm(found))
+    return vector(found / size) if size > 0.0 and np.isfinite(size) else otherwise
+
+
+def circle(centre: Values, axis: Values, radius: float, count: int = 24) -> Floats:
+    """Return points of a circle (count, 3)."""
+    e1 = np.array(across(unit(axis)))
+    e2 = np.cross(unit(axis), e1)
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)[:, None]
+    found: Floats = np.asarray(centre, dtype=float) + radius * (np.cos(angles) * e1 + np.sin(angles) * e2)
+    return found
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Points joined by straight lines: rods, links, outlines, curves as they were sampled; `closed` ones are filled."""
+
+    points: tuple[Vector, ...]
+    closed: bool = False
+
+    @property
+    def bounds(self) -> Floats:
+        """Points that bound it (n, 3)."""
+        return np.array(self.points)
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc about an axis; `hollow` is a ring; with `teeth` it is the pitch circle of a gear."""
+
+    centre: Vector
+    axis: Vector
+    radius: float
+    hollow: bool = False
+    teeth: bool = False
+
+    @property
+    def bounds(self) -> Floats:
+        """Points that bound it (n, 3)."""
+        return circle(self.centre, self.axis, self.radius)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball; `hollow` is a shell, or a bowl that is touched inside."""
+
+    centre: Vector
+    radius: float
+    hollow: bool = False
+
+    @property
+    def bounds(self) -> Floats:
+        """Points that bound it (6, 3)."""
+        offsets = self.radius * np.vstack([np.eye(3), -np.eye(3)])
+        found: Floats = np.array(self.centre) + offsets
+        return found
+
+
+@dataclass(frozen=True)
+class Block:
+    """A box about a centre; the columns of `rotation` are the directions of its edges, `sizes` their lengths."""
+
+    centre: Vector
+    rotation: tuple[Vector, Vector, Vector]
+    sizes: Vector
+
+    @property
+    def bounds(self) -> Floats:
+        """Its corners (8, 3), the first index slowest in z: 0 to 3 the bottom around, 4 to 7 the top."""
+        square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+        signs = np.array([(x, y, z) for z in (-1, 1) for x, y in square], dtype=float)
+        found: Floats = np.array(self.centre) + (signs * np.array(self.sizes) / 2.0) @ np.array(self.rotation).T
+        return found
+
+
+@dataclass(frozen=True)
+class Barrel:
+    """A cylinder about a centre, `length` along its axis."""
+
+    centre: Vector
+    axis: Vector
+    radius: float
+    length: float
+
+    @property
+    def bounds(self) -> Floats:
+        """Points that bound it (n, 3): the circle at its low end, then that at its high one."""
+        half = np.array(self.axis) * self.length / 2.0
+        ends = (np.array(self.centre) - half, np.array(self.centre) + half)
+        return np.vstack([circle(end, self.axis, self.radius) for end in ends])
+
+
+@dataclass(frozen=True)
+class Face:
+    """A plane: a line (in space a sheet) with hatching on the side away from its normal.
+
+    Without `ends` it goes as far as the picture does.
+    """
+
+    through: Vector
+    normal: Vector
+    ends: tuple[Vector, Vector] | None = None
+
+    @property
+    def bounds(self) -> Floats:
+        """The place that it goes through, and its ends (n, 3)."""
+        return np.array([self.through] if self.ends is None else self.ends)
+
+
+@dataclass(frozen=True)
+class Rail:
+    """What a slider runs along: a line through a place, seen from `reach[0]` to `reach[1]` (m) along its unit axis.
+
+    A `light` one is the way of what hangs there, where a figure has no rail.
+    """
+
+    at: Vector
+    axis: Vector
+    reach: tuple[float, float]
+    light: bool = False
+
+    @property
+    def bounds(self) -> Floats:
+        """Its ends (2, 3)."""
+        found: Floats = np.array(self.at) + np.outer(self.reach, self.axis)
+        return found
+
+
+@dataclass(frozen=True)
+class Stop:
+    """What ends a way: the place of a body that comes `at` it is `point`, in the axes of that body.
+
+    `axis` is the unit direction that is barred, `front` how far (m) what has a size reaches ahead of the place.
+    """
+
+    at: Vector
+    axis: Vector
+    point: Vector
+    front: float = 0.0
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3), where the front of the body comes to."""
+        found: Floats = np.array([self.at]) + self.front * np.array(self.axis)
+        return found
+
+
+@dataclass(frozen=True)
+class TurnStop:
+    """What ends a turn about a place: turning on about the unit `axis` is barred.
+
+    There the direction `own` of the body that turns, in its axes, lies along `way`; it is `reach` (m) long.
+    """
+
+    at: Vector
+    axis: Vector
+    way: Vector
+    own: Vector
+    reach: float
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3)."""
+        return np.array([self.at])
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A sign of a `kind` at a place, whose size is the page's affair, with an axis and a direction along which it lies.
+
+    The kinds are the keys of `drawing.look`'s table of symbols.
+    """
+
+    kind: str
+    at: Vector
+    axis: Vector = (0.0, 0.0, 1.0)
+    along: Vector = (1.0, 0.0, 0.0)
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3)."""
+        return np.array([self.at])
+
+
+@dataclass(frozen=True)
+class Bowl:
+    """A surface that is round about an axis through a centre, by its profile: distances from the axis and heights."""
+
+    centre: Vector
+    axis: Vector
+    profile: tuple[tuple[float, float], ...]
+
+    @property
+    def bounds(self) -> Floats:
+        """Points that bound it (n, 3): the circle of its edge, and its middle."""
+        return np.vstack([self.ring(-1, 24), self.ring(0, 2)])
+
+    def ring(self, k: int, count: int = 49) -> Floats:
+        """Return points of the circle (count, 3) of one place of its profile."""
+        way, height = self.profile[k]
+        return circle(np.array(self.centre) + height * np.array(self.axis), self.axis, way, count)
+
+    def section(self, angle: float) -> Floats:
+        """Return the profile (n, 3) at an angle about the axis."""
+        e1 = np.array(across(self.axis))
+        side = np.cos(angle) * e1 + np.sin(angle) * np.cross(self.axis, e1)
+        profile = np.array(self.profile)
+        found: Floats = np.array(self.centre) + np.outer(profile[:, 0], side) + np.outer(profile[:, 1], self.axis)
+        return found
+
+
+@dataclass(frozen=True)
+class Axes:
+    """The directions along which something moves freely, with the names of its coordinates; those of turns last."""
+
+    at: Vector
+    axes: tuple[Vector, ...]
+    names: tuple[str, ...]
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3)."""
+        return np.array([self.at])
+
+
+Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Stop | Symbol | TurnStop
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+GROUND: Final = -1
+"""The body of what stands in the world; poses have it at their end."""
+Role = Literal[
+    "body", "joint", "guide", "ground", "surface", "pulley", "gear", "contact", "mass centre", "frame", "point",
+    "limit", "force", "stop",
+]
+Path = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Item:
+    """A form on a body: what it is (`role`), its name and label, the `path` where the model declares it.
+
+    A joint's item stands on its parent or its child; `bodies` are both, in that order. `on_ground` where what carries
+    it is ground. `touching` are the names of what touches in a contact, a body each or a part of it.
+    """
+
+    role: Role
+    name: str
+    label: str
+    path: Path
+    body: int
+    form: Form
+    bodies: tuple[int, ...] = ()
+    on_ground: bool = False
+    touching: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A point of a body, in its axes."""
+
+    body: int
+    point: Vector
+
+
+@dataclass(frozen=True)
+class Strand:
+    """What runs between bodies: `kind` is spring, damper, spring_damper, rope, rod, pull, potential, attraction, tie.
+
+    From end to end of `anchors` in a straight line, or for a rope by its `rope`, a number among those of the scene.
+    How long a `loose` one is drawn is the page's affair: it is declared in a slider, without a length.
+    """
+
+    kind: str
+    name: str
+    label: str
+    path: Path
+    anchors: tuple[Anchor, ...]
+    rope: int | None = None
+    loose: bool = False
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A named length between two points, or a coordinate along a way (`coordinate`).
+
+    `component` is the one of a point of the body, sign and all, whose size the label is.
+    """
+
+    name: str
+    label: str
+    a: Anchor
+    b: Anchor
+    coordinate: bool = False
+    radius: bool = False
+    component: str = ""
+
+
+@dataclass(frozen=True)
+class AngleMark:
+    """A named angle at a point: from a direction of one body to a direction of another, about an axis of the first."""
+
+    name: str
+    label: str
+    at: Anchor
+    start: Anchor
+    stop: Anchor
+    axis: Vector
+    coordinate: bool = True
+
+
+@dataclass(frozen=True)
+class ArrowItem:
+    """An arrow at a point of a body: gravity, a force, torque, motion of ground, impulse; its vector is in the world.
+
+    `vector` is what it was at the start; at another state `Placed.vectors` has it, by its place among the arrows.
+    `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several. What is
+    `open` is not unique: others would do as well.
+    """
+
+    role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
+    name: str
+    label: str
+    path: Path
+    at: Anchor
+    vector: Vector
+    way: Vector = ZERO
+    open: bool = False
+
+
+@dataclass(frozen=True)
+class Bow:
+    """The part of a rope around a wheel (world): from `start` by `angle` (rad, positive about `axis`)."""
+
+    centre: Vector
+    axis: Vector
+    radius: float
+    start: Vector
+    angle: float
+
+    def points(self, step: float = np.pi / 60.0) -> Floats:
+        """Return points of it, at most `step` (rad) apart (n, 3)."""
+        count = max(2, int(np.ceil(abs(self.angle) / step)) + 1)
+        angles = np.linspace(0.0, self.angle, count)[:, None]
+        e1 = np.array(self.start) - np.array(self.centre)
+        e2 = np.cross(self.axis, e1)
+        found: Floats = np.array(self.centre) + np.cos(angles) * e1 + np.sin(angles) * e2
+        return found
+
+
+@dataclass(frozen=True)
+class PlacedStrand:
+    """A strand in the world: straight pieces (n, 2, 3), and a bow between each two, from end to end.
+
+    Where it bends at a point the bow's radius and angle are zero; `turns` are those that have one. `wound` are bows of
+    what is wound on drums, which do not count to the rope's length.
+    """
+
+    strand: Strand
+    pieces: Floats
+    bows: tuple[Bow, ...] = ()
+    wound: tuple[Bow, ...] = ()
+
+    @property
+    def turns(self) -> tuple[Bow, ...]:
+        """The bows on wheels with a radius."""
+        return tuple(bow for bow in self.bows if bow.radius > 0.0)
+
+    @property
+    def length(self) -> float:
+        """The length of all pieces and bows."""
+        straight = float(np.linalg.norm(self.pieces[:, 1] - self.pieces[:, 0], axis=1).sum())
+        return straight + sum(bow.radius * abs(bow.angle) for bow in self.bows)
+
+
+@dataclass(frozen=True)
+class View:
+    """How a scene is looked at: unit vectors to the right and up on the page (world)."""
+
+    right: Vector
+    up: Vector
+
+    @property
+    def towards(self) -> Vector:
+        """The unit vector from the page to the reader."""
+        x, y, z = np.cross(self.right, self.up)
+        return float(x), float(y), float(z)
+
+    def project(self, points: Floats) -> Floats:
+        """Return where points (.., 3) are on the page (.., 2), in m."""
+        found: Floats = np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T
+        return found
+
+    def depth(self, points: Floats) -> Floats:
+        """Return how far points (.., 3) are towards the reader."""
+        found: Floats = np.asarray(points, dtype=float) @ np.array(self.towards)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A scene at a state: `poses` (nb + 1, 3, 4) have the rotation and the position of each body, the last the world.
+
+    `strands` and `vectors` (of arrows) are in the order of the scene.
+    """
+
+    time: float
+    poses: Floats
+    strands: tuple[PlacedStrand, ...]
+    vectors: Floats
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    def point(self, anchor: Anchor) -> Floats:
+        """Return where a point of a body is (3)."""
+        found: Floats = self.world(anchor.body, np.array([anchor.point]))[0]
+        return found
+
+    def world(self, body: int, points: Floats) -> Floats:
+        """Return points (n, 3) in the axes of a body as points in the world."""
+        pose = self.poses[body]
+        found: Floats = np.asarray(points, dtype=float) @ pose[:, :3].T + pose[:, 3]
+        return found
+
+    def turned(self, body: int, direction: Values) -> Floats:
+        """Return a direction (3) in the axes of a body as one in the world."""
+        found: Floats = self.poses[body][:, :3] @ np.asarray(direction, dtype=float)
+        return found

@@ -1,0 +1,234 @@
+"""Scene: all that there is to see of a system; `scene_of` builds it and `at` places it at a state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.resolve import mechanism as resolved
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.joints import CurveJoint
+from multibody_sym.model.parameters import in_letters, letters_of
+from multibody_sym.model.system import System, verify_system
+from multibody_sym.pictures.scene.arrows import Law, arrow_items
+from multibody_sym.pictures.scene.bodies import (
+    body_items,
+    constraint_items,
+    contact_items,
+    force_items,
+    marker_items,
+    pulley_items,
+)
+from multibody_sym.pictures.scene.items import (
+    AngleMark,
+    ArrowItem,
+    Axes,
+    Bowl,
+    Dimension,
+    Face,
+    Item,
+    Placed,
+    PlacedStrand,
+    Strand,
+    Symbol,
+    View,
+)
+from multibody_sym.pictures.scene.joints import joint_items
+from multibody_sym.pictures.scene.marks import angles, dimensions, stop_items, ways
+from multibody_sym.pictures.scene.stage import (
+    Stage,
+    drawn_start,
+    is_plane,
+    natural_view,
+    places,
+    poses_of,
+    surface_items,
+)
+from multibody_sym.pictures.scene.strands import Runs, placed_rope, ropes_of, strands
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What there is to see of a system: `plane` says whether all of it moves in one, which the `view` shows.
+
+    `size` (m) is how far its declared places reach at the `begin`, the state of its start. `items` stand on bodies,
+    `strands` run between them, `dimensions` and `angles` name lengths and coordinates, `arrows` are forces.
+    """
+
+    name: str
+    plane: bool
+    view: View
+    size: float
+    items: tuple[Item, ...]
+    strands: tuple[Strand, ...]
+    dimensions: tuple[Dimension, ...]
+    angles: tuple[AngleMark, ...]
+    arrows: tuple[ArrowItem, ...]
+    mechanism: Mechanism
+    begin: Start
+    ropes: tuple[Runs, ...] = ()
+    laws: tuple[Law, ...] = ()
+
+    @property
+    def up(self) -> tuple[float, float, float]:
+        """The direction upward on the page (world)."""
+        return self.view.up
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """The vector of gravity (world)."""
+        return next((arrow.vector for arrow in self.arrows if arrow.role == "gravity"), (0.0, 0.0, 0.0))
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The names of the bodies, in the order of the poses."""
+        return tuple(body.name for body in self.mechanism.bodies)
+
+    def at(
+        self,
+        q: Sequence[float] | Floats | None = None,
+        u: Sequence[float] | Floats | None = None,
+        t: float = 0.0,
+        parameters: Sequence[float] | Floats | None = None,
+    ) -> Placed:
+        """Return the scene at a state: coordinates q (nq), speeds u (nu), parameters (np); those of the start else."""
+        return self.placed(self.motion(q, u, t, parameters))
+
+    def motion(
+        self,
+        q: Sequence[float] | Floats | None = None,
+        u: Sequence[float] | Floats | None = None,
+        t: float = 0.0,
+        parameters: Sequence[float] | Floats | None = None,
+    ) -> Motion:
+        """Return the motion of the mechanism at a state; what is not given is that of the start."""
+        begin = self.begin
+        state = state_of(
+            self.mechanism,
+            float,
+            float(t),
+            begin.q if q is None else [float(x) for x in q],
+            begin.u if u is None else [float(x) for x in u],
+            begin.parameters if parameters is None else [float(x) for x in parameters],
+        )
+        return motion_of(self.mechanism, state)
+
+    def placed(self, motion: Motion) -> Placed:
+        """Return the scene where a motion of its mechanism has led it."""
+        poses = poses_of(motion)
+        (time,) = (value for slot, value in motion.state.slots.items() if slot.op == "slot" and slot.data == ("t", 0))
+        vectors = np.array([law.vector(motion) for law in self.laws]).reshape(-1, 3)
+        bare = Placed(float(time), poses, (), vectors)
+        return replace(bare, strands=tuple(self._strand(strand, motion, bare) for strand in self.strands))
+
+    def _strand(self, strand: Strand, motion: Motion, placed: Placed) -> PlacedStrand:
+        """Return a strand in the world: straight from anchor to anchor, or over its pulleys."""
+        ends = [placed.point(anchor) for anchor in strand.anchors]
+        if strand.rope is not None:
+            return placed_rope(strand, self.ropes[strand.rope], motion, ends)
+        return PlacedStrand(strand, np.array([ends[k : k + 2] for k in range(len(ends) - 1)]))
+
+
+def scene_of(
+    system: System,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    begin: Start | None = None,
+    mechanism: Mechanism | None = None,
+) -> Scene:
+    """Return what there is to see of a system, with other values of `parameters` by name where they are given.
+
+    `mechanism` and `begin` are what the system resolves to and its start where they are known. Raises what resolving
+    and starting raise (ModelError, NoSolutionError).
+    """
+    verify_system(system)
+    mechanism = resolved(system) if mechanism is None else mechanism
+    if begin is None:
+        begin = drawn_start(mechanism, parameters, project=system.simulation.project)
+    return _scene(Stage(system, mechanism, begin))
+
+
+def _scene(stage: Stage) -> Scene:
+    """Return what there is to see on a stage."""
+    found = places(stage)
+    wires = [item for item in joint_items(stage) if item.role == "guide" and _is_once_around(stage, item)]
+    stage.ended.extend(stage.world(item.body, point) for item in wires for point in item.form.bounds)
+    stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
+    bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
+    ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
+    book = letters_of(stage.system.parameters)
+    items = (
+        *surface_items(stage, "ground"),
+        *bodies,
+        *pulley_items(stage),
+        *constraint_items(stage),
+        *joint_items(stage),
+        *(_spelt(item, book) for item in (*force_items(stage), *contact_items(stage))),
+        *stop_items(stage, bodies, found),
+        *marker_items(stage),
+    )
+    return Scene(
+        name=stage.system.name,
+        plane=is_plane(stage),
+        view=natural_view(stage),
+        size=size,
+        items=items,
+        strands=tuple(strands(stage, {name: k for k, name in enumerate(ropes)})),
+        dimensions=(*(_component(_spelt(each, book), book) for each in dimensions(stage, found)), *ways(stage)),
+        angles=tuple(each if each.coordinate else _spelt(each, book) for each in angles(stage, found)),
+        arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
+        mechanism=stage.mechanism,
+        begin=stage.begin,
+        ropes=tuple(ropes.values()),
+        laws=tuple(law for _, law in pairs),
+    )
+
+
+_Labelled = TypeVar("_Labelled", Dimension, AngleMark, ArrowItem, Item)
+
+
+def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
+    """Return what is named by parameters with the letters that the book has for them."""
+    return replace(each, label=in_letters(each.label, book))
+
+
+def _component(each: Dimension, book: Mapping[str, str]) -> Dimension:
+    return replace(each, component=in_letters(each.component, book))
+
+
+def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:
+    """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
+    points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
+    for item in items:
+        if isinstance(item.form, (Axes, Face, Symbol)) or (item.role in ("surface", "body") and _is_endless(item)):
+            continue
+        points += [stage.world(item.body, point) for point in item.form.bounds]
+    points = [point for point in points if np.all(np.isfinite(point))]
+    if not points:
+        return 1.0
+    spread = np.max(points, axis=0) - np.min(points, axis=0)
+    size = float(np.linalg.norm(spread))
+    return size if size > 0.0 else 1.0
+
+
+def _is_once_around(stage: Stage, item: Item) -> bool:
+    """Return whether a joint's curve has a length of its own, since its parameter is an angle."""
+    joint = stage.system.joints[item.path[1]]
+    return isinstance(joint, CurveJoint) and joint.curve.unit_of_parameter == "rad"
+
+
+def _is_endless(item: Item) -> bool:
+    """Return whether a surface reaches as far as the rest does, so that it says nothing of how far that is."""
+    if isinstance(item.form, Bowl):
+        return True
+    return getattr(item.form, "points", None) is not None and not getattr(item.form, "closed", False) and (
+        len(item.form.bounds) > 2
+    )

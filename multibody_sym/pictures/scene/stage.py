@@ -1,0 +1,540 @@
+"""Stage: a system with its mechanism and numbers, from which what is seen is built: places and sizes as floats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field
+from functools import cached_property, singledispatch
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.state import closed_at
+from multibody_sym.errors import ModelError, NoSolutionError
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.references import BARE, References, moves_in_plane
+from multibody_sym.mechanics.spanning_tree import body_part
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.model.bodies import FROM_AXIS, GROUND, Body, Surface, mass_of
+from multibody_sym.model.constraints import (
+    Coupler,
+    Distance,
+    Expression,
+    Gear,
+    OnCurve,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
+    Rope,
+    VelocityConstraint,
+)
+from multibody_sym.model.fields import Element, Point
+from multibody_sym.model.joints import Joint
+from multibody_sym.model.steps import Curve
+from multibody_sym.model.system import System
+from multibody_sym.pictures.scene.items import (
+    Bowl,
+    Disc,
+    Face,
+    Form,
+    Item,
+    Polyline,
+    Sphere,
+    Symbol,
+    Values,
+    Vector,
+    View,
+    across,
+    unit,
+    vector,
+)
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Place:
+    """A frame on a body: its position and the directions of its axes (columns), in the body's axes."""
+
+    body: int
+    point: Vector
+    rotation: Floats
+
+    def turned(self, direction: Values) -> Vector:
+        """Return a direction of the frame in the body's axes."""
+        return vector(self.rotation @ np.asarray(direction, dtype=float))
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A system, its mechanism, and the state (usually the start) that gives numbers to what it declares."""
+
+    system: System
+    mechanism: Mechanism
+    begin: Start
+    lengths: dict[str, float] = field(default_factory=dict)
+    ended: list[Floats] = field(default_factory=list)
+    """Points in the world of guides that have ends, beside which others need not be drawn further."""
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The motion of all bodies at the start."""
+        begin = self.begin
+        return motion_of(
+            self.mechanism, state_of(self.mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
+        )
+
+    @cached_property
+    def poses(self) -> Floats:
+        """The poses of the bodies at the start, and of the world (nb + 1, 3, 4)."""
+        return poses_of(self.motion)
+
+    @cached_property
+    def known(self) -> Mapping[Node, float]:
+        """What each name of the model stands for at the start."""
+        symbols, slots = zip(*self.mechanism.symbols.items(), strict=True)
+        found = {}
+        for symbol, slot in zip(symbols, slots, strict=True):
+            try:
+                found[symbol] = float(self.motion.state.values([slot])[0])
+            except (*UNDEFINED, KeyError):
+                found[symbol] = math.nan
+        return found
+
+    @cached_property
+    def references(self) -> References:
+        """What references to points and frames stand for, in names."""
+        numbers = {name: self.number_of(name) for name in (*self.system.bodies, GROUND)}
+        return References(self.system, numbers, {})
+
+    @cached_property
+    def numbers(self) -> Mapping[str, int]:
+        """The places of the bodies in tree order, by name."""
+        return {body.name: k for k, body in enumerate(self.mechanism.bodies)}
+
+    def number_of(self, body: str) -> int:
+        """Return the place of a body; a ground at rest is -1."""
+        return self.numbers.get(body, -1)
+
+    def number(self, node: Node, otherwise: float = 0.0) -> float:
+        """Return the value of an expression at the start, `otherwise` where it has none."""
+        if node.shadow is not None:
+            return float(node.shadow)
+        try:
+            found = evaluate_float([node], self.known)[0]
+        except (*UNDEFINED, KeyError):
+            return otherwise
+        return found if math.isfinite(found) else otherwise
+
+    def vector(self, point: Point) -> Vector:
+        """Return the values of three expressions."""
+        x, y, z = (self.number(node) for node in point)
+        return x, y, z
+
+    def place(self, reference: str) -> Place:
+        """Return where a body, point or frame is."""
+        marker = self.references.marker(reference)
+        rows = [self.vector(row) for row in marker.pose.rotation]
+        return Place(marker.body, self.vector(marker.pose.position), np.array(rows))
+
+    def body(self, reference: str) -> str:
+        """Return the name of the body that a reference leads to."""
+        return body_part(reference, self.system.bodies)[0]
+
+    def is_ground(self, reference: str) -> bool:
+        """Return whether a reference leads to ground."""
+        return self.body(reference) == GROUND
+
+    def declared(self, body: str) -> Body:
+        """Return what is declared of a body, nothing of one that is named only."""
+        return self.system.bodies.get(body, BARE)
+
+    def centre(self, body: str) -> Vector:
+        """Return the centre of mass of a body, in its axes."""
+        return self.vector(mass_of(self.declared(body)).com)
+
+    def world(self, body: int, point: Values) -> Floats:
+        """Return where a point of a body is at the start."""
+        found: Floats = self.poses[body][:, :3] @ np.asarray(point, dtype=float) + self.poses[body][:, 3]
+        return found
+
+    def turned(self, body: int, direction: Values) -> Floats:
+        """Return a direction of a body in the world at the start."""
+        found: Floats = self.poses[body][:, :3] @ np.asarray(direction, dtype=float)
+        return found
+
+    @cached_property
+    def gravity(self) -> Floats:
+        """The vector of gravity."""
+        return np.array(self.vector(self.system.gravity))
+
+    def carrying(self, body: str) -> Joint | None:
+        """Return the joint whose child a body is: the one of the tree, if there are several."""
+        found = [joint for joint in self.system.joints.values() if self.body(joint.child) == body]
+        return next((joint for joint in found if not joint.cut), found[0] if found else None)
+
+
+def poses_of(motion: Motion) -> Floats:
+    """Return the poses of the bodies, and of the world at the end (nb + 1, 3, 4)."""
+    found = np.zeros((len(motion.bodies) + 1, 3, 4))
+    found[-1, :, :3] = np.eye(3)
+    for k, (rotation, place) in enumerate(motion.poses):
+        found[k, :, :3] = rotation
+        found[k, :, 3] = place
+    return found
+
+
+def drawn_start(mechanism: Mechanism, overrides: Mapping[str, float] | None, *, project: bool) -> Start:
+    """Return the start of a mechanism, with contacts closed that it nearly closes."""
+    base = mechanism.relative or mechanism
+    begin = start(mechanism, overrides, project=project)
+    if mechanism.relative is not None or not base.one_way:
+        return begin
+    try:
+        return closed_at(base, begin, overrides, project=project)[1]
+    except NoSolutionError:
+        return begin
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Views: the plane of a plane model against gravity, else a look from in front and above.
+
+
+_AZIMUTHS: Final = (30.0, -60.0)
+_ELEVATION: Final = 22.0
+"""From where space is seen (deg): angles that neither hide axes behind each other nor make lengths alike."""
+_APART: Final = 0.02
+"""Places nearer than this part of the whole are one on the page."""
+_CLEARLY: Final = 0.8
+"""The second azimuth is taken where places crowd by so much less."""
+
+
+def is_plane(stage: Stage) -> bool:
+    """Return whether all moves in a plane: the x-y plane, or another one across a common axis."""
+    return moves_in_plane(stage.system) or _normal(stage) is not None
+
+
+def natural_view(stage: Stage) -> View:
+    """Return the view that a scene is drawn in unless another is asked for."""
+    if moves_in_plane(stage.system):
+        return _flat(np.array([0.0, 0.0, 1.0]), stage.gravity)
+    normal = _normal(stage)
+    if normal is not None:
+        return _flat(normal, stage.gravity)
+    first, second = (turned_view(azimuth, _ELEVATION, _up(stage.gravity)) for azimuth in _AZIMUTHS)
+    places = _places(stage)
+    return second if _crowd(second, places) < _CLEARLY * _crowd(first, places) else first
+
+
+def _places(stage: Stage) -> Floats:
+    """Return where joints and centres of mass are at the start (n, 3), each place once, in sizes of the whole."""
+    frames = (stage.place(joint.parent) for joint in stage.system.joints.values())
+    found = [stage.world(place.body, place.point) for place in frames]
+    found += [stage.world(stage.number_of(name), stage.centre(name)) for name in stage.system.bodies if name != GROUND]
+    size = float(np.linalg.norm(np.ptp(found, axis=0))) if found else 0.0
+    if not size > 0.0:
+        return np.zeros((0, 3))
+    scaled = np.unique(np.round(np.array(found) / size, 6), axis=0)
+    return np.asarray(scaled)
+
+
+def _crowd(view: View, places: Floats) -> float:
+    """Return how near to each other places (n, 3) are on the page: the sum of one over squared distances."""
+    seen = view.project(places)
+    squares = ((seen[:, None] - seen[None]) ** 2).sum(-1)[np.triu_indices(len(seen), 1)]
+    return float((1.0 / (squares + _APART**2)).sum())
+
+
+def _up(gravity: Floats) -> Floats:
+    """Return the direction against gravity; z where there is none."""
+    size = float(np.linalg.norm(gravity))
+    return np.array([0.0, 0.0, 1.0]) if size == 0.0 else -gravity / size
+
+
+def _flat(normal: Floats, gravity: Floats) -> View:
+    """Return the view against a normal, gravity down where it lies in the plane."""
+    flat = gravity - (gravity @ normal) * normal
+    if np.linalg.norm(flat) > 1e-9 * (1.0 + np.linalg.norm(gravity)):
+        up = -flat
+    else:
+        up = np.array([0.0, 1.0, 0.0]) if abs(normal[1]) < 0.5 else np.array([0.0, 0.0, 1.0])
+    up = np.array(unit(up))
+    return View(unit(np.cross(up, normal)), unit(up))
+
+
+def _normal(stage: Stage) -> Floats | None:
+    """Return the axis about which everything turns, along which nothing slides and across which all places lie."""
+    axes, ways, places = [], [], []
+    for joint in stage.system.joints.values():
+        if joint.cut:
+            continue
+        place = stage.place(joint.parent)
+        places.append(stage.world(place.body, place.point))
+        for step in joint.steps:
+            axes += [stage.turned(place.body, place.turned(unit(stage.vector(axis)))) for axis in step.turns]
+            ways += [stage.turned(place.body, place.turned(unit(stage.vector(axis)))) for axis in step.slides]
+    if not axes:
+        return None
+    normal = axes[0] if axes[0].sum() > 0.0 else -axes[0]
+    if np.allclose(normal, (0.0, 1.0, 0.0)):
+        normal = -normal  # x to the right and z up are seen against y
+    parallel = all(abs(float(axis @ normal)) > 1.0 - 1e-9 for axis in axes)
+    level = all(abs(float(way @ normal)) < 1e-9 for way in ways)
+    heights = [float(place @ normal) for place in places]
+    tilted = abs(float(stage.gravity @ normal)) > 1e-9 * (1.0 + float(np.linalg.norm(stage.gravity)))
+    flat = max(heights) - min(heights) < 1e-9 * (1.0 + max(map(abs, heights)))
+    return normal if parallel and level and flat and not tilted else None
+
+
+def turned_view(azimuth: float, elevation: float, up: Sequence[float] | Floats = (0.0, 0.0, 1.0)) -> View:
+    """Return the view from an azimuth around `up` (deg, 0: x points at the reader) and an elevation above (deg)."""
+    axis = np.array(unit(up))
+    first = np.array([1.0, 0.0, 0.0]) if abs(axis[0]) < 0.9 else np.array([0.0, 0.0, 1.0])
+    first = np.array(unit(first - (first @ axis) * axis))
+    second = np.cross(axis, first)
+    a, e = math.radians(azimuth), math.radians(elevation)
+    level = math.cos(a) * first + math.sin(a) * second
+    towards = math.cos(e) * level + math.sin(e) * axis
+    right = -math.sin(a) * first + math.cos(a) * second
+    return View(unit(right), unit(np.cross(towards, right)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The places of a body that the model names: where joints hold it, where ropes and springs are fixed, its points.
+
+
+_SAME: Final = 1e-9
+"""How far places of a model (m, by its size) may be apart and are drawn as one."""
+
+
+def places(stage: Stage) -> dict[str, list[Vector]]:
+    """Return by body where it is joined, held and marked, each place once, in the order of the declaration."""
+    found: dict[str, list[Vector]] = {GROUND: [], **{name: [] for name in stage.system.bodies}}
+    for reference in references(stage):
+        try:
+            body, place = stage.body(reference), stage.place(reference)
+        except ModelError:  # a reference to a surface, which is no place
+            continue
+        add_place(found[body], place.point)
+    for name, declared in stage.system.bodies.items():
+        for point in declared.points.values():
+            add_place(found[name], stage.vector(point))
+    return found
+
+
+def references(stage: Stage) -> Iterator[str]:
+    """Yield what joints, constraints, pulleys and forces name of bodies."""
+    system = stage.system
+    for joint in system.joints.values():
+        yield from (joint.parent, joint.child)
+    for element in system.constraints.values():
+        yield from ends(element, stage)
+    for pulley in system.pulleys.values():
+        yield pulley.at or pulley.body or GROUND
+    for force in system.forces.values():
+        yield from getattr(force, "between", None) or ()
+
+
+@singledispatch
+def ends(element: Element, stage: Stage) -> tuple[str, ...]:
+    """Return the points that a constraint holds."""
+    raise TypeError(f"no points are known of {type(element).__name__}")
+
+
+@ends.register(Coupler)
+@ends.register(Expression)
+@ends.register(Gear)
+@ends.register(PrescribedMotion)
+@ends.register(Rolling)
+@ends.register(VelocityConstraint)
+def _(element: Element, stage: Stage) -> tuple[str, ...]:
+    return ()
+
+
+@ends.register
+def _(element: Distance, stage: Stage) -> tuple[str, ...]:
+    return element.between
+
+
+@ends.register
+def _(element: Rope, stage: Stage) -> tuple[str, ...]:
+    return tuple(name for name in element.path if name not in stage.system.pulleys)
+
+
+@ends.register
+def _(element: PointOnLine, stage: Stage) -> tuple[str, ...]:
+    return element.point, element.line.through
+
+
+@ends.register
+def _(element: PointInPlane, stage: Stage) -> tuple[str, ...]:
+    return element.point, element.plane.through
+
+
+@ends.register
+def _(element: OnCurve, stage: Stage) -> tuple[str, ...]:
+    return (element.point,)
+
+
+def add_place(found: list[Vector], place: Vector) -> None:
+    """Add a place to a list unless it is there."""
+    if not any(same(place, other) for other in found):
+        found.append(place)
+
+
+def same(a: Vector, b: Vector) -> bool:
+    """Return whether two places are one."""
+    return float(np.abs(np.subtract(a, b)).max()) <= _SAME * (1.0 + float(np.abs(a).max()))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Surfaces of bodies and of ground as they are seen. A new kind of surface is one entry in _FORMS.
+
+
+_SAMPLES: Final = 121
+
+
+def surface_items(stage: Stage, name: str) -> Iterator[Item]:
+    """Yield the surfaces of a body."""
+    body = stage.declared(name)
+    for word, surface in body.surfaces.items():
+        path = ("bodies", name, "surfaces", word)
+        form = _FORMS[surface.kind](stage, body, surface)
+        yield Item("surface", f"{name}.{word}", word, path, stage.number_of(name), form, on_ground=name == GROUND)
+
+
+def is_solid(item: Item) -> bool:
+    """Return whether a surface shows the whole of its body: what is round, a bar, or the face of a wedge."""
+    return not item.on_ground and isinstance(item.form, (Disc, Sphere, Polyline, Face))
+
+
+def _disc(stage: Stage, body: Body, surface: Surface) -> Form:
+    centre, axis = stage.vector(surface.centre), unit(stage.vector(surface.axis))
+    return Disc(centre, axis, stage.number(surface.radius), hollow=surface.inside)
+
+
+def _sphere(stage: Stage, body: Body, surface: Surface) -> Form:
+    return Sphere(stage.vector(surface.centre), stage.number(surface.radius), hollow=surface.inside)
+
+
+def _plane(stage: Stage, body: Body, surface: Surface) -> Form:
+    assert surface.plane is not None
+    ends = None if surface.between is None else _ends(stage, body, surface.between)
+    return Face(stage.vector(surface.plane), unit(stage.vector(surface.normal)), ends)
+
+
+def _segment(stage: Stage, body: Body, surface: Surface) -> Form:
+    assert surface.segment is not None
+    return Polyline(_ends(stage, body, surface.segment))
+
+
+def _point(stage: Stage, body: Body, surface: Surface) -> Form:
+    assert surface.point is not None
+    return Symbol("place", stage.vector(surface.point))
+
+
+def _ends(stage: Stage, body: Body, places: tuple[object, ...]) -> tuple[Vector, Vector]:
+    first, second = body.ends(places)  # type: ignore[arg-type]
+    return stage.vector(first), stage.vector(second)
+
+
+def _revolution(stage: Stage, body: Body, surface: Surface) -> Form:
+    """Return the section through the axis, the profile on both sides; in space the profile to be turned about it."""
+    assert surface.revolution is not None
+    axis: Floats = np.array(unit(stage.vector(surface.axis)))
+    side: Floats = np.array(across(axis))
+    centre, reach = stage.vector(surface.centre), _reach(stage)
+    ways = np.linspace(-reach, reach, _SAMPLES)
+    if not moves_in_plane(stage.system):
+        ways = np.linspace(0.0, reach, 25)
+        heights = [_value(stage, surface.revolution, FROM_AXIS, way) for way in ways]
+        known = [(float(w), h) for w, h in zip(ways, heights, strict=True) if np.isfinite(h)]
+        return Bowl(centre, vector(axis), tuple(known))
+    heights = [_value(stage, surface.revolution, FROM_AXIS, way) for way in ways]
+    if side[0] < 0.0:
+        side = -side
+    points = [vector(np.array(centre) + way * side + h * axis) for way, h in zip(ways, heights, strict=True)]
+    return Polyline(tuple(point for point in points if np.all(np.isfinite(point))))
+
+
+def _guide(stage: Stage, body: Body, surface: Surface) -> Form:
+    assert surface.guide is not None
+    points = curve_points(stage, surface.guide, None, once=surface.outline is not None)
+    centre = np.array(stage.vector(surface.centre))
+    return Polyline(tuple(vector(centre + point) for point in points), closed=surface.outline is not None)
+
+
+_FORMS: Final[Mapping[str, Callable[[Stage, Body, Surface], Form]]] = {
+    "disc": _disc,
+    "sphere": _sphere,
+    "plane": _plane,
+    "segment": _segment,
+    "point": _point,
+    "revolution": _revolution,
+    "curve": _guide,
+    "outline": _guide,
+}
+"""The form of each kind of surface."""
+
+
+def _reach(stage: Stage) -> float:
+    """Return how far from its middle a curve is drawn that has no ends (m)."""
+    return 1.2 * stage.lengths.get("size", 1.0)
+
+
+def curve_points(stage: Stage, curve: Curve, near: float | None, *, once: bool = False) -> list[Vector]:
+    """Return points of a curve around the parameter `near`, or `once` around; where it is defined, from there on."""
+    if curve.unit_of_parameter == "rad":
+        middle = np.pi if once or near is None else near
+        low, high = middle - np.pi, middle + np.pi
+        if not once and near is not None:
+            wider = _defined(stage, curve, (middle - 2.0 * np.pi, middle + 2.0 * np.pi), near)
+            if all(_cusps(*wider)):  # a whole arch
+                return _between_cusps(*wider)
+    else:
+        reach = max(_reach(stage), 1.3 * abs(near or 0.0))
+        low, high = -reach, reach
+    if once:
+        return _defined(stage, curve, (low, high), low)[0]
+    return _between_cusps(*_defined(stage, curve, (low, high), near))
+
+
+def _defined(
+    stage: Stage, curve: Curve, ends: tuple[float, float], near: float | None
+) -> tuple[list[Vector], int]:
+    """Return points of a curve where it is defined, and how many of them come before the parameter `near`."""
+    found: list[Vector] = []
+    start = 0
+    for way in np.linspace(*ends, _SAMPLES):
+        point = [_value(stage, node, curve.leaf, float(way)) for node in curve.place]
+        if np.all(np.isfinite(point)):
+            found.append(vector(point))
+            start += way < (near if near is not None else ends[0])
+    return found, start
+
+
+def _between_cusps(points: list[Vector], start: int) -> list[Vector]:
+    """Return the part of a curve around a place of it that ends where the curve turns straight back."""
+    before, after = _cusps(points, start)
+    return points[max(before, default=0) : min(after, default=len(points) - 1) + 1]
+
+
+def _cusps(points: list[Vector], start: int) -> tuple[list[int], list[int]]:
+    """Return where a curve turns straight back, before a place of it and after."""
+    chords = np.diff(np.array(points), axis=0)
+    back = [k + 1 for k in range(len(chords) - 1) if float(chords[k] @ chords[k + 1]) < 0.0]
+    return [k for k in back if k <= start], [k for k in back if k > start]
+
+
+def _value(stage: Stage, node: Node, leaf: Node, value: float) -> float:
+    """Return an expression of a leaf at a value of it, nan where it has none."""
+    try:
+        return float(evaluate_float([node], {**stage.known, leaf: value})[0])
+    except (*UNDEFINED, KeyError):
+        return float("nan")

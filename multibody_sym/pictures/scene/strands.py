@@ -1,0 +1,233 @@
+"""Strands: springs, dampers, rods, ropes and other forces between points. A new kind is one entry in _STRANDS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.ropes import Segment, Wheel, segments, wheel_at
+from multibody_sym.mechanics.row_records import RopeRow
+from multibody_sym.model.constraints import Coupler, Distance, Rope
+from multibody_sym.model.fields import Element
+from multibody_sym.model.forces import Coulomb, Damper, Gravitation, Potential, Pull, SpringDamper
+from multibody_sym.pictures.scene.items import Anchor, Bow, PlacedStrand, Strand, Vector, unit, vector
+from multibody_sym.pictures.scene.joints import Held, held
+from multibody_sym.pictures.scene.stage import Place, Stage, places, same
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
+
+_GAP: Final = 0.2
+"""The part of a slider's way that must be left between bars for a spring to be seen there."""
+_LEAST: Final = 0.35
+"""How long a spring without a length is drawn, in sizes of the whole."""
+
+
+def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
+    """Yield what runs between bodies; `ropes` are the places of the ropes of the mechanism."""
+    for group in ("forces", "constraints"):
+        elements: Mapping[str, Element] = getattr(stage.system, group)
+        for name, element in elements.items():
+            kind = _STRANDS.get(type(element), _no_kind)(stage, element)
+            if kind is None:
+                continue
+            label = getattr(element, "label", None) or name
+            anchors = _anchors(stage, element, kind)
+            if anchors:
+                loose = anchor_behind(stage, element) is not None
+                yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose)
+
+
+def _no_kind(stage: Stage, element: Any) -> str | None:
+    return None
+
+
+def _spring(stage: Stage, element: Any) -> str:
+    stiff, damped = element.stiffness.shadow != 0, element.damping.shadow != 0
+    return "spring_damper" if stiff and damped else "spring" if stiff else "damper"
+
+
+def _potential(stage: Stage, element: Any) -> str | None:
+    return None if element.between is None else "potential"
+
+
+_STRANDS: Final[Mapping[type[Any], Callable[[Stage, Any], str | None]]] = {
+    SpringDamper: _spring,
+    Damper: lambda stage, element: "damper",
+    Pull: lambda stage, element: "pull",
+    Potential: _potential,
+    Gravitation: lambda stage, element: "attraction",
+    Coulomb: lambda stage, element: "attraction",
+    Distance: lambda stage, element: "rod",
+    Rope: lambda stage, element: "rope",
+    Coupler: lambda stage, element: "tie",
+}
+"""The kind of strand that an element is; None for what runs between no points."""
+
+
+def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
+    """Return the ends of a strand; in a joint those of what slides there, none where it only turns."""
+    if isinstance(element, Rope):
+        ends = [name for name in element.path if name not in stage.system.pulleys]
+        return tuple(_anchor(stage, end) for end in ends)
+    if isinstance(element, Coupler):
+        places = [held(stage, name).child for name in element.joints]
+        return tuple(Anchor(place.body, place.point) for place in places) if len(places) > 1 else ()
+    if getattr(element, "between", None) is not None:
+        central = kind == "attraction"
+        return tuple(_anchor(stage, end, central=central) for end in element.between)
+    return _in_joint(stage, element)
+
+
+def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
+    if central and reference in stage.system.bodies:
+        return Anchor(stage.number_of(reference), stage.centre(reference))
+    place = stage.place(reference)
+    return Anchor(place.body, place.point)
+
+
+def _in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
+    """Return where a spring in a slider is fixed: on its parent as far away as it is long, and on its child."""
+    joint = held(stage, element.joint)
+    if not any(step.slides for step in joint.joint.steps):
+        return ()
+    behind, axis = anchor_behind(stage, element), unit(stage.vector(joint.joint.steps[0].slides[0]))
+    if behind is not None:
+        return behind, Anchor(joint.child.body, joint.child.point)
+    apart = stage.world(joint.child.body, joint.child.point) - stage.world(joint.parent.body, joint.parent.point)
+    way = float(apart @ stage.turned(joint.parent.body, joint.parent.turned(axis)))
+    first, last = (max(reach, 0.0) for reach in (_reach(stage, joint, 1.0, way), _reach(stage, joint, -1.0, way)))
+    if first + last > (1.0 - _GAP) * abs(way):
+        first, last = 0.0, 0.0
+    return _along(joint.parent, axis, first * np.sign(way)), _along(joint.child, axis, -last * np.sign(way))
+
+
+def _along(place: Place, axis: Vector, way: float) -> Anchor:
+    """Return the place that is so far from a frame along an axis of it."""
+    return Anchor(place.body, vector(np.array(place.point) + way * np.array(place.turned(axis))))
+
+
+def _reach(stage: Stage, joint: Held, side: float, way: float) -> float:
+    """Return how far what carries a slider (`side` 1), or slides (-1), reaches towards the other one along the axis."""
+    place, reference = (joint.parent, joint.joint.parent) if side > 0.0 else (joint.child, joint.joint.child)
+    body = stage.body(reference)
+    if stage.is_ground(reference) or stage.declared(body).shape is not None:
+        return 0.0
+    axis = side * np.sign(way) * np.array(place.turned(unit(stage.vector(joint.joint.steps[0].slides[0]))))
+    ways = [float(np.subtract(other, place.point) @ axis) for other in (*places(stage)[body], stage.centre(body))]
+    return max((w for w in ways if w < abs(way)), default=0.0)
+
+
+def anchor_behind(stage: Stage, element: Any) -> Anchor | None:
+    """Return where a spring in a slider that has no length begins on the parent, None for another element.
+
+    The slider's coordinate is zero where both frames coincide: such a spring gets a length to be seen. It ends before
+    the next place of a parent that reaches along it.
+    """
+    if getattr(element, "joint", None) is None or not isinstance(element, (SpringDamper, Damper)):
+        return None
+    joint = held(stage, str(element.joint))
+    slides = [axis for step in joint.joint.steps for axis in step.slides]
+    least = _LEAST * stage.lengths.get("size", 1.0)
+    rest = stage.number(element.length) if isinstance(element, SpringDamper) else 0.0
+    if not slides or abs(rest) >= 0.3 * least:
+        return None
+    axis, at = np.array(joint.parent.turned(unit(stage.vector(slides[0])))), np.array(joint.parent.point)
+    body = stage.body(joint.joint.parent)
+    own = [] if stage.is_ground(joint.joint.parent) else [*places(stage)[body], stage.centre(body)]
+    ways = [float((at - place) @ axis) for place in own]
+    on_line = [way for way, place in zip(ways, own, strict=True) if same(vector(at - way * axis), place)]
+    before = [way for way in on_line if way > 0.01 * least]
+    return Anchor(joint.parent.body, vector(at - min([least, *(0.6 * way for way in before)]) * axis))
+
+
+# --- ropes ---------------------------------------------------------------------------------------------------------
+
+Runs = tuple[RopeRow, ...]
+
+
+def ropes_of(mechanism: Mechanism) -> dict[str, Runs]:
+    """Return the runs of each declared rope in their order, those that may go slack too."""
+    rows = [*mechanism.rows, *(row for element in mechanism.one_way for row in element.normals)]
+    found: dict[str, list[RopeRow]] = {}
+    for row in rows:
+        if isinstance(row, RopeRow) and row not in found.setdefault(row.told[0], []):
+            found[row.told[0]].append(row)
+    return {name: tuple(sorted(runs, key=lambda row: row.run)) for name, runs in found.items()}
+
+
+@dataclass(frozen=True)
+class _Meeting:
+    """A bend of a rope: its centre, its wheel if it has a radius, and the pieces before and behind it."""
+
+    centre: Floats
+    wheel: Wheel | None
+    before: Segment | None
+    after: Segment | None
+    turns: int
+
+    def touches(self, piece: Segment) -> Floats:
+        """Return where a piece meets the wheel, or the point."""
+        if self.wheel is None:
+            return self.centre
+        return self.centre - float(self.wheel.radius) * np.cross(self.wheel.axis, piece.direction)
+
+
+def placed_rope(strand: Strand, runs: Runs, motion: Motion, ends: Sequence[Floats]) -> PlacedStrand:
+    """Return a rope in the world; straight from end to end where it has no direction."""
+    try:
+        bends = _meetings(runs, motion)
+    except UNDEFINED:
+        return PlacedStrand(strand, np.array([np.array(ends)[[k, k + 1]] for k in range(len(ends) - 1)]))
+    pieces = [
+        [first.touches(first.after), second.touches(first.after)]
+        for first, second in pairwise(bends)
+        if first.after is not None
+    ]
+    bows = [_bow(bend) for bend in bends if bend.before and bend.after]
+    wound = [_coil(bend) for bend in (bends[0], bends[-1]) if bend.wheel is not None]
+    return PlacedStrand(strand, np.array(pieces), tuple(bows), tuple(wound))
+
+
+def _meetings(runs: Runs, motion: Motion) -> list[_Meeting]:
+    """Return the bends of all runs; where one run ends on a wheel the next begins on it."""
+    found: list[_Meeting] = []
+    for run in runs:
+        pieces, _ = segments(motion, run.path, run.straight)
+        for k, bend in enumerate(run.path):
+            before = pieces[k - 1] if k else None
+            after = pieces[k] if k < len(pieces) else None
+            if k == 0 and found:
+                last = found.pop()
+                found.append(_Meeting(last.centre, last.wheel, last.before, after, bend.turns))
+                continue
+            centre = np.array(position(motion, bend.at), dtype=float)
+            found.append(_Meeting(centre, wheel_at(motion, run.path, k), before, after, bend.turns))
+    return found
+
+
+def _bow(bend: _Meeting) -> Bow:
+    """Return the part of the rope on a wheel between two pieces, of no length at a point."""
+    assert bend.before is not None
+    assert bend.after is not None
+    if bend.wheel is None:
+        return Bow(vector(bend.centre), (0.0, 0.0, 1.0), 0.0, vector(bend.centre), 0.0)
+    a, b = np.array(bend.before.direction, dtype=float), np.array(bend.after.direction, dtype=float)
+    axis = np.array(bend.wheel.axis, dtype=float)
+    angle = np.pi / 2.0 + np.arctan2(-float(a @ b), float(axis @ np.cross(a, b))) + 2.0 * np.pi * bend.turns
+    start = bend.touches(bend.before)
+    return Bow(vector(bend.centre), unit(axis), float(bend.wheel.radius), vector(start), float(angle))
+
+
+def _coil(bend: _Meeting) -> Bow:
+    """Return a turn around a drum, which shows that the rope is wound there."""
+    assert bend.wheel is not None
+    piece = bend.before or bend.after
+    assert piece is not None
+    start: Vector = vector(bend.touches(piece))
+    return Bow(vector(bend.centre), unit(bend.wheel.axis), float(bend.wheel.radius), start, 2.0 * np.pi)

@@ -1,0 +1,508 @@
+"""What sweeps through a Program share, forward with rates and backward with weights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from multibody_sym.program.program import Program, operation_count
+from multibody_sym.program.statements import (
+    Array,
+    Assign,
+    Call,
+    Callee,
+    Kernel,
+    Loop,
+    Output,
+    Progression,
+    Scan,
+    ShapeError,
+    Solve,
+    Statement,
+    Window,
+    reversed_progression,
+)
+from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import partials, pulled_back
+from multibody_sym.scalars.elementary import where
+from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract
+
+Vector = tuple[Node, ...]
+
+
+def resumed(program: Callee, name: str, further: Iterable[Array]) -> Trace:
+    """Return a Trace in which the calls, solves and scans of `program` are done already."""
+    trace = Trace(name, (*program.inputs, *further))
+    for statement in program.statements:
+        if not isinstance(statement, Assign):
+            trace.adopt(statement)
+    return trace
+
+
+def unused(name: str, suffix: str, names: Iterable[str]) -> str:
+    """Return `name` with suffixes, so many that it is none of `names`."""
+    used = set(names)
+    name += suffix
+    while name in used:
+        name += suffix
+    return name
+
+
+def known(value: Node, inner: Node) -> Node:
+    """Return what a callee returns; a constant needs no call."""
+    return value if inner.shadow is None else inner
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the arrays of a scan are in its derivative, by their number, and where those of their rates or weights."""
+
+    first: Mapping[int, int]
+    second: Mapping[int, int]
+
+    @staticmethod
+    def of(scan: Scan, *moved: Sequence[int]) -> Layout:
+        """Return the layout in which the given arrays, results and work space are each followed by those `moved`."""
+        first: dict[int, int] = {}
+        second: dict[int, int] = {}
+        parts = map(len, (scan.given, scan.targets, scan.work))
+        for size, twice in zip(parts, moved, strict=True):
+            first |= {len(first) + k: len(first) + len(second) + k for k in range(size)}
+            second |= {number: len(first) + len(second) + k for k, number in enumerate(twice)}
+        return Layout(first, second)
+
+    def kept(self, window: Window) -> Window:
+        """Return the window on the array itself."""
+        return replace(window, array=self.first[window.array])
+
+    def behind_gate(self, loop: Loop) -> Loop:
+        """Return a loop behind its gate in the derivative."""
+        return loop if loop.gate is None else replace(loop, gate=self.kept(loop.gate))
+
+    def other(self, window: Window) -> Window:
+        """Return the window on the array of its rates or weights."""
+        return replace(window, array=self.second[window.array])
+
+
+def put(rates: dict[Node, Node], nodes: Sequence[Node], values: Sequence[Node]) -> None:
+    """Set the rates of `nodes`; what is zero is left out."""
+    rates.update((n, value) for n, value in zip(nodes, values, strict=True) if value is not ZERO)
+
+
+def taken(rates: Mapping[Node, Node], nodes: Iterable[Node]) -> Vector:
+    """Return the rates of `nodes`; what has none stands still."""
+    return tuple(rates.get(node, ZERO) for node in nodes)
+
+
+def dot(a: Iterable[Node], b: Iterable[Node]) -> Node:
+    """Return the sum of the products of two vectors' elements."""
+    total = ZERO
+    for x, y in zip(a, b, strict=True):
+        if x is not ZERO and y is not ZERO:
+            total = add(total, multiply(x, y))
+    return total
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Derivatives of a Program as a Program, forward: rates are pushed through every statement.
+#
+# A solve is differentiated with the set of its kept rows held fixed. With full row rank that is the derivative of the
+# minimum-norm solution; where rows are dependent it is the derivative of what is computed as long as the same rows are
+# kept. The report of a solve counts as constant.
+
+
+_LARGEST_INLINE: Final = 10_000
+"""Operations times columns up to which a Jacobian is written out: it is quick then, and compiles in a few seconds."""
+
+
+def jacobian(program: Program, output: str, input: str) -> Program:
+    """Return the Program of d output / d input, forward; it has the inputs of `program` and one output, `jacobian`.
+
+    Its shape is that of the output followed by that of the input.
+    Raises UndefinedError where there is no such output or input.
+    """
+    wanted, given = program.output(output), program.input(input)
+    sweep = _Forward(resumed(program, f"{program.name}_{output}_by_{input}", ()))
+    columns = [sweep.rates(program, {leaf: ONE}, wanted.values) for leaf in given.slots]
+    values = [column[row] for row in range(len(wanted.values)) for column in columns]
+    return sweep.trace.finish({"jacobian": ((*wanted.shape, *given.shape), values)})
+
+
+def total_jacobian(
+    program: Program, outputs: Sequence[str], inputs: Sequence[str], given: Program, *, name: str = "jacobian"
+) -> Program:
+    """Return the Program of d outputs / d inputs, each of both in one row after the other, in its output `jacobian`.
+
+    The only output of `given` is the input of `program` of the same name and counts as a function of the inputs that
+    both have. Raises UndefinedError where there is no such output or input.
+    """
+    sweep = _Forward(resumed(program, name, ()))
+    ways = list(_directions(sweep.trace, program, inputs, given))
+    size = sum(len(program.output(name).values) for name in outputs)
+    column = _inline if len(ways) * operation_count(program).total <= _LARGEST_INLINE else _called
+    columns = [column(sweep, program, outputs, way) for way in ways]
+    values = [column[row] for row in range(size) for column in columns]
+    return sweep.trace.finish({"jacobian": ((size, len(columns)), values)})
+
+
+_Direction = Mapping[str, Vector]
+"""The rates of some inputs of a Program, by their names."""
+
+
+def _directions(trace: Trace, program: Program, inputs: Sequence[str], given: Program) -> Iterator[_Direction]:
+    """Yield for each element of `inputs` the direction in which it alone moves, and what is `given` with it."""
+    (inner,) = given.outputs
+    arguments = [program.input(array.name).slots for array in given.inputs]
+    still = {name: (ZERO,) * program.input(name).size for name in (*inputs, inner.name)}
+    for name in inputs:
+        size = program.input(name).size
+        rates: Vector = ()
+        if inner.values:
+            (rates,) = trace.call(jacobian(given, inner.name, name), arguments)
+        for k in range(size):
+            unit = tuple(ONE if i == k else ZERO for i in range(size))
+            yield {**still, name: unit, inner.name: tuple(rates[k::size]) if inner.values else ()}
+
+
+def _inline(sweep: _Forward, program: Program, outputs: Sequence[str], way: _Direction) -> Vector:
+    """Return the rates of `outputs` along a direction, written out."""
+    seeds: dict[Node, Node] = {}
+    for name, part in way.items():
+        put(seeds, program.input(name).slots, part)
+    return sweep.rates(program, seeds, [value for name in outputs for value in program.output(name).values])
+
+
+def _called(sweep: _Forward, program: Program, outputs: Sequence[str], way: _Direction) -> Vector:
+    """Return the rates of `outputs` along a direction by a call of a Program that is the same for all directions."""
+    callee = sweep.tangent(program, tuple(bool(way.get(array.name)) for array in program.inputs))
+    arguments = [array.slots for array in program.inputs]
+    moving = [way[array.name] for array in program.inputs if way.get(array.name)]
+    found = sweep.trace.call(callee, [*arguments, *moving])
+    parts = [values for values, output in zip(found, callee.outputs, strict=True) if output.name in outputs]
+    return tuple(rate for part in parts for rate in part)
+
+
+class _Forward:
+    """Pushes rates through a Program, statement by statement; what it needs is added to `trace`."""
+
+    def __init__(self, trace: Trace) -> None:
+        self.trace = trace
+        self.callees: dict[tuple[int, tuple[bool, ...]], Program] = {}
+        self.paired: dict[tuple[int, tuple[bool, ...]], Program] = {}
+
+    def rates(self, program: Callee, seeds: Mapping[Node, Node], wanted: Sequence[Node]) -> Vector:
+        """Return the derivatives of `wanted` along the direction `seeds` (leaf -> its rate)."""
+        rates = dict(seeds)
+        for statement in program.statements:
+            _RATES[type(statement)](statement, rates, self)
+        return taken(rates, wanted)
+
+    def assign(self, statement: Assign, rates: dict[Node, Node]) -> None:
+        for node in statement.nodes:
+            if any(a in rates for a in node.args):
+                put(rates, (node,), (_rate(node, rates),))
+
+    def call(self, statement: Call, rates: dict[Node, Node]) -> None:
+        given = [taken(rates, atoms) for atoms in statement.arguments]
+        active = tuple(any(rate is not ZERO for rate in part) for part in given)
+        if not any(active):
+            return
+        callee = self.tangent(statement.program, active)
+        arguments = (*statement.arguments, *(part for part, moves in zip(given, active, strict=True) if moves))
+        found = self.trace.call(callee, arguments)
+        for leaves, values, output in zip(statement.targets, found, callee.outputs, strict=True):
+            put(rates, leaves, [known(v, inner) for v, inner in zip(values, output.values, strict=True)])
+
+    def tangent(self, program: Callee, active: tuple[bool, ...]) -> Program:
+        """Return the Program of the rates of all outputs, given those of the active inputs."""
+        if (id(program), active) not in self.callees:
+            names = [array.name for array in program.inputs]
+            moving = [array for array, moves in zip(program.inputs, active, strict=True) if moves]
+            rates = [Array(unused(array.name, "_rate", names), array.shape) for array in moving]
+            sweep = _Forward(resumed(program, f"{program.name}_rate", rates))
+            sweep.callees = self.callees
+            pairs = zip(moving, rates, strict=True)
+            seeds = {leaf: rate for x, dx in pairs for leaf, rate in zip(x.slots, dx.slots, strict=True)}
+            found = {o.name: (o.shape, sweep.rates(program, seeds, o.values)) for o in program.outputs}
+            self.callees[id(program), active] = sweep.trace.finish(found)
+        return self.callees[id(program), active]
+
+    def solve(self, statement: Solve, rates: dict[Node, Node]) -> None:
+        """With p = dA^T lambda: A y = dr - dA x - A p gives dx = p + y, and the multipliers of y are dlambda."""
+        if statement.exerted:
+            raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
+        matrix = statement.matrix.lists(len(statement.solution))
+        matrix_rates = [taken(rates, row) for row in matrix]
+        right_rates = taken(rates, statement.right)
+        if all(rate is ZERO for part in (*matrix_rates, right_rates) for rate in part):
+            return
+        turned = [dot(column, statement.multipliers) for column in _transposed(matrix_rates, len(statement.solution))]
+        rest = [
+            subtract(subtract(r, dot(dA, statement.solution)), dot(A, turned))
+            for r, dA, A in zip(right_rates, matrix_rates, matrix, strict=True)
+        ]
+        found = self.trace.solve(statement.matrix, rest, len(statement.solution), statement.most, statement.acting)
+        put(rates, statement.solution, list(map(add, turned, found.solution)))
+        put(rates, statement.multipliers, found.multipliers)
+
+    def scan(self, statement: Scan, rates: dict[Node, Node]) -> None:
+        """Run the kernels with their rates; every array that moves has a second one for its rates."""
+        given = [taken(rates, atoms) for atoms in statement.given]
+        moving = _moving(statement, [any(rate is not ZERO for rate in part) for part in given])
+        first, last = len(statement.given), len(statement.given) + len(statement.targets)
+        moved = [
+            [number for number in range(*bounds) if moving[number]]
+            for bounds in ((0, first), (first, last), (last, len(moving)))
+        ]
+        if not moved[1]:
+            return
+        layout = Layout.of(statement, *moved)
+        found = self.trace.scan(
+            [*statement.given, *(given[number] for number in moved[0])],
+            [statement.sizes[number] for number in (*range(first, last), *moved[1])],
+            [statement.sizes[number] for number in (*range(last, len(moving)), *moved[2])],
+            [self._moving_loop(loop, layout) for loop in statement.loops],
+        )
+        for number, values in zip(moved[1], found[len(statement.targets) :], strict=True):
+            put(rates, statement.targets[number - first], values)
+
+    def _moving_loop(self, loop: Loop, layout: Layout) -> Loop:
+        kernels = tuple(self._moving_kernel(kernel, layout) for kernel in loop.kernels)
+        return replace(layout.behind_gate(loop), kernels=kernels)
+
+    def _moving_kernel(self, kernel: Kernel, layout: Layout) -> Kernel:
+        active = tuple(window.array in layout.second for window in kernel.reads)
+        reads = [*map(layout.kept, kernel.reads), *(layout.other(w) for w in kernel.reads if w.array in layout.second)]
+        if not any(active):
+            return replace(kernel, reads=tuple(reads), writes=tuple(map(layout.kept, kernel.writes)))
+        writes = [*map(layout.kept, kernel.writes), *map(layout.other, kernel.writes)]
+        return Kernel(self._paired(kernel.program, active), tuple(reads), tuple(writes))
+
+    def _paired(self, program: Callee, active: tuple[bool, ...]) -> Program:
+        """Return the Program of all outputs and then their rates."""
+        if (id(program), active) not in self.paired:
+            tangent = self.tangent(program, active)
+            trace = Trace(f"{program.name}_and_rate", tangent.inputs)
+            values = trace.call(program, [trace[array.name] for array in program.inputs])
+            rates = trace.call(tangent, [trace[array.name] for array in tangent.inputs])
+            names = [output.name for output in program.outputs]
+            outputs = dict(zip(names, _shaped(program.outputs, values), strict=True))
+            further = [unused(name, "_rate", names) for name in names]
+            outputs |= dict(zip(further, _shaped(program.outputs, rates), strict=True))
+            self.paired[id(program), active] = trace.finish(outputs)
+        return self.paired[id(program), active]
+
+
+def _rate(node: Node, rates: Mapping[Node, Node]) -> Node:
+    if node.op == "where":
+        return where(node.args[0], *taken(rates, node.args[1:]))
+    return dot(partials(node), taken(rates, node.args))
+
+
+_RATES: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Forward], None]]] = {
+    Assign: lambda statement, rates, sweep: sweep.assign(statement, rates),
+    Call: lambda statement, rates, sweep: sweep.call(statement, rates),
+    Solve: lambda statement, rates, sweep: sweep.solve(statement, rates),
+    Scan: lambda statement, rates, sweep: sweep.scan(statement, rates),
+}
+
+
+def _moving(scan: Scan, given: Sequence[bool]) -> list[bool]:
+    """Return which arrays have rates, where those `given` have."""
+    moving = [*given, *[False] * (len(scan.sizes) - len(given))]
+    before: list[bool] = []
+    while before != moving:
+        before = moving.copy()
+        for loop in scan.loops:
+            for kernel in loop.kernels:
+                if any(moving[window.array] for window in kernel.reads):
+                    for window in kernel.writes:
+                        moving[window.array] = True
+    return moving
+
+
+def _shaped(outputs: Iterable[Output], values: Iterable[Vector]) -> list[tuple[tuple[int, ...], Vector]]:
+    return [(output.shape, part) for output, part in zip(outputs, values, strict=True)]
+
+
+def _transposed(rows: Sequence[Vector], columns: int) -> list[Vector]:
+    return [tuple(row[k] for row in rows) for k in range(columns)]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Exact derivatives of Programs as Programs: forward (jacobian) and reverse (gradient), through every statement.
+#
+# A solve is differentiated with the set of its kept rows held fixed. With full row rank that is the derivative of the
+# minimum-norm solution; where rows are dependent it is the derivative of what is computed as long as the same rows are
+# kept. The report of a solve counts as constant.
+
+
+def gradient(program: Program, output: str, input: str) -> Program:
+    """Return the Program of d output / d input for an output of one element, in one backward pass.
+
+    It has the inputs of `program` and one output, `gradient`, of the shape of the input.
+    Raises UndefinedError where there is no such output or input, and ShapeError for an output of more elements.
+    """
+    wanted, given = program.output(output), program.input(input)
+    if len(wanted.values) != 1:
+        raise ShapeError(f"a gradient is of one number; output {output} has the shape {wanted.shape}")
+    sweep = _Reverse(resumed(program, f"{program.name}_{output}_gradient_{input}", ()))
+    weights = sweep.weights(program, [(wanted.values[0], ONE)])
+    return sweep.trace.finish({"gradient": (given.shape, [weights.get(leaf, ZERO) for leaf in given.slots])})
+
+
+# --- forward ------------------------------------------------------------------------------------------------------
+
+
+# --- reverse ------------------------------------------------------------------------------------------------------
+
+
+class _Reverse:
+    """Pulls weights back through a Program, last statement first; what it needs is added to `trace`."""
+
+    def __init__(self, trace: Trace) -> None:
+        self.trace = trace
+        self.callees: dict[tuple[int, tuple[bool, ...]], Program] = {}
+
+    def weights(self, program: Callee, seeds: Iterable[tuple[Node, Node]]) -> dict[Node, Node]:
+        """Return, for each leaf, the sum over `seeds` (node, weight) of weight times d node / d leaf."""
+        weights: dict[Node, Node] = {}
+        for node, weight in seeds:
+            _gather(weights, node, weight)
+        for statement in reversed(program.statements):
+            _WEIGHTS[type(statement)](statement, weights, self)
+        return weights
+
+    def assign(self, statement: Assign, weights: dict[Node, Node]) -> None:
+        for node in reversed(statement.nodes):
+            weight = weights.pop(node, ZERO)
+            if weight is ZERO:
+                continue
+            for a, pulled in zip(node.args, pulled_back(node, weight), strict=True):
+                _gather(weights, a, pulled)
+
+    def call(self, statement: Call, weights: dict[Node, Node]) -> None:
+        given = [taken(weights, leaves) for leaves in statement.targets]
+        active = tuple(any(weight is not ZERO for weight in part) for part in given)
+        if not any(active):
+            return
+        callee = self._adjoint(statement.program, active)
+        arguments = (*statement.arguments, *(part for part, counts in zip(given, active, strict=True) if counts))
+        found = self.trace.call(callee, arguments)
+        for atoms, values, output in zip(statement.arguments, found, callee.outputs, strict=True):
+            for atom, value, inner in zip(atoms, values, output.values, strict=True):
+                _gather(weights, atom, known(value, inner))
+
+    def _adjoint(self, program: Callee, active: tuple[bool, ...]) -> Program:
+        """Return the Program of the weights of all inputs, given those of the active outputs."""
+        if (id(program), active) not in self.callees:
+            names = [array.name for array in program.inputs]
+            counting = [output for output, counts in zip(program.outputs, active, strict=True) if counts]
+            arrays = [Array(unused(o.name, "_weight", names), o.shape) for o in counting]
+            sweep = _Reverse(resumed(program, f"{program.name}_weight", arrays))
+            sweep.callees = self.callees
+            found = sweep.weights(program, _seeds(counting, arrays))
+            outputs = {x.name: (x.shape, [found.get(leaf, ZERO) for leaf in x.slots]) for x in program.inputs}
+            self.callees[id(program), active] = sweep.trace.finish(outputs)
+        return self.callees[id(program), active]
+
+    def solve(self, statement: Solve, weights: dict[Node, Node]) -> None:
+        """With A A^T mu = A wx + wlambda: wr = mu, wA = lambda (wx - A^T mu)^T - mu x^T."""
+        if statement.exerted:
+            raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
+        x, multipliers = statement.solution, statement.multipliers
+        x_weights, multiplier_weights = taken(weights, x), taken(weights, multipliers)
+        if all(weight is ZERO for weight in (*x_weights, *multiplier_weights)):
+            return
+        rows = statement.matrix.lists(len(x))
+        right = [add(dot(row, x_weights), w) for row, w in zip(rows, multiplier_weights, strict=True)]
+        found = self.trace.solve(statement.matrix, right, len(x), statement.most, statement.acting)
+        rest = list(map(subtract, x_weights, found.solution))
+        for k, row in enumerate(statement.matrix):
+            mu = found.multipliers[k]
+            _gather(weights, statement.right[k], mu)
+            for j, atom in row:
+                _gather(weights, atom, subtract(multiply(multipliers[k], rest[j]), multiply(mu, x[j])))
+
+    def scan(self, statement: Scan, weights: dict[Node, Node]) -> None:
+        """Run the scan, then its kernels' adjoints over the same windows, last iteration first.
+
+        Every array has a second one for its weights; those of the results begin with what is given.
+        """
+        seeds = [taken(weights, leaves) for leaves in statement.targets]
+        if all(weight is ZERO for part in seeds for weight in part):
+            return
+        first, every = len(statement.given), range(len(statement.sizes))
+        layout = Layout(
+            {number: number + (number >= first) * (len(seeds) + first) for number in every},
+            {number: first + len(seeds) + number + (number >= first) * len(every[first:]) for number in every},
+        )
+        found = self.trace.scan(
+            [*statement.given, *seeds],
+            statement.sizes[:first],
+            [*statement.sizes[first:], *statement.sizes[first:]],
+            [
+                *(_moved_loop(loop, layout) for loop in statement.loops),
+                *(_copied(len(seed), first + k, layout.second[first + k]) for k, seed in enumerate(seeds)),
+                *(self._returned(loop, layout) for loop in reversed(statement.loops)),
+            ],
+        )
+        for atoms, values in zip(statement.given, found, strict=True):
+            for atom, value in zip(atoms, values, strict=True):
+                _gather(weights, atom, value)
+
+    def _returned(self, loop: Loop, layout: Layout) -> Loop:
+        kernels = []
+        for kernel in loop.kernels:
+            program = self._adjoint(kernel.program, (True,) * len(kernel.writes))
+            reads = [*map(layout.kept, kernel.reads), *map(layout.other, kernel.writes)]
+            writes = [replace(layout.other(window), adds=True) for window in kernel.reads]
+            kernels.append(Kernel(program, _backward(reads, loop.count), _backward(writes, loop.count)))
+        gate = layout.behind_gate(loop).gate
+        (gate,) = (None,) if gate is None else _backward([gate], loop.count)
+        return Loop(loop.count, tuple(kernels), reversed_progression(loop.choice, loop.count), gate)
+
+
+def _seeds(outputs: Iterable[Output], arrays: Iterable[Array]) -> list[tuple[Node, Node]]:
+    pairs = zip(outputs, arrays, strict=True)
+    return [pair for output, array in pairs for pair in zip(output.values, array.slots, strict=True)]
+
+
+def _gather(weights: dict[Node, Node], node: Node, weight: Node) -> None:
+    if weight is not ZERO and node.shadow is None:
+        weights[node] = add(weights.get(node, ZERO), weight)
+
+
+_WEIGHTS: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Reverse], None]]] = {
+    Assign: lambda statement, weights, sweep: sweep.assign(statement, weights),
+    Call: lambda statement, weights, sweep: sweep.call(statement, weights),
+    Solve: lambda statement, weights, sweep: sweep.solve(statement, weights),
+    Scan: lambda statement, weights, sweep: sweep.scan(statement, weights),
+}
+
+
+# --- arrays of scans ----------------------------------------------------------------------------------------------
+
+
+def _moved_loop(loop: Loop, layout: Layout) -> Loop:
+    kernels = [
+        Kernel(k.program, tuple(map(layout.kept, k.reads)), tuple(map(layout.kept, k.writes))) for k in loop.kernels
+    ]
+    return replace(layout.behind_gate(loop), kernels=tuple(kernels))
+
+
+def _backward(windows: Iterable[Window], count: int) -> tuple[Window, ...]:
+    return tuple(replace(window, first=reversed_progression(window.first, count)) for window in windows)
+
+
+def _copied(count: int, source: int, target: int) -> Loop:
+    """Return the loop that adds the elements of one array to those of another."""
+    trace = Trace("copy", [Array("x")])
+    one_by_one = Progression((0,), 1)
+    copy = trace.finish({"y": ((), trace["x"])})
+    return Loop(count, (Kernel(copy, (Window(source, one_by_one),), (Window(target, one_by_one, adds=True),)),))
+
+
+# --- vectors of Nodes ---------------------------------------------------------------------------------------------

@@ -1,0 +1,310 @@
+"""The C side seen from Python: structures of runtime.h, the programs of a shared library, and how to call them."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from itertools import accumulate, pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.numbers import floats
+
+if TYPE_CHECKING:
+    from multibody_sym.program.program import Program
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a loaded program takes and returns, and arrays arranged accordingly.
+
+
+Shaped = tuple[tuple[str, tuple[int, ...]], ...]
+
+
+@dataclass(frozen=True)
+class Signature:
+    """The name of a program and the names and shapes of its inputs and outputs; shape () is a scalar."""
+
+    program: str
+    inputs: Shaped
+    outputs: Shaped
+
+    @staticmethod
+    def of(name: str, program: Program) -> Signature:
+        """Return the signature of `program`, which is known as `name`."""
+        inputs = tuple((array.name, array.shape) for array in program.inputs)
+        return Signature(name, inputs, tuple((output.name, output.shape) for output in program.outputs))
+
+    @staticmethod
+    def from_json(entry: Any) -> Signature:
+        """Return the signature that `as_json` wrote; raises KeyError, TypeError or ValueError for anything else."""
+        inputs, outputs = (
+            tuple((str(name), tuple(map(int, shape))) for name, shape in entry[side]) for side in ("inputs", "outputs")
+        )
+        return Signature(str(entry["program"]), inputs, outputs)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the signature as JSON values."""
+        return {"program": self.program, "inputs": self.inputs, "outputs": self.outputs}
+
+    def sizes(self, side: str) -> list[int]:
+        """Return the sizes of the `inputs` or `outputs`."""
+        return [math.prod(shape) for _, shape in getattr(self, side)]
+
+    def arranged(self, arrays: Sequence[ArrayLike]) -> list[Floats]:
+        """Return the inputs as contiguous arrays of floats; raises ValueError where number or shape differ."""
+        self._require_number(arrays)
+        result = []
+        for (name, shape), array in zip(self.inputs, arrays, strict=True):
+            values = np.asarray(floats(name, array), order="C")
+            if values.shape != shape:
+                raise ValueError(f"{self.program}: {name} has the shape {values.shape}, not {shape}")
+            result.append(values)
+        return result
+
+    def stacked(self, arrays: Sequence[ArrayLike]) -> tuple[int, list[Floats], list[bool]]:
+        """Return the number of samples, the inputs as contiguous arrays, and which of them change with the sample.
+
+        Those have one axis in front of their own; the others are the same for all samples. Raises ValueError.
+        """
+        self._require_number(arrays)
+        values = [np.asarray(floats(self.program, array), order="C") for array in arrays]
+        changing = [v.ndim == len(shape) + 1 for v, (_, shape) in zip(values, self.inputs, strict=True)]
+        for v, many, (name, shape) in zip(values, changing, self.inputs, strict=True):
+            if v.shape[many:] != shape:
+                raise ValueError(f"{self.program}: {name} has the shape {v.shape}, not {shape} or (samples, *{shape})")
+        counts = {len(v) for v, many in zip(values, changing, strict=True) if many}
+        if len(counts) != 1:
+            raise ValueError(f"{self.program}: the inputs have {sorted(counts)} samples, not one number of them")
+        return counts.pop(), values, changing
+
+    def _require_number(self, arrays: Sequence[ArrayLike]) -> None:
+        if len(arrays) != len(self.inputs):
+            names = ", ".join(name for name, _ in self.inputs)
+            raise ValueError(f"{self.program} takes {len(self.inputs)} arrays ({names}), not {len(arrays)}")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+class ProgramStruct(ctypes.Structure):
+    """`mbs_program` of runtime.h."""
+
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("n_in", ctypes.c_int),
+        ("in_sizes", ctypes.POINTER(ctypes.c_int)),
+        ("n_out", ctypes.c_int),
+        ("out_sizes", ctypes.POINTER(ctypes.c_int)),
+        ("call", ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)),
+    )
+
+
+class CollocationStruct(ctypes.Structure):
+    """`mbs_collocation` of runtime.h."""
+
+    _fields_ = (
+        ("stages", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("c", "w", "start", "end", "transform", "inverse")),
+        *((name, ctypes.c_double) for name in ("gamma", "alpha", "beta", "filter")),
+        *((name, ctypes.c_void_p) for name in ("error", "dense")),
+        ("hermite", ctypes.c_int),
+    )
+
+
+class MethodStruct(ctypes.Structure):
+    """`mbs_method` of runtime.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int) for name in ("family", "stages", "all_stages", "order", "error_order", "dense_degree")),
+        *((name, ctypes.c_void_p) for name in ("a", "c", "error", "coarse_error", "dense")),
+        ("past", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("position", "predictor", "corrector")),
+        ("collocation", ctypes.POINTER(CollocationStruct)),
+    )
+
+
+class SystemStruct(ctypes.Structure):
+    """`mbs_system` of runtime.h."""
+
+    _fields_ = (
+        ("inputs", ctypes.c_void_p),
+        ("state_derivative", ctypes.c_void_p),
+        ("jacobian", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in ("index_2", "index_2_by_state", "index_2_by_multipliers")),
+        ("project_position", ctypes.c_void_p),
+        ("project_velocity", ctypes.c_void_p),
+        ("missed", ctypes.c_void_p),
+        ("put_back", ctypes.c_void_p),
+        ("normalize", ctypes.c_void_p),
+        ("events", ctypes.c_void_p),
+        ("terminal", ctypes.c_void_p),
+        ("parameters", ctypes.c_void_p),
+        ("modes", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in ("nq", "nu", "ns", "nw", "ng")),
+        *((name, ctypes.c_void_p) for name in ("plain", "ball")),
+        *((name, ctypes.c_int) for name in ("plains", "balls")),
+        ("margins", ctypes.c_void_p),
+        ("limiting", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in ("switches", "limits")),
+        ("moments", ctypes.c_void_p),
+        ("moment_count", ctypes.c_int),
+    )
+
+
+class ProblemStruct(ctypes.Structure):
+    """`mbs_problem` of runtime.h."""
+
+    _fields_ = (
+        ("method", ctypes.POINTER(MethodStruct)),
+        ("system", ctypes.POINTER(SystemStruct)),
+        *((name, ctypes.c_double) for name in ("t0", "t_end", "step", "rtol", "atol", "contradiction")),
+        *((name, ctypes.c_double) for name in ("closure", "independent", "whole")),
+        ("max_steps", ctypes.c_longlong),
+        ("samples", ctypes.c_longlong),
+        ("project", ctypes.c_int),
+        ("crosses", ctypes.c_int),
+    )
+
+
+class StateStruct(ctypes.Structure):
+    """`mbs_state` of runtime.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_double) for name in ("t", "t_new", "h", "h_next", "error", "failure_time")),
+        *((name, ctypes.c_double) for name in ("drift_position", "drift_velocity")),
+        *((name, ctypes.c_double) for name in ("removed_position", "removed_velocity", "quaternion_deviation")),
+        *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
+        *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
+        *((name, ctypes.c_double) for name in ("before", "start", "latest", "end")),
+        *((name, ctypes.c_double) for name in ("least", "greatest", "peak", "rate", "least_time", "smooth")),
+        ("singular", ctypes.c_double * 8),
+        *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations")),
+        *((name, ctypes.c_longlong) for name in ("jacobians", "factorisations", "sample", "grid")),
+        *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
+        *((name, ctypes.c_int) for name in ("passed", "near", "stiff", "vain")),
+        ("doubled", ctypes.c_double * 7),
+    )
+
+
+@dataclass(frozen=True)
+class _Space:
+    """Inputs and outputs of one call, each one behind the other, and the addresses at which they begin."""
+
+    inputs: Floats
+    outputs: Floats
+    given: ctypes.Array[ctypes.c_void_p]
+    results: ctypes.Array[ctypes.c_void_p]
+
+    @staticmethod
+    def of(inputs: Sequence[int], outputs: Sequence[int]) -> _Space:
+        """Return the space of a program whose arrays begin at these places; the last are how many numbers they are."""
+        arrays = [np.empty(starts[-1]) for starts in (inputs, outputs)]
+        pairs = zip(arrays, (inputs, outputs), strict=True)
+        given, results = (
+            (ctypes.c_void_p * (len(starts) - 1))(*(array.ctypes.data + 8 * k for k in starts[:-1]))
+            for array, starts in pairs
+        )
+        return _Space(arrays[0], arrays[1], given, results)
+
+
+@dataclass(frozen=True)
+class NativeFunction:
+    """One program of a loaded library; `structure` is its entry in `mbs_programs`."""
+
+    signature: Signature
+    structure: ProgramStruct
+    library: ctypes.CDLL
+
+    def __call__(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
+        """Return the outputs, shaped as declared, for the inputs in their declared order; raises ValueError."""
+        values = [array.ravel() for array in self.signature.arranged(arrays)]
+        try:
+            space = self._spaces.pop()
+        except IndexError:  # the first call, or one beside another in a thread
+            space = _Space.of(*self._starts)
+        np.concatenate(values, out=space.inputs)
+        self._function(space.given, space.results)
+        outputs = space.outputs.copy()
+        self._spaces.append(space)
+        return tuple([outputs[a:b] if flat else outputs[a:b].reshape(shape) for a, b, shape, flat in self._pieces])
+
+    @cached_property
+    def _function(self) -> Callable[..., None]:
+        return cast(Callable[..., None], self.structure.call)
+
+    @cached_property
+    def _spaces(self) -> list[_Space]:
+        """What no call works in: addresses are found once."""
+        return []
+
+    @cached_property
+    def _pieces(self) -> list[tuple[int, int, tuple[int, ...], bool]]:
+        """Where each output begins and ends, its shape, and whether it is a row of numbers, as it stands there."""
+        shapes = (shape for _, shape in self.signature.outputs)
+        return [(a, b, shape, len(shape) == 1) for (a, b), shape in zip(pairwise(self._starts[1]), shapes, strict=True)]
+
+    @cached_property
+    def _starts(self) -> tuple[list[int], list[int]]:
+        """Where inputs, and outputs, begin when they stand one after the other, and how many numbers they are."""
+        inputs, outputs = (list(accumulate(self.signature.sizes(s), initial=0)) for s in ("inputs", "outputs"))
+        return inputs, outputs
+
+    def map(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
+        """Return the outputs (samples, *shape) for inputs that are stacked by sample or the same for all."""
+        samples, inputs, changing = self.signature.stacked(arrays)
+        outputs = [np.empty((samples, *shape)) for _, shape in self.signature.outputs]
+        advance = (ctypes.c_int * len(changing))(*changing)
+        count = ctypes.c_longlong(samples)
+        self.library.mbs_map(ctypes.byref(self.structure), count, _addresses(inputs), advance, _addresses(outputs))
+        return tuple(outputs)
+
+
+def _addresses(arrays: Sequence[Floats]) -> ctypes.Array[ctypes.c_void_p]:
+    return (ctypes.c_void_p * len(arrays))(*[array.ctypes.data for array in arrays])
+
+
+def open_library(
+    path: Path, signatures: Sequence[Signature], numbers: Sequence[float] = ()
+) -> Mapping[str, NativeFunction]:
+    """Return the programs of the shared library at `path` by name; the `numbers` that its code names become its own.
+
+    Raises OSError if it cannot be loaded, and ValueError if it does not hold programs of these signatures.
+    """
+    library = ctypes.CDLL(str(path))
+    library.mbs_map.restype = None
+    library.mbs_start.restype = None
+    library.mbs_work.restype = ctypes.c_longlong
+    library.mbs_integrate.restype = ctypes.c_longlong
+    library.mbs_integrate_each.restype = None
+    _give(library, numbers)
+    count = ctypes.c_int.in_dll(library, "mbs_program_count").value
+    structures = (ProgramStruct * count).in_dll(library, "mbs_programs")
+    found = {structure.name.decode("ascii"): structure for structure in structures}
+    for signature in signatures:
+        structure = found.get(signature.program)
+        if structure is None or not _fits(structure, signature):
+            raise ValueError(f"{path} has no program {signature.program} of the expected sizes")
+    return {s.program: NativeFunction(s, found[s.program], library) for s in signatures}
+
+
+def _give(library: ctypes.CDLL, numbers: Sequence[float]) -> None:
+    """Write the numbers of a model into its library; raises ValueError if it names other ones."""
+    if not numbers:
+        return
+    if ctypes.c_int.in_dll(library, "mbs_number_count").value != len(numbers):
+        raise ValueError("the library names other numbers")
+    array = ctypes.POINTER(ctypes.c_double * len(numbers)).in_dll(library, "mbs_numbers")
+    array.contents[:] = list(numbers)
+
+
+def _fits(structure: ProgramStruct, signature: Signature) -> bool:
+    inputs: list[int] = structure.in_sizes[: structure.n_in]
+    outputs: list[int] = structure.out_sizes[: structure.n_out]
+    return inputs == signature.sizes("inputs") and outputs == signature.sizes("outputs")

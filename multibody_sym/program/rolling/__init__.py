@@ -1,1 +1,0 @@
-"""Long Programs of many like parts as loops: `rolled`."""

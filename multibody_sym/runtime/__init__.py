@@ -1,1 +1,0 @@
-"""Runtime: Programs compiled, cached, loaded and called, and the integration loop over them."""

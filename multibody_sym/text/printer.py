@@ -1,0 +1,393 @@
+"""Nodes as text in the model's own language: the fewest parentheses, and the parser reads back the identical Node."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import groupby
+from typing import Final, NamedTuple
+
+from multibody_sym.errors import ExpressionError
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.sign_changes import is_condition
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The names of the components of forces: of what joints, contacts, stops and friction exert.
+
+
+COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
+"""The components of a joint's reaction: force and moment."""
+_NUMBERED: Final = tuple(f"{word}{k}" for word in ("friction", "rolling") for k in ("", "_1", "_2", "_3"))
+AT: Final = ("at_x", "at_y", "at_z")
+"""The coordinates of the place at which a contact presses."""
+FORCE_NAMES: Final = (*COMPONENTS, "normal", "force", *_NUMBERED, *AT)
+"""All that `reaction(.., component)` takes, each of which is a function of its own too: `fx(hinge)`."""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+LONGEST_TEXT: Final = 100_000
+_LONGEST_DECIMAL: Final = 25
+_SMALLEST_PART_OF_PI: Final = 1800  # a tenth of a degree, or 3*pi/10 for 54 degrees
+_POWERS_OF_TWO: Final = frozenset(2**k for k in range(17))  # m/256, not 0.00390625*m
+_HUNDRED: Final = 100
+_EXACT_BITS: Final = 256  # past which a quotient of numbers is no longer exact
+OR, AND, COMPARISON, SUM, PRODUCT, POWER, ATOM = 4, 6, 10, 20, 30, 40, 50
+
+
+_MOST_KEPT: Final = 20_000
+_LONGEST_KEPT: Final = 2_000
+
+
+class Piece(NamedTuple):
+    """The text of a sub-expression and how strongly its outermost operator binds."""
+
+    text: str
+    strength: int
+
+
+_kept: Final[list[dict[Node, Piece]]] = [{}]
+"""What has been printed, with all its parts: formulas that are tried one after the other share most of theirs."""
+
+
+def text(node: Node) -> str:
+    """Return `node` in the model's own language, such that the parser returns the identical Node.
+
+    Slots, which only programs hold, print as `q[0]`. Raises ExpressionError past `LONGEST_TEXT` characters.
+    """
+    pieces, waiting = _kept[0], [node]
+    while waiting:
+        n = waiting[-1]
+        lacking = [a for a in n.args if a not in pieces]
+        if lacking:
+            waiting.extend(reversed(lacking))
+            continue
+        waiting.pop()
+        if n not in pieces:
+            pieces[n] = _PRINTERS.get(n.op, _function)(n, pieces) if n.args else _leaf(n)
+            if len(pieces[n].text) > LONGEST_TEXT:
+                _kept[0] = {}
+                raise ExpressionError(f"the expression is longer than {LONGEST_TEXT} characters; give its parts names")
+    found = pieces[node].text
+    if len(pieces) > _MOST_KEPT or len(found) > _LONGEST_KEPT:
+        _kept[0] = {}
+    return found
+
+
+def _within(piece: Piece, strength: int) -> str:
+    return piece.text if piece.strength >= strength else f"({piece.text})"
+
+
+def _leaf(n: Node) -> Piece:
+    if n.op == "number":
+        return Piece("-" + _exact(-n.data).text, SUM) if n.data < 0 else _exact(n.data)
+    if n.op == "slot":
+        return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
+    if n.op == "quantity":
+        return Piece(_quantity(*n.data), ATOM)
+    if n.op == "real":
+        return Piece(f"real({n.data!r})", ATOM)
+    if n.op == "declared":
+        return Piece(n.data[0], ATOM)
+    return Piece("pi" if n.op == "pi" else n.data, ATOM)
+
+
+_OWN: Final[dict[str, Callable[[tuple[str, ...]], str]]] = {
+    "span": lambda _: "distance",
+    "span_rate": lambda _: "distance_rate",
+    "place": lambda names: names[1],
+    "parameter of a curve": lambda names: names[0],
+    "distance from the axis": lambda _: "s",
+}
+"""How names are typed that laws, curves and profiles have of their own, by the quantities that stand for them."""
+
+
+def _quantity(function: str, names: tuple[str, ...]) -> str:
+    if function in _OWN:
+        return _OWN[function](names)
+    if function in ("'", "''"):
+        return f"{names[0]}{function}"
+    if function == "reaction" and names[1] in FORCE_NAMES:
+        return f"{names[1]}({_named(names[0])})"
+    numbered = function in ("frequency", "period")
+    told = (name if numbered and name.isdecimal() else _named(name) for name in names)
+    return f"{function}({', '.join(told)})"
+
+
+def _named(name: str) -> str:
+    """Return a dotted name; a number at its end is the run of a rope, `tension(string, 2)`."""
+    *parts, last = name.split(".")
+    named = ".".join(map(_quoted, parts))
+    return f"{named}, {last}" if parts and last.isdecimal() else ".".join(map(_quoted, (*parts, last)))
+
+
+def _quoted(name: str) -> str:
+    plain = name.isascii() and name[:1].isalpha() and name.replace("_", "").isalnum()
+    return name if plain else "'" + name.replace("'", "''") + "'"
+
+
+def _exact(value: int | Fraction) -> Piece:
+    """Return a number that is not negative: an integer, an exact decimal, or a quotient of integers."""
+    if value.denominator == 1:
+        digits = str(value)
+        mantissa = digits.rstrip("0")
+        short = len(digits) - len(mantissa) > 6
+        return Piece(_scientific(mantissa, len(digits) - 1) if short else digits, ATOM)
+    decimal = _decimal(Fraction(value))
+    if decimal:
+        return Piece(decimal, ATOM)
+    return Piece(f"{_exact(value.numerator).text}/{_exact(value.denominator).text}", PRODUCT)
+
+
+def _scientific(digits: str, exponent: int) -> str:
+    return f"{digits[0]}{'.' if len(digits) > 1 else ''}{digits[1:]}e{exponent}"
+
+
+def _decimal(value: Fraction) -> str | None:
+    """Return a fraction as an exact decimal, or None where it has none of reasonable length."""
+    twos, rest = _multiplicity(value.denominator, 2)
+    fives, rest = _multiplicity(rest, 5)
+    if rest != 1:
+        return None
+    places = max(twos, fives)
+    digits = str(value.numerator * 10**places // value.denominator)
+    if len(digits) > _LONGEST_DECIMAL and max(value.numerator, value.denominator).bit_length() <= _EXACT_BITS:
+        return None
+    if len(digits) < places - 3:
+        return _scientific(digits, len(digits) - 1 - places)
+    digits = digits.rjust(places + 1, "0")
+    return f"{digits[:-places]}.{digits[-places:]}"
+
+
+def _multiplicity(value: int, prime: int) -> tuple[int, int]:
+    count = 0
+    while value % prime == 0:
+        value //= prime
+        count += 1
+    return count, value
+
+
+def _neg(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    return Piece("-" + _within(pieces[n.args[0]], PRODUCT), SUM)
+
+
+def _add(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = _arranged(n, pieces)
+    first = _within(pieces[a], SUM)
+    if b.op == "neg":
+        return Piece(f"{first} - {_within(pieces[b.args[0]], PRODUCT)}", SUM)
+    if b.op == "number" and b.data < 0:
+        return Piece(f"{first} - {_exact(-b.data).text}", SUM)
+    return Piece(f"{first} + {_within(pieces[b], SUM + 1)}", SUM)
+
+
+def _arranged(n: Node, pieces: dict[Node, Piece]) -> tuple[Node, Node]:
+    """Return the operands of a commutative operation: a nested one first (it needs no parentheses), numbers last."""
+    a, b = n.args
+    if b.op == "neg" or _rank(n.op, a, pieces) <= _rank(n.op, b, pieces):
+        return a, b
+    return b, a
+
+
+def _rank(op: str, n: Node, pieces: dict[Node, Piece]) -> tuple[int, int, str]:
+    if n.op == op or (op == "mul" and n.op == "div"):
+        return (0 if n.op == op else 1, 0, "")
+    if op == "add" and n.op in ("number", "real"):
+        return (3, 0, "")
+    if op == "add":
+        return (2, 0, pieces[n.args[1] if n.op == "mul" and n.args[0].op == "number" else n].text)
+    return (2, _place_in_product(n), pieces[n].text)
+
+
+def _place_in_product(n: Node) -> int:
+    """Return where a factor stands: numbers, letters, their powers, functions, sums."""
+    if n.op == "pow":
+        return max(2, _PLACE_IN_PRODUCT.get(n.args[0].op, 3))
+    return _PLACE_IN_PRODUCT.get(n.op, 3)
+
+
+_PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot": 1, "add": 4}
+
+
+def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    if n.args[0].op == "number":
+        return _multiple(n.args[0].data, n.args[1], pieces)
+    a, b = _arranged(n, pieces)
+    return Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
+
+
+def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, Piece]) -> Piece:
+    """Return factor * n, where factor > 0: `m*r^2/12`, `2*x/3`, `0.1*x`, `3*x/256`."""
+    above, below = factor.numerator, factor.denominator
+    small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
+    small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
+    if not small and below != 1 and _decimal(Fraction(factor)):
+        return Piece(f"{_exact(factor).text}*{_led(n, pieces)}", PRODUCT)
+    product = f"{_exact(above).text}*{_led(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
+    return Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
+
+
+def is_halved(value: int | Fraction) -> bool:
+    """Return whether a number is written over a power of two: `5*x/16`, `m/256`; `122.625*x` is 12.5 times 9.81."""
+    above, below = abs(value.numerator), value.denominator
+    return below in _POWERS_OF_TWO and (above < _HUNDRED or below > _HUNDRED)
+
+
+def _led(n: Node, pieces: dict[Node, Piece]) -> str:
+    """Return the text of `n` as what a leading number multiplies: a product may follow bare, a quotient may not."""
+    first = n
+    while first.op == "mul":
+        first = _arranged(first, pieces)[0]
+    return f"({pieces[n].text})" if first.op == "div" else _within(pieces[n], PRODUCT)
+
+
+def _div(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = (pieces[x] for x in n.args)
+    return Piece(f"{_within(a, PRODUCT)}/{_within(b, PRODUCT + 1)}", PRODUCT)
+
+
+def _pow(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    base, exponent = (pieces[x] for x in n.args)
+    return Piece(f"{_within(base, POWER + 1)}^{_within(exponent, POWER)}", POWER)
+
+
+def _comparison(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = (_within(pieces[x], SUM) for x in n.args)
+    return Piece(f"{a} {'<' if n.op == 'less' else '<='} {b}", COMPARISON)
+
+
+def _extreme(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = _arranged(n, pieces)
+    if is_condition(n):
+        word, strength = ("and", AND) if n.op == "min" else ("or", OR)
+        return Piece(f"{_within(pieces[a], strength)} {word} {_within(pieces[b], strength + 1)}", strength)
+    first = pieces[a].text
+    if a.op == n.op and pieces[a].strength == ATOM:
+        first = first[len(n.op) + 1 : -1]
+    return Piece(f"{n.op}({first}, {pieces[b].text})", ATOM)
+
+
+def _function(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    name = n.data[0].called(n.data[1]) if n.op == "table" else n.op
+    return Piece(f"{name}({', '.join(pieces[a].text for a in n.args)})", ATOM)
+
+
+_PRINTERS: Final[dict[str, Callable[[Node, dict[Node, Piece]], Piece]]] = {
+    "neg": _neg, "add": _add, "mul": _mul, "div": _div, "pow": _pow, "less": _comparison, "less_equal": _comparison,
+    "min": _extreme, "max": _extreme,
+}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How the name of a symbol is read as a book writes it: a letter or words, and what stands below it.
+#
+# Formulas in LaTeX and MathML and the labels of figures all take it from here.
+
+
+GREEK: Final = dict(
+    pair.split("=")
+    for pair in (
+        "alpha=α beta=β gamma=γ delta=δ epsilon=ε zeta=ζ eta=η theta=θ iota=ι kappa=κ lambda=λ mu=μ nu=ν xi=ξ pi=π "
+        "rho=ρ sigma=σ tau=τ upsilon=υ phi=φ chi=χ psi=ψ omega=ω Gamma=Γ Delta=Δ Theta=Θ Lambda=Λ Xi=Ξ Pi=Π Sigma=Σ "
+        "Upsilon=Υ Phi=Φ Psi=Ψ Omega=Ω"
+    ).split()
+)
+"""The Greek letters that differ from Latin ones, by their names."""
+_NAMES: Final = {letter: name for name, letter in GREEK.items()}
+_LETTERS: Final = re.compile(r"([^\W\d_]*)_*(.*)", re.DOTALL)
+SYMBOL: Final = re.compile(r"[^\W\d_]\w*")
+"""What is a symbol: other names are read as they stand."""
+_LOW: Final = {0x2080 + digit: str(digit) for digit in range(10)}
+
+
+def read_parts(name: str) -> list[str]:
+    """Return the letter or words of a name and what stands below it, theta1 and θ₁ as theta and 1.
+
+    Words that follow each other are read as one, crank_angle_2 as crank angle and 2. Greek letters have their names.
+    """
+    plain = unicodedata.normalize("NFC", name).translate(_LOW)
+    letter, rest = _LETTERS.match(plain).groups()  # type: ignore[union-attr]
+    if not letter:
+        return [name]
+    words, parts = [_NAMES.get(letter, letter)], [_NAMES.get(part, part) for part in rest.split("_") if part]
+    while is_word(words[0]) and parts and is_word(parts[0]):
+        words.append(parts.pop(0))
+    runs = [(word, list(run)) for word, run in groupby(parts, is_word)]
+    return [" ".join(words), *(part for word, run in runs for part in ([" ".join(run)] if word else run))]
+
+
+def is_word(part: str) -> bool:
+    """Return whether a part of a name is a word and no letter or number."""
+    return len(part) > 1 and part.isalpha() and part not in GREEK
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How wide mathematics in LaTeX is on the page, near enough to say where a line must end.
+#
+# Estimated in points of Computer Modern at 10 pt from what the writers of this package write: letters, `\frac`,
+# indices, parentheses, functions. What is estimated a little too wide ends a line a little early.
+
+
+_TOKEN: Final = re.compile(r"\\[A-Za-z]+|\\.|[{}_^]|\s+|.", re.DOTALL)
+_LETTER, _DIGIT, _SIGN, _SMALL = 6.0, 5.0, 12.5, 0.75
+_WORDS: Final = frozenset("sin cos tan sinh cosh tanh log exp min max arcsin arccos arctan".split())
+_BARE: Final = {"left": 0.0, "right": 0.0, ",": 1.7, ";": 2.8, " ": 3.3, "quad": 10.0, "Bigl": 2.0, "Bigr": 2.0}
+
+
+def latex_width(text: str) -> float:
+    """Return the width of mathematics in a line of its own, in points."""
+    return _Ruler(_TOKEN.findall(text)).until("")
+
+
+class _Ruler:
+    def __init__(self, tokens: list[str]) -> None:
+        self.tokens = tokens
+        self.next = 0
+
+    def until(self, closing: str, scale: float = 1.0) -> float:
+        """Return the width up to a closing token, which is passed over."""
+        total = 0.0
+        while self.next < len(self.tokens):
+            token = self.tokens[self.next]
+            self.next += 1
+            if token == closing:
+                break
+            total += self._one(token, scale)
+        return total
+
+    def _group(self, scale: float) -> float:
+        while self.next < len(self.tokens) and self.tokens[self.next].isspace():
+            self.next += 1
+        if self.next == len(self.tokens):
+            return 0.0
+        token = self.tokens[self.next]
+        self.next += 1
+        return self.until("}", scale) if token == "{" else self._one(token, scale)
+
+    def _one(self, token: str, scale: float) -> float:
+        if token == "{":
+            return self.until("}", scale)
+        if token in ("_", "^"):
+            return self._group(_SMALL * scale) + 0.5
+        if token.startswith("\\"):
+            return self._command(token[1:], scale)
+        if token.isspace() or token == "}":
+            return 0.0
+        return scale * (_SIGN if token in "+-=<>" else _DIGIT if token.isdigit() or token in "().,[]'|" else _LETTER)
+
+    def _command(self, name: str, scale: float) -> float:
+        if name == "frac":
+            return max(self._group(scale), self._group(scale)) + 2.4
+        if name == "sqrt":
+            return self._group(scale) + 8.5
+        if name in ("text", "mathrm", "operatorname"):
+            return 0.82 * self._group(scale) + 1.7
+        if name in ("dot", "ddot"):
+            return self._group(scale)
+        if name in _WORDS:
+            return scale * (5.0 * len(name) + 1.7)
+        if name in ("le", "ge"):
+            return scale * _SIGN
+        return scale * _BARE.get(name, _LETTER)

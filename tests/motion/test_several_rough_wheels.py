@@ -1,0 +1,172 @@
+"""Ropes that rub on several wheels between their ends: Euler's and Eytelwein's law at each, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from multibody_sym import Solution, derive, loads, range_of_rest, simulate, solve
+from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.mechanics.law_elements import Mode
+from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.state import state_of
+from multibody_sym.text.printer import text
+
+G = 9.81
+HANGING = """\
+multibody_sym: 1
+name: two_drums
+gravity: [0, -g, 0]
+parameters:
+  g: 9.81
+  m: {value: 10, positive: true}
+  M: {value: 40, positive: true}
+  mu1: {value: 0.2, positive: true}
+  mu2: {value: 0.3, positive: true}
+bodies:
+  ground: {points: {a: [0, 2, 0], b: [1, 2, 0], left: [-0.1, 0, 0], right: [1.1, 0, 0]}}
+  one: {mass: m}
+  two: {mass: M}
+joints:
+  B: {type: prismatic, parent: ground.left, child: one, axis: y, q: x}
+  L: {type: prismatic, parent: ground.right, child: two, axis: -y, q: y}
+pulleys:
+  A: {at: ground.a, radius: 0.1, rough: mu1}
+  C: {at: ground.b, radius: 0.1, rough: mu2}
+constraints: {string: {type: rope, path: [one, A, C, two]}}
+"""
+TABLE = (
+    HANGING.replace("left: [-0.1, 0, 0]", "left: [-2, 1.9, 0]")
+    .replace("B: {type: prismatic, parent: ground.left, child: one, axis: y, q: x}",
+             "B: {type: point, parent: ground.left, child: one, q: [x, h]}")
+    .replace("right: [1.1, 0, 0]}}", "right: [1.1, 0, 0]}, surfaces: {top: {plane: [0, 1.9, 0], normal: y}}}")
+    .replace("pulleys:", "contacts: {c: {between: [one, ground.top], static: 0.4}}\npulleys:")
+    .replace("A: {at: ground.a", "A: {at: ground.low").replace("points: {a", "points: {low: [0.8, 2, 0], a")
+    .replace("C: {at: ground.b", "C: {at: ground.high").replace("points: {low", "points: {high: [1, 3, 0], low")
+)  # fmt: skip
+EIGHTH = math.exp(0.5 * math.pi / 2)  # both coefficients over a quarter turn each
+
+
+def tensions(found: Solution) -> list[float | None]:
+    return [found.reactions["string"][f"tension{k}"].value for k in (1, 2, 3)]
+
+
+@pytest.mark.parametrize(("mass", "sense"), [(40, 1), (2, -1)])
+def test_the_tension_grows_over_each_drum_by_its_own_coefficient(mass: float, sense: int) -> None:
+    """m a = T1 - m g, M a = M g - T3, T2 = T1 exp(+-mu1 pi/2), T3 = T2 exp(+-mu2 pi/2)."""
+    found = solve(loads(HANGING), parameters={"M": mass})
+    ratio = EIGHTH**sense
+    a = G * (mass - 10 * ratio) / (mass + 10 * ratio)
+    first = 10 * (G + a)
+    between = first * math.exp(sense * 0.2 * math.pi / 2)
+    assert [x.value for x in found.accelerations.values()] == pytest.approx([a, a], rel=1e-13)
+    assert tensions(found) == pytest.approx([first, between, first * ratio], rel=1e-13)
+    slip = "slip+" if sense > 0 else "slip-"
+    assert found.states == {"string": "taut", "A": slip, "C": slip}
+    drum = found.reactions["C"]["mz"].value  # what the rope's friction turns the drum by: 0.1 m (T2 - T3), clockwise +
+    assert drum == pytest.approx(0.1 * (first * ratio - between), rel=1e-12)
+
+
+def test_the_closed_form_and_its_condition_are_those_of_one_drum_with_both_angles() -> None:
+    found = solve(loads(HANGING))
+    whole = "(M + m*exp(pi*(mu1 + mu2)/2))"
+    assert text(found.reactions["string"]["tension2"].expression) == f"2*M*g*m*exp(mu1*pi/2)/{whole}"
+    assert found.conditions == ("M > m*exp(pi*(mu1 + mu2)/2)", "g > 0")
+
+
+@pytest.mark.parametrize(
+    ("part", "word"),
+    [
+        (12 / 10, "grip"),
+        (EIGHTH * (1 - 1e-9), "grip"),
+        (1 / EIGHTH * (1 + 1e-9), "grip"),
+        (EIGHTH * (1 + 1e-9), "slip+"),
+        (1 / EIGHTH * (1 - 1e-9), "slip-"),
+    ],
+)
+def test_it_grips_between_the_limits_where_the_tension_between_the_drums_is_not_unique(part: float, word: str) -> None:
+    found = solve(loads(HANGING), parameters={"M": 10 * part})
+    assert found.states == {"string": "taut", "A": word, "C": word}
+    if part == 1.2:
+        assert tensions(found) == [pytest.approx(10 * G), None, pytest.approx(12 * G)]
+
+
+def test_ranges_of_rest_have_exact_ends() -> None:
+    ((low, high),) = range_of_rest(loads(HANGING), "M").ends
+    assert [low.value, high.value] == pytest.approx([10 / EIGHTH, 10 * EIGHTH], rel=1e-12)
+    assert text(high.expression) == "m*exp(pi*(mu1 + mu2)/2)"
+    ((least, _),) = range_of_rest(loads(HANGING), "mu1").ends
+    assert least.value == pytest.approx(math.log(4) / (math.pi / 2) - 0.3, rel=1e-12)
+
+
+def test_a_block_on_a_rough_table_is_held_by_the_table_and_both_drums() -> None:
+    """Over a quarter turn below the first drum and half a turn over the second: M <= 0.4 m exp(mu1 pi/2 + mu2 pi)."""
+    most = 0.4 * 10 * math.exp(0.2 * math.pi / 2 + 0.3 * math.pi)
+    ((_, high),) = range_of_rest(loads(TABLE), "M").ends
+    assert high.value == pytest.approx(most, rel=1e-12)
+    assert solve(loads(TABLE), parameters={"M": most * 0.999}).states["c"] == "stick"
+    found = solve(loads(TABLE), parameters={"M": most * 1.5})
+    a = G * (1.5 * most - most) / (1.5 * most + most / 0.4)
+    assert found.accelerations["x"].value == pytest.approx(a, rel=1e-12)
+
+
+def test_what_slips_comes_to_rest_and_slips_again_when_the_pull_has_grown_enough() -> None:
+    """Up with 1 m/s and M = 12: it loses a second what both limits say; at rest 50 N/s grow until the limit."""
+    pull = "forces: {pull: {type: force, on: two, value: [0, '-max(0, 50*(t - 1))', 0]}}\npulleys:"
+    pulled = HANGING.replace("pulleys:", pull).replace("M: {value: 40", "M: {value: 12")
+    moving = pulled.replace("q: x}", "q: x, initial: {u: 1}}").replace("q: y}", "q: y, initial: {u: 1}}")
+    run = simulate(loads(moving), t_end=3, samples=301)
+    loss = G * (10 * EIGHTH - 12) / (12 + 10 * EIGHTH)
+    stop, again = 1 / loss, 1 + (10 * G * EIGHTH - 12 * G) / 50
+    assert [(c["element"], c["kind"]) for c in run.changes] == [
+        ("A", "grip"),
+        ("C", "grip"),
+        ("A", "slip+"),
+        ("C", "slip+"),
+    ]
+    assert [c["t"] for c in run.changes] == pytest.approx([stop, stop, again, again], rel=1e-8)
+    still = (run.t > stop) & (run.t < again)
+    assert not run.u[still].any()
+    assert run["x"][still] == pytest.approx(1 / (2 * loss), rel=1e-9)
+
+
+def test_all_routes_agree_over_three_drums() -> None:
+    three = HANGING.replace("b: [1, 2, 0]", "b: [1, 2, 0], c: [0.5, 2.3, 0]").replace(
+        "  C: {at: ground.b", "  S: {at: ground.c, radius: 0.1, rough: 0.1}\n  C: {at: ground.b"
+    )
+    three = three.replace("[one, A, C, two]", "[one, A, S, C, two]")
+    slips = dict.fromkeys(("A", "S", "C"), 1)
+    means = {f"string.{wheel}.mean": 1 for wheel in slips}
+    resolved = in_mode(mechanism(loads(three)), Mode({"string": 1, **means}, slips))
+    begin = start(resolved)
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    found = solve(loads(three))
+    values = [found.reactions["string"][f"tension{k}"].value or 0.0 for k in (1, 2, 3, 4)]
+    ratios = [math.log(b / a) for a, b in pairwise(values)]
+    # from straight up to straight down it turns by pi altogether, at the first and the last drum by the same angle
+    assert ratios[0] / 0.2 + ratios[1] / 0.1 + ratios[2] / 0.3 == pytest.approx(math.pi, rel=1e-12)
+    assert ratios[0] / 0.2 == pytest.approx(ratios[2] / 0.3, rel=1e-12)
+    for name, route in FORMALISMS.items():
+        if name != "lagrange":
+            udot = forward_dynamics(route(resolved, state)).udot
+            assert udot == pytest.approx([x.value for x in found.accelerations.values()], rel=1e-12)
+    assert derive(resolved).lambdify()(begin.q, begin.u) == pytest.approx(udot, rel=1e-12)
+
+
+@pytest.mark.parametrize("wheels", ["[one, A, C, two]", "[one, A, two]"])
+def test_friction_of_ropes_may_be_smooth(wheels: str) -> None:
+    """At rest there is none then; at a thousand times the speed below which it is smooth it is that of slip."""
+    smooth = HANGING.replace("[one, A, C, two]", wheels) + "simulation: {friction: {regularised: 1e-4}}\n"
+    if "C" not in wheels:
+        smooth = smooth.replace("right: [1.1, 0, 0]", "right: [0.1, 0, 0]")
+    rest = solve(loads(smooth))
+    assert [x.value for x in rest.accelerations.values()] == pytest.approx([G * 30 / 50] * 2, rel=1e-12)
+    fast = smooth.replace("q: x}", "q: x, initial: {u: 1}}").replace("q: y}", "q: y, initial: {u: 1}}")
+    plain = solve(loads(fast.split("simulation")[0]))
+    expected = [x.value for x in plain.accelerations.values()]
+    assert [x.value for x in solve(loads(fast)).accelerations.values()] == pytest.approx(expected, rel=1e-7)
