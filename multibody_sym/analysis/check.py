@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.analysis.hints import Hint, declared_hints, first_at_each_place
 from multibody_sym.analysis.independent_checks import agreement, beyond_rounding, short_run_misses
 from multibody_sym.contact_laws.problem import Verdict
-from multibody_sym.derivation.routes import FORMALISMS, MANY_SPEEDS, ROUTES
+from multibody_sym.derivation.routes import FORMALISMS, MANY_SPEEDS, ROUTES, formalism_name
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.constraints.redundancy import contradiction_of, redundancy
@@ -40,7 +40,6 @@ from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.constraints import Rope
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.system import System
-from multibody_sym.motion.prepare.programs import formalism_name
 from multibody_sym.motion.results.limits_passed import limits_passed
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves

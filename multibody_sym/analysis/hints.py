@@ -12,7 +12,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from multibody_sym.dynamics.start.parameters import value_or_none
+from multibody_sym.dynamics.start.parameters import known_values, value_or_none
 from multibody_sym.mechanics.references import moves_in_plane
 from multibody_sym.mechanics.spanning_tree import body_part
 from multibody_sym.model.bodies import GROUND, Body
@@ -94,16 +94,6 @@ def number_hints(system: System, known: Values) -> Iterator[Hint]:
     for name, body in system.bodies.items():
         yield from _inertia(name, body, known)
         yield from _beside_the_rod(name, body, known)
-
-
-def known_values(system: System) -> dict[Node, float]:
-    """Return the values of parameters, as far as they follow from each other."""
-    known: dict[Node, float] = {}
-    waiting = {symbol(name): parameter.value for name, parameter in system.parameters.items()}
-    while found := {leaf: x for leaf, node in waiting.items() if (x := value_or_none(node, known)) is not None}:
-        known.update(found)
-        waiting = {leaf: node for leaf, node in waiting.items() if leaf not in found}
-    return known
 
 
 def _gravity_upwards(system: System, known: Values) -> Iterator[Hint]:

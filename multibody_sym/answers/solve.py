@@ -8,8 +8,6 @@ from itertools import islice
 from typing import Any
 
 from multibody_sym.algebra.roots import values_with_shared_roots
-from multibody_sym.answers.ask.ask import answered
-from multibody_sym.answers.impact.answer import answered_after, impact_found
 from multibody_sym.answers.instant.conditions import validity
 from multibody_sym.answers.instant.instant import Solved, solved_start
 from multibody_sym.answers.instant.reactions import (
@@ -77,6 +75,8 @@ def exactly_solved_start(system: System, formalism: str | None) -> Solved:
 
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
     """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
+    from multibody_sym.answers.impact.answer import answered_after, impact_found  # which few systems need
+
     found, solved = impact_found(system, formalism)
     answers = answered_after(solved)
     values = [*found.values, *answers.values()]
@@ -114,7 +114,7 @@ def solution_of(solved: Solved) -> Solution:
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     accelerations = told(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
-    answers, remarks = answered(solved)
+    answers, remarks = _answered(solved)
     valid, state = validity(solved, reactions), state_found(solved)
     found = Solution(
         name=resolved.name,
@@ -145,6 +145,15 @@ def solution_of(solved: Solved) -> Solution:
         labels=letters_of(solved.system.parameters),
     )
     return _with_shared_roots(solved, found)
+
+
+def _answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
+    """Return the answers to what is asked of the motion, which brings runs and all that they take, and remarks."""
+    if not solved.system.ask:
+        return {}, []
+    from multibody_sym.answers.ask.ask import answered
+
+    return answered(solved)
 
 
 def _with_shared_roots(solved: Solved, found: Solution) -> Solution:

@@ -9,10 +9,10 @@ from dataclasses import fields
 from functools import partial
 from typing import Any, Final
 
-from multibody_sym.analysis.hints import Hint, declared_hints, known_values
 from multibody_sym.cli.options import ASSIGNED
 from multibody_sym.cli.output import verify_apart
 from multibody_sym.dynamics.start.number_checks import examined, numbers_of
+from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, Where, gathered, joined
 from multibody_sym.mechanics.changes import Changes
 from multibody_sym.mechanics.model_files import Places, load_with_places
@@ -77,7 +77,7 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
     try:
         asked = changed(system, options)
         options.told = partial(_told, options, system, places)
-        options.hints = lambda: [options.told(hint) for hint in declared_hints(asked)]
+        options.hints = lambda: _hints(options, asked)
         with numbers_of(asked):  # what is written of an answer is computed too
             yield system, places.tables
     except MultibodyError as error:
@@ -111,9 +111,16 @@ def changed(system: System, options: argparse.Namespace) -> System:
     return Changes(**{f.name: getattr(options, f.name) for f in fields(Changes)}).of(system)
 
 
+def _hints(options: argparse.Namespace, system: System) -> list[str]:
+    """Return what the author of a model may not have meant, with places."""
+    from multibody_sym.analysis.hints import declared_hints  # which a run that is recalled does without
+
+    return [options.told(hint) for hint in declared_hints(system)]
+
+
 def _told(options: argparse.Namespace, system: System, places: Places, hint: str) -> str:
     """Return a hint with its place in the file, or the option that it is about."""
-    path = hint.path if isinstance(hint, Hint) else ()
+    path = getattr(hint, "path", ())
     option = _option(path, options, system) if path else None
     told = hint.removeprefix(f"{'.'.join(path)}: ")
     return f"{option}: {told}" if option else places.told(told, path) if path else hint

@@ -91,3 +91,11 @@ def cheapest(mechanism: Mechanism) -> str:
     depths = [above[i] - k for i, body in enumerate(mechanism.bodies) for k in range(len(body.u))]
     formed = sum(depths) <= _DEEPEST_FORMED[bool(mechanism.rows)] * len(moved)
     return "composite_body" if formed else "block_ldl"
+
+
+def formalism_name(name: str | None, mechanism: Mechanism) -> str:
+    """Return the name of a formalism, that of the cheapest one for None; raises InputError."""
+    if name is None:
+        return cheapest(mechanism)
+    verify_formalism(name)
+    return name

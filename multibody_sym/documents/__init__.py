@@ -1,6 +1,6 @@
 """How is it told?
 
-    derivation, solution, worked, analysis, runs     text and LaTeX of what was found
+    derivation, solution, worked, analysis, runs, notes     text and LaTeX of what was found
     formulas           LaTeX, and MathML for pages
     report, notebook, animation, draw     pages to hand out, cells, films, figures
 

@@ -16,7 +16,7 @@ from multibody_sym.analysis.modes.record import Mode, Modes
 from multibody_sym.analysis.rest.range_of_rest import LeastForMotion, RangeOfRest, RestBound
 from multibody_sym.derivation.notation import escaped
 from multibody_sym.documents.formulas import latex_document
-from multibody_sym.documents.runs import shifts_text
+from multibody_sym.documents.notes import shifts_text
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import SI, Units, Value, held

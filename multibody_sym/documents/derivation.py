@@ -20,7 +20,7 @@ from multibody_sym.documents.formulas import (
     latex_document,
     mathml_script,
 )
-from multibody_sym.documents.runs import withheld_lines
+from multibody_sym.documents.notes import withheld_lines
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.units import MechanismUnits

@@ -97,7 +97,7 @@ def table_html(table: Any) -> str:
 
 def redundancy_html(found: Any) -> str:
     """Return which constraints are redundant."""
-    from multibody_sym.documents.runs import redundancy_lines
+    from multibody_sym.documents.notes import redundancy_lines
 
     return _text("\n".join(redundancy_lines(found)) or f"no redundant constraints (rank {found.rank})")
 

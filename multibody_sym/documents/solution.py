@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from multibody_sym.analysis.check import CheckReport
 from multibody_sym.answers.records import ImpactFound, ImpactStep, OtherState, RowKind, Solution
-from multibody_sym.documents.runs import redundancy_lines, shifts_text, withheld_lines, withheld_text
-from multibody_sym.motion.results.integrals import Miss
+from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_lines, withheld_text
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import AT
 from multibody_sym.text.values import SI, Units, Value, held
+
+if TYPE_CHECKING:
+    from multibody_sym.analysis.check import CheckReport
+    from multibody_sym.motion.results.integrals import Miss
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Forces and impulses by their names, as lines.

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 import multibody_sym as mbs
 from multibody_sym.contact_laws import search
 from multibody_sym.contact_laws.search import States
-from multibody_sym.documents.runs import redundancy_lines
+from multibody_sym.documents.notes import redundancy_lines
 from multibody_sym.documents.solution import solution_text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.linear_inequalities import outline

@@ -15,7 +15,7 @@ from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.instant.instant import Solved, forms_of, undetermined
 from multibody_sym.answers.records import ImpactStep
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, Struck
-from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import ClosedForms, SymbolicState, closed_forms, declared_state, unknowns
 from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
 from multibody_sym.dynamics.contact.impact_problem import (
@@ -41,7 +41,6 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
 from multibody_sym.mechanics.row_records import SlidingRow
 from multibody_sym.mechanics.state import State, slot_state
-from multibody_sym.motion.prepare.programs import formalism_name
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.arrays import Floats

@@ -13,7 +13,7 @@ from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.quotient_functions import doubled, exact, sign
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.answers.instant.loops import Lettered
-from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import (
     WORK,
     Acting,
@@ -42,7 +42,6 @@ from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.system import System
-from multibody_sym.motion.prepare.programs import formalism_name
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves

@@ -16,6 +16,7 @@ from multibody_sym.mechanics.ropes import NoDirectionError
 from multibody_sym.mechanics.row_kinematics import row_motion
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.model.contacts_and_impacts import verify_rod_length
+from multibody_sym.model.system import System
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate, evaluate_float
@@ -37,6 +38,16 @@ def value_or_none(node: Node, known: Mapping[Node, float]) -> float | None:
         return evaluate_float([node], known)[0]
     except (*ARITHMETIC, KeyError):
         return None
+
+
+def known_values(system: System) -> dict[Node, float]:
+    """Return the values of parameters, as far as they follow from each other."""
+    known: dict[Node, float] = {}
+    waiting = {symbol(name): parameter.value for name, parameter in system.parameters.items()}
+    while found := {leaf: x for leaf, node in waiting.items() if (x := value_or_none(node, known)) is not None}:
+        known.update(found)
+        waiting = {leaf: node for leaf, node in waiting.items() if leaf not in found}
+    return known
 
 
 def undefined_text(node: Node, known: Mapping[Node, float], name: str | None = None) -> str:

@@ -30,7 +30,7 @@ from multibody_sym.motion.integrator.flow import (
     require_finite,
     scaled_norm,
 )
-from multibody_sym.motion.methods.table import IDA, METHODS, SCIPY, Method, MissingPackageError
+from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, METHODS, SCIPY, Method, MissingPackageError
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.sign_changes import PROBE, first_seen
 
@@ -77,8 +77,6 @@ def once_left(events: Events, usual: Events, values: Floats) -> Events:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
-"""The implicit ones, which take the Jacobian."""
 _STARTERS: Final = {"BDF": "Radau", "LSODA": "Radau", "cvode_bdf": "Radau", "cvode_adams": "DOP853", IDA: "DOP853"}
 """The methods that begin at order one, and the Runge-Kutta method of scipy that takes their first steps after an event.
 

@@ -103,6 +103,8 @@ SCIPY: Final = "scipy"
 SUNDIALS: Final = "scikit-sundae"
 IDA: Final = "ida"
 """The one method that takes rows as part of its equations."""
+BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
+"""The implicit ones, which take the Jacobian."""
 
 
 class MissingPackageError(OutputError):

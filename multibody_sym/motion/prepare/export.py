@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.derivation.routes import FORMALISMS, verify_formalism
+from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
@@ -24,7 +24,6 @@ from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import text as text_of
 from multibody_sym.model.system import System
-from multibody_sym.motion.prepare.programs import formalism_name
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.program.target_layout import Samples, spread_samples

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.derivation.routes import verify_formalism
+from multibody_sym.derivation.routes import formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.closing import CompiledRows, closes_by_programs
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.programs.reactions import switchings
@@ -24,7 +24,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.integrator.flow import Pairing, Status
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Loop, Problem
-from multibody_sym.motion.prepare.programs import compiled, formalism_name, known, recalled_laws
+from multibody_sym.motion.prepare.programs import compiled, known, recalled_laws
 from multibody_sym.motion.prepare.records import Numbers, Runnable
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
 from multibody_sym.program.loading import Backend, Compiled

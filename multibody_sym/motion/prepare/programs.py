@@ -9,7 +9,7 @@ from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
-from multibody_sym.derivation.routes import FORMALISMS, cheapest, verify_formalism
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Coordinate, JointLimit, Mechanism, ParameterEntry, Speed
 from multibody_sym.program import loading
@@ -30,14 +30,6 @@ _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
     Mode: frozenset({"directions", "shares"}),
 }
 """What no Program follows from: a title, what is handed over as numbers and its unit, what is looked at after a run."""
-
-
-def formalism_name(name: str | None, mechanism: Mechanism) -> str:
-    """Return the name of a formalism, that of the cheapest one for None; raises InputError."""
-    if name is None:
-        return cheapest(mechanism)
-    verify_formalism(name)
-    return name
 
 
 def compiled(

@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
+from multibody_sym.derivation.routes import formalism_name
 from multibody_sym.dynamics.constraints.closing import normalize
 from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
@@ -32,7 +33,7 @@ from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.native_runs import Each, integrate_each
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.problem import problem_of, settings_of
-from multibody_sym.motion.prepare.programs import compiled, formalism_name
+from multibody_sym.motion.prepare.programs import compiled
 from multibody_sym.motion.prepare.records import Numbers, Part, Runnable
 from multibody_sym.motion.prepare.run_labels import Alone, Told
 from multibody_sym.motion.prepare.settings import form_of, stabilises

@@ -15,12 +15,12 @@ from importlib.metadata import PackageNotFoundError, version
 from threading import Event, Lock
 from typing import Any, Final
 
+from multibody_sym.derivation.routes import formalism_name
 from multibody_sym.errors import ArgumentError, MultibodyError, OutputError, shown
 from multibody_sym.mechanics.model_files import dumps
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.system import System
-from multibody_sym.motion.prepare.programs import formalism_name
 from multibody_sym.motion.prepare.settings import run_settings
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError, Progressed
