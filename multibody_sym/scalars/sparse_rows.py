@@ -19,28 +19,35 @@ _FEW: Final = 4096
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """Where the entries of a matrix of a shape stand, row by row.
-
-    Those of row j are numbers begins[j] up to begins[j + 1]; each is in one of the `columns`, and number `order` of
-    those that are given.
-    """
+    """Where the entries of a matrix of a shape stand: `places` that count row by row, in any order."""
 
     shape: tuple[int, int]
-    begins: Places
-    columns: Places
-    order: Places
+    places: Places
 
-    @staticmethod
-    def of(shape: tuple[int, int], places: Places) -> Pattern:
-        """Return the pattern of entries whose places count row by row."""
-        order = np.argsort(places, kind="stable")
-        rows, columns = np.divmod(places[order], max(shape[1], 1))
-        return Pattern(shape, np.searchsorted(rows, np.arange(shape[0] + 1)), columns, order)
+    @cached_property
+    def order(self) -> Places:
+        """The numbers of the entries row by row."""
+        return np.argsort(self.places, kind="stable")
 
     @cached_property
     def rows(self) -> Places:
-        """The row of each entry."""
-        return np.repeat(np.arange(self.shape[0]), np.diff(self.begins))
+        """The row of each entry in this order."""
+        return self.places[self.order] // max(self.shape[1], 1)
+
+    @cached_property
+    def columns(self) -> Places:
+        """The column of each."""
+        return self.places[self.order] % max(self.shape[1], 1)
+
+    @cached_property
+    def begins(self) -> Places:
+        """The number of the first entry of each row, and how many entries there are."""
+        return np.searchsorted(self.rows, np.arange(self.shape[0] + 1))
+
+    @cached_property
+    def is_small(self) -> bool:
+        """Whether the matrix is kept whole."""
+        return self.shape[0] * self.shape[1] <= _FEW
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,16 +67,12 @@ class SparseRows:
     def whole(self) -> Floats:
         """The matrix with its zeros."""
         found = np.zeros(self.pattern.shape)
-        found[self.pattern.rows, self.pattern.columns] = self._entries
+        found.reshape(-1)[self.pattern.places] = self.values
         return found
-
-    @property
-    def _is_small(self) -> bool:
-        return self.pattern.shape[0] * self.pattern.shape[1] <= _FEW
 
     def __getitem__(self, at: int | Sequence[int] | Places) -> Floats:
         """Return row number `at` (n,), or rows (k, n)."""
-        if self._is_small:
+        if self.pattern.is_small:
             small: Floats = self.whole[at]
             return small
         if isinstance(at, (int, np.integer)):
@@ -90,7 +93,7 @@ class SparseRows:
 
     def __matmul__(self, x: Floats) -> Floats:
         """Return the product with a vector (n,)."""
-        found: Floats = self.whole @ x if self._is_small else self.in_order(x)
+        found: Floats = self.whole @ x if self.pattern.is_small else self.in_order(x)
         return found
 
     def in_order(self, x: Floats) -> Floats:

@@ -15,7 +15,7 @@ def test_rows_and_products_are_those_of_the_whole(shape: tuple[int, int]) -> Non
     values = rng.normal(size=len(places))
     whole = np.zeros(shape)
     whole.flat[places] = values
-    sparse = SparseRows(Pattern.of(shape, places), values)
+    sparse = SparseRows(Pattern(shape, places), values)
     x, at = rng.normal(size=shape[1]), rng.integers(0, shape[0], size=9)
     np.testing.assert_array_equal(sparse.whole, whole)
     np.testing.assert_array_equal(sparse[at], whole[at])
@@ -28,8 +28,8 @@ def test_rows_and_products_are_those_of_the_whole(shape: tuple[int, int]) -> Non
 @pytest.mark.parametrize("count", [6, 100])
 def test_a_block_has_what_its_rows_have_in_its_columns(count: int) -> None:
     places = np.arange(count) * count + np.arange(count)[::-1]
-    sparse = SparseRows(Pattern.of((count, count), places), np.arange(1.0, count + 1.0))
+    sparse = SparseRows(Pattern((count, count), places), np.arange(1.0, count + 1.0))
     at = np.array([count - 1, 2, 0])
     np.testing.assert_array_equal(sparse.block(at), sparse.whole[np.ix_(at, at)])
-    none = SparseRows(Pattern.of((count, count), places[:0]), np.zeros(0))
+    none = SparseRows(Pattern((count, count), places[:0]), np.zeros(0))
     np.testing.assert_array_equal(none.block(at), np.zeros((3, 3)))

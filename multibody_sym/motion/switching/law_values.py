@@ -91,7 +91,7 @@ class Laws(Numbered):
         """Where entries of these may differ from zero: of C those of A, and where it differs from that."""
         (_, of_a), (shape, of_c) = self.matrices["matrix"], self.matrices["exerted"]
         given = {**self.matrices, "exerted": (shape, np.union1d(of_a, of_c))}
-        return {name: Pattern.of(*each) for name, each in given.items()}
+        return {name: Pattern(*each) for name, each in given.items()}
 
     @cached_property
     def _exerted(self) -> list[tuple[str, NDArray[np.intp]]]:
@@ -102,7 +102,7 @@ class Laws(Numbered):
 
     def exerted(self, known: Mapping[str, Floats]) -> Floats:
         """Return the entries of C by those of A and those that differ."""
-        found = np.zeros(len(self.patterns["exerted"].columns))
+        found = np.zeros(len(self.patterns["exerted"].places))
         for name, places in self._exerted:
             found[places] = known[name]
         return found
