@@ -95,8 +95,12 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
     if not rows.active:
         return Assembled(q)
     missed = rows.missed(q)
-
-    items = _position_items(rows.mechanism)
+    items = []
+    for body in rows.mechanism.bodies:
+        for step in body.free_steps:  # a quaternion is held as a whole
+            declared = [rows.mechanism.coordinates[i] for i in step.q]
+            names = tuple(c.name for c in declared)
+            items.append(_Item(names, step.q, step.u, declared[0].given, declared[0].known))
     unknown = [k for item in items if not item.given for k in item.speeds]
 
     @functools.cache
@@ -132,16 +136,6 @@ def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
     return _failure(fewest, what, fewest.missed(q), cure)
 
 
-def _position_items(mechanism: Mechanism) -> list[_Item]:
-    items = []
-    for body in mechanism.bodies:
-        for free in body.free_steps:  # a quaternion is held as a whole
-            declared = [mechanism.coordinates[i] for i in free.q]
-            names = tuple(c.name for c in declared)
-            items.append(_Item(names, free.q, free.u, declared[0].given, declared[0].known))
-    return items
-
-
 # --- speeds --------------------------------------------------------------------------------------------------------
 
 
@@ -161,15 +155,11 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
         # rounding of the change may open small rows that the declared speeds close
         return next((values for values in (found, u) if missed(values).closed(jacobian)), None)
 
-    items = _speed_items(rows.mechanism)
+    items = [_Item((s.name,), (k,), (k,), s.given, s.known) for k, s in enumerate(rows.mechanism.speeds)]
     chosen = _chosen(items, jacobian, missed(u), close, project)
     if chosen is None:
         raise _failure(rows, "the initial speeds do not satisfy the constraints", missed(u))
     return _compared(u, items, *chosen)
-
-
-def _speed_items(mechanism: Mechanism) -> list[_Item]:
-    return [_Item((s.name,), (k,), (k,), s.given, s.known) for k, s in enumerate(mechanism.speeds)]
 
 
 # --- both ----------------------------------------------------------------------------------------------------------
@@ -195,8 +185,12 @@ def _chosen(
         unmarked = _with_room(jacobian, items, marked, unmarked)
     held: Sequence[_Item] = [*marked, *unmarked]
     values = attempt(held)
-    if values is None and unmarked:
-        held, values = _held_one_by_one(marked, unmarked, attempt)
+    if values is None and unmarked:  # as many of them as close, one by one
+        held, values = marked, attempt(marked)
+        for item in unmarked if values is not None else ():
+            trial = attempt([*held, item])
+            if trial is not None:
+                held, values = [*held, item], trial
     return None if values is None else (values, held, concerned)
 
 
@@ -212,18 +206,6 @@ def _with_room(
         if jacobian is not None and suffice(jacobian, left, free):
             room, free = [*room, item], left
     return room
-
-
-def _held_one_by_one(
-    marked: Sequence[_Item], given: Sequence[_Item], attempt: Callable[[Sequence[_Item]], Floats | None]
-) -> tuple[list[_Item], Floats | None]:
-    held = list(marked)
-    values = attempt(held)
-    for item in given if values is not None else ():
-        trial = attempt([*held, item])
-        if trial is not None:
-            held, values = [*held, item], trial
-    return held, values
 
 
 def _compared(
@@ -268,13 +250,10 @@ def unclosable(rows: Rows, q: Floats) -> Rows | None:
         return None
     for element in elements:
         rest = replace(rows, active=[k for k in rows.active if rows.mechanism.row_path(k) != element])
-        if not _closes(rest, q):
+        every = range(len(rest.mechanism.speeds))
+        if rest.active and closed_from(rest, q, every, weighted=False) is None:
             rows = rest
     return rows
-
-
-def _closes(rows: Rows, q: Floats) -> bool:
-    return not rows.active or closed_from(rows, q, range(len(rows.mechanism.speeds)), weighted=False) is not None
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -291,25 +270,21 @@ _DIGITS: Final = 6
 
 def absolute_state(mechanism: Mechanism, motion: Motion, parameters: Sequence[float]) -> tuple[Floats, Floats]:
     """Return q and u of a mechanism in absolute coordinates, given the motion of the one in its joints' own."""
-    known = _joint_coordinates(motion)
+    joints, state = motion.mechanism, motion.state
+    names = (*(c.name for c in joints.coordinates), *(s.name for s in joints.speeds))
+    known = dict(zip(names, (*state.q, *state.u), strict=True))
     q = np.array([known.get(c.name, 0.0) for c in mechanism.coordinates], dtype=float)
     u = np.array([known.get(s.name, 0.0) for s in mechanism.speeds], dtype=float)
-    places = {body.name: index for index, body in enumerate(motion.mechanism.bodies)}
+    places = {body.name: index for index, body in enumerate(joints.bodies)}
     free = {body.name: body for body in mechanism.bodies if body.joint_name not in mechanism.joint_names}
     for body in free.values():
         q[list(body.q)], u[list(body.u)] = _placed(motion, places[body.name], body)
-    for carried in motion.mechanism.bodies:  # parents first
+    for carried in joints.bodies:  # parents first
         if carried.name in free:
-            told = [c.name for c in motion.mechanism.coordinates if c.joint == carried.joint_name]
-            wanted = {mechanism.symbols[symbol(name)]: known[name] for name in told}
+            measured = [c.name for c in joints.coordinates if c.joint == carried.joint_name]
+            wanted = {mechanism.symbols[symbol(name)]: known[name] for name in measured}
             q = min(_alike(free[carried.name], q, list(wanted.values())), key=_Misfit(mechanism, parameters, wanted))
     return q, u
-
-
-def _joint_coordinates(motion: Motion) -> dict[str, float]:
-    mechanism, state = motion.mechanism, motion.state
-    names = (*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds))
-    return dict(zip(names, (*state.q, *state.u), strict=True))
 
 
 def _placed(motion: Motion, index: int, free: TreeBody) -> tuple[Floats, Floats]:

@@ -1,8 +1,8 @@
-"""From a system with an impact to what strikes, and what it does, in numbers."""
+"""The impact at the start of a system: the elements that strike, the impulses, and the system after it, in floats."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, Final, cast
@@ -29,7 +29,7 @@ from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.arrays import EPSILON
 from multibody_sym.scalars.elementary import leaves
 
 _MET: Final = 1e-9
@@ -40,9 +40,10 @@ _ROUNDING: Final = 16.0 * EPSILON
 
 @dataclass(frozen=True, eq=False)
 class PosedImpact:
-    """An impact at the start of a system: the `mechanism` before (without what begins), its start, and what strikes.
+    """An impact at the start: the `mechanism` before (without rows that begin), its start, and the impact's setup.
 
-    `coefficients`: the restitution of each element, normal and tangential. `law` and `order` as asked or by default.
+    `coefficients`: the restitution of each element, normal and tangential. `law` and `order` as asked or by default:
+    Newton's law without friction, one by one where an element bounces.
     """
 
     system: System
@@ -83,7 +84,9 @@ def posed_impact(system: System) -> PosedImpact:
     _verify_begun(blow, rows.scale.length)
     _verify_strikes(blow, rows)
     coefficients = {x.name: coefficients_of(blow, x) for x in elements}
-    law, order = _chosen(blow, coefficients)
+    law = cast(ImpactLaw, impact.law or ("poisson" if blow.rough or any(map(rubbing, elements)) else "newton"))
+    bounces = any(e > 0.0 for e, _ in coefficients.values())
+    order = cast(Order, impact.sequence or ("one_by_one" if bounces else "simultaneous"))
     return PosedImpact(
         system, without(straight, impact), begin, sides, blow, law, order, coefficients, rows.scale.length
     )
@@ -116,17 +119,21 @@ def without(mechanism: Mechanism, impact: StruckImpacts) -> Mechanism:
 
 
 def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> list[OneWay]:
-    """Return the elements that touch and may strike, with the coefficients that the section gives them."""
+    """Return the elements that touch and may strike, with the coefficients that the section `impact` gives them."""
     found = list(impact.meetings)
     named, touching = impact.contacts, rows.touching()
     for element in mechanism.one_way:
         if not element.unilateral:
             continue
-        called = {element.name, element.group}
-        if named is not None and called.isdisjoint(named):
+        if named is not None and {element.name, element.group}.isdisjoint(named):
             continue
         if element.name in touching:
-            found.append(_with_coefficients(element, impact))
+            for name in (element.group, element.name):
+                if name in impact.restitutions:
+                    element = replace(element, restitution=impact.restitutions[name])
+                if name in impact.tangential:
+                    element = replace(element, tangential_restitution=impact.tangential[name])
+            found.append(element)
         elif element.name in (named or ()) and rows.standing(element) == "open":
             gap = rows.gap(element)
             raise ModelError(
@@ -135,16 +142,6 @@ def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> 
                 number="M121",
             )
     return found
-
-
-def _with_coefficients(element: OneWay, impact: StruckImpacts) -> OneWay:
-    """Return a declared element with the coefficients that the section gives it, or those of its own."""
-    for name in (element.group, element.name):
-        if name in impact.restitutions:
-            element = replace(element, restitution=impact.restitutions[name])
-        if name in impact.tangential:
-            element = replace(element, tangential_restitution=impact.tangential[name])
-    return element
 
 
 def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
@@ -165,20 +162,11 @@ def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-def _chosen(blow: Blow, coefficients: Mapping[str, tuple[float, float]]) -> tuple[ImpactLaw, Order]:
-    """Return the law and the sequence: as asked for, else Newton's where nothing rubs and one by one where e > 0."""
-    impact = blow.impact
-    law = impact.law or ("poisson" if blow.rough or any(map(rubbing, blow.elements)) else "newton")
-    bounces = any(e > 0.0 for e, _ in coefficients.values())
-    order = impact.sequence or ("one_by_one" if bounces else "simultaneous")
-    return cast(ImpactLaw, law), cast(Order, order)
-
-
 # --- what is wrong -------------------------------------------------------------------------------------------------
 
 
 def _verify_met(blow: Blow, size: float) -> None:
-    """Raise ModelError for points that are apart across the normal along which they strike, or have none."""
+    """Raise ModelError for points without a normal, or that are apart across it."""
     for element in blow.impact.meetings:
         row, path = element.normals[0], blow.impact.paths[element.name]
         assert isinstance(row, MeetingRow)
@@ -203,7 +191,7 @@ def _verify_met(blow: Blow, size: float) -> None:
 
 
 def _verify_begun(blow: Blow, size: float) -> None:
-    """Raise ModelError where what begins does not close."""
+    """Raise ModelError where rows that begin to hold do not close."""
     for owner, names in blow.impact.begins.items():
         missed = [
             (abs(float(row.phi)), name)
@@ -220,7 +208,7 @@ def _verify_begun(blow: Blow, size: float) -> None:
 
 
 def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
-    """Raise NoSolutionError where nothing strikes, as all that touches separates."""
+    """Raise NoSolutionError where all elements that touch separate."""
     impact = blow.impact
     if impact.loads or impact.begins or impact.jumps:
         return
@@ -235,7 +223,6 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
         )
     if min(rates.values()) >= 0.0:
         words = (f"{name} opens with {v:.4g} m/s" if v else f"{name} touches and rests" for name, v in rates.items())
-        told = ", ".join(words)
         first = next(iter(rates))
         cure = (
             "The velocity of the first relative to the second is to lead against the normal, which points from the "
@@ -244,7 +231,7 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
             else "Start with speeds at which it closes"
         )
         raise NoSolutionError(
-            f"nothing strikes: {told}. {cure}",
+            f"nothing strikes: {', '.join(words)}. {cure}",
             where=Where(path=impact.paths.get(first, ("impact",))),
             number="N108",
         )
@@ -256,7 +243,7 @@ def _opening(blow: Blow, element: OneWay) -> float:
 
 
 def outcome(posed: PosedImpact) -> Struck:
-    """Return what the impact does. Raises NoSolutionError where its laws have no solution."""
+    """Return the impulses and speeds of the impact. Raises NoSolutionError where its laws have no solution."""
     closing = [x for x in posed.blow.elements if float(_opening(posed.blow, x)) < 0.0]
     if posed.law == "stronge" and posed.order == "simultaneous" and len(closing) > 1:
         raise ModelError(
@@ -275,17 +262,14 @@ def outcome(posed: PosedImpact) -> Struck:
 
 @dataclass(frozen=True)
 class FromImpact:
-    """A system as it goes on from its impact: without one, with the speeds after it at the start.
-
-    `events` tell what struck, in the order of the elements, as runs do.
-    """
+    """A system without its impact, with the speeds after it at the start; `events` as of runs, one an element."""
 
     system: System
     events: tuple[Mapping[str, Any], ...]
 
 
 def from_impact(system: System) -> FromImpact:
-    """Return how a system goes on from its impact.
+    """Return the system after its impact.
 
     Raises what `posed_impact` and `outcome` do, and ModelError for motions whose rates jump.
     """
@@ -299,30 +283,20 @@ def from_impact(system: System) -> FromImpact:
     struck = outcome(posed)
     rows = struck_rows(posed.blow, struck)
     dynamics = tree_dynamics_of(rows.mechanism, resting(posed.blow.motion.state, rows.jumps))
-    after = _after(posed, forward_dynamics(dynamics).udot)
-    events = tuple(_events(posed, struck, rows.acting))
-    return FromImpact(Changes(initial=after).of(replace(system, impact=None)), events)
-
-
-def _after(posed: PosedImpact, jumps: Floats) -> dict[str, float]:
-    """Return the speeds by name; what is rounding beside the largest of its unit is none."""
+    jumps, places = forward_dynamics(dynamics).udot, {name: k for k, name in enumerate(posed.blow.names)}
     before, units = np.array(posed.begin.u, dtype=float), [speed.unit for speed in posed.mechanism.speeds]
     sizes = np.maximum(np.abs(before), np.abs(jumps))
     largest = {unit: max(x for x, own in zip(sizes, units, strict=True) if own == unit) for unit in units}
-    after = (before + jumps).tolist()
-    return {
+    after = {
         speed.name: u if abs(u) > _ROUNDING * largest[speed.unit] else 0.0
-        for speed, u in zip(posed.mechanism.speeds, after, strict=True)
+        for speed, u in zip(posed.mechanism.speeds, (before + jumps).tolist(), strict=True)
     }
-
-
-def _events(posed: PosedImpact, struck: Struck, acting: Sequence[OneWay]) -> Iterator[dict[str, Any]]:
-    """Yield what struck and what began, with the energy that it took."""
-    places = {name: k for k, name in enumerate(posed.blow.names)}
-    for element in acting:
-        rows = [places[row.name] for row in element.rows if row.name in places]
-        impulse, lost = float(struck.impulses[places[element.normals[0].name]]), float(struck.lost[rows].sum())
-        yield {"t": 0.0, "kind": "impact", "element": element.name, "impulse": impulse, "lost": lost}
+    events: list[dict[str, Any]] = []
+    for element in rows.acting:
+        own = [places[row.name] for row in element.rows if row.name in places]
+        impulse, lost = float(struck.impulses[places[element.normals[0].name]]), float(struck.lost[own].sum())
+        events.append({"t": 0.0, "kind": "impact", "element": element.name, "impulse": impulse, "lost": lost})
     for name, begun in posed.blow.impact.begins.items():
         lost = float(struck.lost[[places[row] for row in begun]].sum())
-        yield {"t": 0.0, "kind": "impact", "element": name, "lost": lost}
+        events.append({"t": 0.0, "kind": "impact", "element": name, "lost": lost})
+    return FromImpact(Changes(initial=after).of(replace(system, impact=None)), tuple(events))

@@ -1,4 +1,8 @@
-"""Contacts at the start: coefficients that nothing has, and bodies that begin inside each other."""
+"""Geometry at the start, in floats: contacts, ropes, curves and wheels.
+
+It checks coefficients and gaps of contacts, decides on which side ropes and springs lie, measures constants such as
+lengths of ropes, places feet on their curves, and reports ropes that slip over wheels.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +81,7 @@ def value_at(motion: Motion, node: Node) -> float:
 def verify_contact_values(elements: Iterable[OneWay], value: Value) -> None:
     """Raise ModelError for negative coefficients and radii, and for more friction in sliding than in sticking.
 
-    Declared numbers were judged when they were read; here those are that parameters give.
+    Literal numbers were checked when they were read; these are values of parameters.
     """
     for element in elements:
         with at(*element.path):
@@ -86,8 +90,12 @@ def verify_contact_values(elements: Iterable[OneWay], value: Value) -> None:
             for part in element.frictions:
                 verify_friction(part, value)
             for row in element.rows if element.kind == "contact" else ():
-                for radius in row.radii:
-                    _verify_radius(value(radius))
+                for radius in map(value, row.radii):
+                    if radius is not None and not radius > 0.0:
+                        raise ModelError(
+                            f"a radius there is {radius:g} m, and what has one is round; give a positive number",
+                            number="M109",
+                        )
 
 
 def verify_friction(part: FrictionPart, value: Value) -> None:
@@ -110,13 +118,6 @@ def _verify_range(value: float | None, name: str, most: float | None) -> float |
     return value
 
 
-def _verify_radius(value: float | None) -> None:
-    if value is not None and not value > 0.0:
-        raise ModelError(
-            f"a radius there is {value:g} m, and what has one is round; give a positive number", number="M109"
-        )
-
-
 def verify_outside(motion: Motion, tolerance: float) -> None:
     """Raise ModelError for contacts whose bodies are inside each other by more than a tolerance (m).
 
@@ -133,7 +134,7 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
 
 
 def _start_inside(element: OneWay, row: ContactRow, gap: float, motion: Motion, tolerance: float) -> ModelError | None:
-    """Return why a contact cannot begin with its gap (m), if it cannot."""
+    """Return the error of a contact that cannot begin with its gap (m); None where it can."""
     first, second = (skin.place.name for skin in row.skins)
     if gap < -tolerance:
         part = "" if element.name == element.group else f" ({element.name})"
@@ -154,9 +155,9 @@ def _start_inside(element: OneWay, row: ContactRow, gap: float, motion: Motion, 
 
 
 def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, ContactRow, float]]:
-    """Yield each contact with its normal row and the gap at a state in floats, negative inside.
+    """Yield each contact with its normal row and the gap (m) at a state in floats, negative inside.
 
-    Without those whose face ends before, by more than a tolerance (m): they do not hold there, whatever the gap.
+    Contacts whose face ends before, by more than a tolerance (m), are left out: they do not hold there.
     """
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     for element in motion.mechanism.one_way:
@@ -171,8 +172,8 @@ def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, Con
 # ----------------------------------------------------------------------------------------------------------------------
 # On which side ropes and springs lie at the start, and which of their pieces keep their directions.
 #
-# A load that is led along its rope hangs at the distance y_pulley - y, where in general there is a square root, as
-# long as it stays on its side. Formulas are written with that; programs are not, which hold on every side.
+# A load that is led along its rope hangs at the distance y_pulley - y, in general a square root, as long as it stays
+# on its side. Formulas use this distance; Programs do not, as they hold on every side.
 
 
 _TRIALS: Final = 4
@@ -183,7 +184,7 @@ Line = TypeVar("Line", DistanceRow, PointSpring, PointPull)
 
 @dataclass(frozen=True)
 class Side:
-    """What was decided: the `length` (in slots) of a piece between two markers, which is positive on its side."""
+    """The signed `length` (in slots) of a piece between two markers, which is positive on its side."""
 
     element: str
     ends: tuple[str, str]
@@ -193,9 +194,9 @@ class Side:
 def straightened(
     mechanism: Mechanism, q: Sequence[float], u: Sequence[float], parameters: Sequence[float]
 ) -> tuple[Mechanism, tuple[Side, ...]]:
-    """Return the mechanism with sides and directions as they are at a start (nq, nu, np), and what holds only there.
+    """Return the mechanism with sides and directions as at a start (nq, nu, np), and the lengths that hold only there.
 
-    A piece has its direction where that is the same whatever parameters and coordinates are, as random ones tell.
+    A piece keeps its direction if that is the same for random parameters and coordinates.
     """
     found: list[Side] = []
     try:
@@ -219,7 +220,7 @@ class _Decider:
     found: list[Side]
 
     def row(self, row: Row) -> Row:
-        """Return a row, a rope or rod with what was decided."""
+        """Return a row; a rope or rod with its sides and directions."""
         if isinstance(row, RopeRow):
             return self.rope(row)
         if isinstance(row, RopeSlipRow):
@@ -230,14 +231,14 @@ class _Decider:
         return self.line(row) if isinstance(row, DistanceRow) else row
 
     def element(self, element: OneWay) -> OneWay:
-        """Return what holds one way only, a rope with what was decided."""
+        """Return a one-way element; a rope with its sides and directions."""
         if element.kind != "rope":
             return element
         frictions = tuple(replace(part, rows=tuple(map(self.row, part.rows))) for part in element.frictions)
         return replace(element, normals=tuple(map(self.row, element.normals)), frictions=frictions)
 
     def load(self, load: Load) -> Load:
-        """Return a load, a spring or pull with what was decided."""
+        """Return a load; a spring or pull with its direction."""
         if isinstance(load, PointSpring):
             return self.line(load)
         return self.line(load) if isinstance(load, PointPull) else load
@@ -253,7 +254,10 @@ class _Decider:
         here, everywhere = (segments(motion, path)[0] for motion in (self.there, self.anywhere))
         straight = tuple(self._direction(row.told[0], a, b.rims) for a, b in zip(here, everywhere, strict=True))
         ends = {0: straight[0], len(path) - 1: straight[-1]}
-        path = tuple(_unturned(bend) if ends.get(k) is not None else bend for k, bend in enumerate(path))
+        path = tuple(  # where a piece keeps its direction, the one at the start does not matter
+            bend if bend.grip is None or ends.get(k) is None else replace(bend, grip=replace(bend.grip, start=ZERO))
+            for k, bend in enumerate(path)
+        )
         return replace(row, path=path, straight=straight if any(straight) else ())
 
     def line(self, part: Line) -> Line:
@@ -294,7 +298,7 @@ class _Decider:
                 yield x, y, z
 
     def _vanish(self, nodes: Sequence[Node]) -> bool:
-        """Return whether expressions are zero whatever parameters, coordinates and time are, as far as trials tell."""
+        """Return whether expressions are zero for random parameters, coordinates and times."""
         if all(node.shadow == 0 for node in nodes):
             return True
         chance = random.Random(1)
@@ -313,11 +317,6 @@ class _Decider:
         return here + chance.uniform(-0.5, 0.5)
 
 
-def _unturned(bend: Bend) -> Bend:
-    """Return a bend at which the rope keeps its direction, so that it does not matter which that was at the start."""
-    return bend if bend.grip is None else replace(bend, grip=replace(bend.grip, start=ZERO))
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Constants of a run, measured in the assembled position: lengths and sides of ropes, angles of tangents.
 
@@ -326,13 +325,13 @@ _PARALLEL: Final = 1e-9
 
 
 def measured_rows(mechanism: Mechanism) -> frozenset[int]:
-    """Return the rows that any position satisfies, because their ropes take their lengths from it."""
+    """Return the rows of ropes that take their lengths from the start: any position satisfies them."""
     ropes = {m.row for entry in mechanism.parameters if isinstance(m := entry.measure, RopeLength)}
     return frozenset(k for k, row in enumerate(mechanism.rows) if row.name in ropes)
 
 
 def with_constants(mechanism: Mechanism, parameters: Sequence[float], q: Floats) -> list[float]:
-    """Return the parameter vector (np) with what is measured in the position q (nq) in place of its zeros.
+    """Return the parameter vector (np) with constants measured in the position q (nq) in place of its zeros.
 
     Raises ModelError where an expression has no finite value there.
     """
@@ -368,7 +367,7 @@ def _which_side(pulley: str, why: str) -> ModelError:
 def _with(
     mechanism: Mechanism, parameters: Sequence[float], q: Floats, kinds: tuple[type[Measure], ...]
 ) -> list[float]:
-    """Return the parameter vector (np) with what some kinds of measure find in the position q (nq)."""
+    """Return the parameter vector (np) with the constants of some kinds of measure in the position q (nq)."""
     found = list(parameters)
     asked = [(k, entry.measure) for k, entry in enumerate(mechanism.parameters) if isinstance(entry.measure, kinds)]
     if asked:
@@ -430,19 +429,23 @@ def valued() -> Iterator[None]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Feet at the start: the parameters of curves that are touched or guide points, found where these are.
+# Feet at the start: the parameters of curves that are touched or guide points.
 #
-# Of a curve many places satisfy what its foot has to: it is across the way to each place that is nearest, or farthest.
-# Rows are closed from the nearest of many places along it.
+# The condition of a foot, that the curve is normal to the way to it, holds at each nearest and each farthest place.
+# Rows are closed from the nearest of many places along the curve.
 
 
 _PLACES: Final = 360
 """How many places are looked at along a curve: a degree of an outline apart."""
 _WIDE: Final = 4.0
-"""How much farther than what touches it a curve is looked at whose parameter is a length."""
+"""How much farther than the body that touches it a curve is searched whose parameter is a length."""
 _CLOSED: Final = 1e-6
-"""The part of its radius by which what touches may be off its curve at the start."""
+"""The part of its radius by which a body may be off the curve that it touches at the start."""
 _SIDES: Final = {True: 1.0, False: -1.0}
+
+
+_FootPlace = tuple[list[int], list[float]]
+"""Coordinates of feet and their values."""
 
 
 @dataclass(frozen=True)
@@ -455,22 +458,40 @@ class _Along:
     ways: Floats
 
     def normals(self, skin: Bent) -> Floats:
-        """Return the normals (n x 3) towards what touches it."""
+        """Return the normals (n x 3) towards the body that touches it."""
         turned = np.column_stack([-self.ways[:, 1], self.ways[:, 0], np.zeros(len(self.ways))])
         return _SIDES[skin.left] * turned
 
+    def lowest(self, height: Floats) -> _FootPlace:
+        """Return the foot at the place of the least height (n)."""
+        return [self.coordinate], [float(self.parameters[int(np.nanargmin(height))])]
+
 
 def has_curves(mechanism: Mechanism) -> bool:
-    """Return whether curves guide anything, or are touched."""
+    """Return whether curves guide or touch anything."""
     return any(isinstance(step, Follow) for body in mechanism.bodies for step in body.steps)
 
 
 def with_feet(motion: Motion, q: Floats) -> Floats:
-    """Return coordinates with those of feet where their curves are nearest to what touches them, or is guided."""
-    found = q.copy()
-    for coordinates, parameters in _found(motion):
-        found[coordinates] = parameters
-    return found
+    """Return coordinates with those of feet where their curves are nearest to the bodies they touch or guide."""
+    placed, mechanism = q.copy(), motion.mechanism
+    for row in (*mechanism.rows, *(row for element in mechanism.one_way for row in element.normals)):
+        foot: _FootPlace | None = None
+        if isinstance(row, ContactRow) and row.along == "normal":
+            skins = row.skins
+            bent = [skin for skin in skins if isinstance(skin, Bent)]
+            if len(bent) == 2:
+                foot = _between_curves(motion, bent)
+            elif bent:
+                foot = _on_curve(motion, bent[0], skins[1] if skins[0] is bent[0] else skins[0])
+        elif isinstance(row, PositionRow) and row.name.endswith(".x"):
+            marker = row.frames[0]
+            if marker.body >= 0 and mechanism.bodies[marker.body].is_foot:
+                foot = _nearest(motion, row.frames)
+        if foot is not None:
+            coordinates, parameters = foot
+            placed[coordinates] = parameters
+    return placed
 
 
 def verify_ways(mechanism: Mechanism, state: State) -> None:
@@ -484,15 +505,12 @@ def verify_ways(mechanism: Mechanism, state: State) -> None:
             with at("joints", body.joint_name, "curve"), valued():
                 *place, x, y, z = state.values((*step.place, *step.rates.s), {step.leaf: s})
                 if x == y == z == 0.0:
+                    listed = ", ".join(f"{x:.6g}" for x in place)
                     raise ModelError(
                         f"the curve has a cusp, or stops, at {name} = {s:.6g} {unit}, where nothing tells which way it "
-                        f"leads from {_listed(place)} m; start beside it",
+                        f"leads from ({listed}) m; start beside it",
                         number="M114",
                     )
-
-
-def _listed(place: Sequence[float]) -> str:
-    return f"({', '.join(f'{x:.6g}' for x in place)})"
 
 
 def verify_fits(motion: Motion) -> None:
@@ -510,63 +528,37 @@ def verify_fits(motion: Motion) -> None:
                     raise ModelError(f"{fit.text}; {fit.advice}, or start elsewhere", number="M114")
 
 
-def _found(motion: Motion) -> Iterator[tuple[list[int], list[float]]]:
-    mechanism = motion.mechanism
-    one_way = (row for element in mechanism.one_way for row in element.normals)
-    for row in (*mechanism.rows, *one_way):
-        if isinstance(row, ContactRow) and row.along == "normal":
-            skins = row.skins
-            bent = [skin for skin in skins if isinstance(skin, Bent)]
-            if len(bent) == 2:
-                yield from _both(motion, bent)
-            elif bent:
-                yield from _one(motion, bent[0], skins[1] if skins[0] is bent[0] else skins[0])
-        elif isinstance(row, PositionRow) and _is_foot(mechanism, row.frames[0]) and row.name.endswith(".x"):
-            yield from _nearest(motion, row.frames)
-
-
-def _is_foot(mechanism: Mechanism, marker: Marker) -> bool:
-    return marker.body >= 0 and mechanism.bodies[marker.body].is_foot
-
-
-def _nearest(
-    motion: Motion, frames: tuple[Marker, Marker], *, farthest: bool = False
-) -> Iterator[tuple[list[int], list[float]]]:
+def _nearest(motion: Motion, frames: tuple[Marker, Marker], *, farthest: bool = False) -> _FootPlace | None:
     target = np.array(position(motion, frames[1]), dtype=float)
     along = _along(motion, frames[0], target)
-    if along is not None:
-        away = np.linalg.norm(along.places - target, axis=1)
-        yield _chosen(along, -away if farthest else away)
+    if along is None:
+        return None
+    away = np.linalg.norm(along.places - target, axis=1)
+    return along.lowest(-away if farthest else away)
 
 
-def _one(motion: Motion, bent: Bent, other: Skin) -> Iterator[tuple[list[int], list[float]]]:
-    """Yield where an outline is lowest over a plane, or a curve nearest to a centre, or farthest from a hollow's."""
+def _on_curve(motion: Motion, bent: Bent, other: Skin) -> _FootPlace | None:
+    """Return where an outline is lowest over a plane, or a curve nearest to a centre, or farthest from a hollow's."""
     if not isinstance(other, Flat):
-        yield from _nearest(motion, (bent.foot, other.place), farthest=isinstance(other, Round) and other.inside)
-        return
+        return _nearest(motion, (bent.foot, other.place), farthest=isinstance(other, Round) and other.inside)
     normal = np.array(direction(motion, other.place, other.normal), dtype=float)
     along = _along(motion, bent.foot, np.array(position(motion, other.place), dtype=float))
-    if along is not None:
-        yield _chosen(along, along.places @ normal)
+    return None if along is None else along.lowest(along.places @ normal)
 
 
-def _both(motion: Motion, bent: Sequence[Bent]) -> Iterator[tuple[list[int], list[float]]]:
-    """Yield where two curves face each other, nearest of all."""
+def _between_curves(motion: Motion, bent: Sequence[Bent]) -> _FootPlace | None:
+    """Return where two curves face each other, nearest of all."""
     first, second = bent
     centres = [np.array(position(motion, skin.place), dtype=float) for skin in bent]
     one, other = _along(motion, first.foot, centres[1]), _along(motion, second.foot, centres[0])
     if one is None or other is None:
-        return
+        return None
     apart = one.places[:, None, :] - other.places[None, :, :]
     size = max(float(np.ptp(one.places, axis=0).max()), float(np.ptp(other.places, axis=0).max()))
     facing = one.normals(first) @ other.normals(second).T
     missed = np.linalg.norm(apart, axis=2) + size * (1.0 + facing)
     i, k = np.unravel_index(int(np.nanargmin(missed)), missed.shape)
-    yield [one.coordinate, other.coordinate], [float(one.parameters[i]), float(other.parameters[k])]
-
-
-def _chosen(along: _Along, height: Floats) -> tuple[list[int], list[float]]:
-    return [along.coordinate], [float(along.parameters[int(np.nanargmin(height))])]
+    return [one.coordinate, other.coordinate], [float(one.parameters[i]), float(other.parameters[k])]
 
 
 def _along(motion: Motion, foot: Marker, target: Floats) -> _Along | None:
@@ -574,7 +566,10 @@ def _along(motion: Motion, foot: Marker, target: Floats) -> _Along | None:
     body = motion.mechanism.bodies[foot.body]
     step = body.steps[0]
     assert isinstance(step, Follow)
-    R, p = (np.array(x, dtype=float) for x in _carrier(motion, foot.body))
+    R, p = (np.array(x, dtype=float) for x in pose(motion.state, body.frame_on_parent))
+    if body.parent >= 0:  # the pose of the frame that carries the curve
+        R_WP, p_WP = (np.array(x, dtype=float) for x in motion.poses[body.parent])
+        R, p = R_WP @ R, p_WP + R_WP @ p
     axes = np.array([motion.state.values(axis) for axis in step.axes], dtype=float)
     local = axes @ R.T @ (target - p)
     if step.unit == "rad":
@@ -597,16 +592,6 @@ def _along(motion: Motion, foot: Marker, target: Floats) -> _Along | None:
     return _Along(body.q[0], table[:, 0], p + table[:, 1:4] @ axes @ R.T, ways @ axes @ R.T)
 
 
-def _carrier(motion: Motion, index: int) -> tuple[Sequence[Sequence[float]], Sequence[float]]:
-    """Return the pose of the frame that carries a foot's curve."""
-    body = motion.mechanism.bodies[index]
-    R_PF, p_PF = pose(motion.state, body.frame_on_parent)
-    if body.parent < 0:
-        return R_PF, p_PF
-    R_WP, p_WP = (np.array(x, dtype=float) for x in motion.poses[body.parent])
-    return (R_WP @ np.array(R_PF, dtype=float)).tolist(), (p_WP + R_WP @ np.array(p_PF, dtype=float)).tolist()
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Ropes that run over a wheel which could turn, and do not turn it: frictionless pulleys on bodies that are wheels.
 
@@ -615,7 +600,7 @@ _WHEEL_ROUNDING: Final = 1e-9
 
 
 def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[str]:
-    """Return for each rope and each wheel that it slips over what that means; `parameters` (np) in numbers.
+    """Return a remark for each rope and each wheel that it slips over; `parameters` (np) in numbers.
 
     A pulley's body is a wheel where its joint lets it turn about the pulley's axis with the centre at rest; one
     without a radius, only if its centre of mass is there too. A wheel whose coordinate a constraint names is tied.
@@ -627,12 +612,17 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
     known = {slot("parameters", k): value for k, value in enumerate(parameters)}
     q = [evaluate_float([c.initial], known)[0] for c in declared.coordinates]
     motion = motion_of(declared, state_of(declared, float, 0.0, q, [0.0] * len(declared.speeds), parameters))
-    tied = _tied(declared)
+    named = {leaf.data for row in declared.rows for leaf in leaves(row.laws, "slot")}
+    tied = {place for array, place in named if array == "q"}
+    for body in declared.bodies:
+        tied.update(free.q[-1] for free in body.free_steps if any(("u", u) in named for u in free.u))
     found: dict[tuple[str, str], None] = {}
     for row in motion.mechanism.rows:
         for bend in row.path[1:-1] if isinstance(row, RopeRow) else ():
             frictionless = bend.grip is None and not bend.rough
-            if frictionless and bend.at.body >= 0 and any(q not in tied for q in _turning(motion, bend)):
+            if frictionless and bend.at.body >= 0 and any(
+                q not in tied for q in _turning_coordinates(motion, bend)
+            ):
                 found[row.name, motion.mechanism.bodies[bend.at.body].name] = None
     return [
         f"rope {rope} slips over {wheel} without turning it: a pulley is without friction whatever it stands on. "
@@ -641,8 +631,8 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
     ]
 
 
-def _turning(motion: Motion, bend: Bend) -> Iterator[int]:
-    """Yield a coordinate of each freedom of its own joint by which a pulley's body turns about the pulley's axis."""
+def _turning_coordinates(motion: Motion, bend: Bend) -> Iterator[int]:
+    """Yield the last coordinate of each joint step that turns a pulley's body about the pulley's axis."""
     body, moved = motion.mechanism.bodies[bend.at.body], motion.bodies[bend.at.body]
     centre = np.array(motion.point(bend.at), dtype=float)
     radius, *components = (float(x) for x in motion.state.values([bend.radius, *bend.axis]))
@@ -651,29 +641,12 @@ def _turning(motion: Motion, bend: Bend) -> Iterator[int]:
     if radius == 0.0 and np.linalg.norm(np.cross(axis, com)) > _WHEEL_ROUNDING * (1.0 + float(np.linalg.norm(centre))):
         return
     partial = dict(zip(body.u, zip(moved.linear, moved.angular, strict=True), strict=True))
+    wanted = np.concatenate([axis, np.zeros(3)])
     for free in body.free_steps:
         linear, angular = zip(*(partial[k] for k in free.u), strict=True)
-        if _turns(linear, angular, centre, axis):
+        spin = np.array(angular, dtype=float)
+        moving = np.array(linear, dtype=float) + np.cross(spin, centre)
+        rates = np.hstack([spin, moving]).T
+        missed = wanted - rates @ least_squares(rates, wanted)
+        if float(np.linalg.norm(missed)) <= _WHEEL_ROUNDING:
             yield free.q[-1]
-
-
-def _turns(linear: Sequence[Vec], angular: Sequence[Vec], centre: Floats, axis: Floats) -> bool:
-    """Return whether freedoms (n x 3 each, of the body's origin) turn a body about an axis through a centre."""
-    spin = np.array(angular, dtype=float)
-    moving = np.array(linear, dtype=float) + np.cross(spin, centre)
-    wanted = np.concatenate([axis, np.zeros(3)])
-    rates = np.hstack([spin, moving]).T
-    missed = wanted - rates @ least_squares(rates, wanted)
-    return float(np.linalg.norm(missed)) <= _WHEEL_ROUNDING
-
-
-def _tied(mechanism: Mechanism) -> set[int]:
-    """Return the coordinates that constraints name, or whose speeds they name."""
-    named: list[Node] = []
-    for row in mechanism.rows:
-        named += row.laws
-    found = {leaf.data for leaf in leaves(named, "slot")}
-    tied = {place for array, place in found if array == "q"}
-    for body in mechanism.bodies:
-        tied.update(free.q[-1] for free in body.free_steps if any(("u", u) in found for u in free.u))
-    return tied

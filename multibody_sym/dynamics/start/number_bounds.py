@@ -1,8 +1,8 @@
 """A quick look at the numbers of a start: a Program that clears those with which nothing can be wrong.
 
-It knows trees whose joints are free and that nothing holds one way only, where the start is what is declared. It never
-says that something is wrong: what it does not clear is examined as ever (`examined`, `start`), and so is a start whose
-run fails. It is stricter than they are, so that rounding does not let it clear what they refuse.
+It serves trees with free joints and without one-way elements, which start as declared. It reports no mistakes: numbers
+that it does not clear, and starts whose runs fail, are checked in full (`number_checks`, `start`). It is stricter than
+the full checks, so that rounding does not let it clear what they refuse.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from multibody_sym.scalars.vectors import ZERO_VECTOR, dot
 
 FINITE, POSITIVE = "finite", "positive"
 _DEFINED: Final = frozenset({"neg", "add", "mul", "abs", "sign", "min", "max", "sin", "cos", "atan", "tanh", "table"})
-"""Operations of finite numbers that have a value; of all others each is looked at."""
+"""Operations that have a value for all finite numbers; the results of others are checked."""
 _ROUNDING: Final = 1e-7
-"""Relative: so far a moment of inertia may miss what a body can have; the examination allows ten times more."""
+"""Relative: so far a moment of inertia may miss a possible one; the full check allows ten times more."""
 _ARTICULATED: Final = 21
 """Numbers of an inertia that free joints are left out of."""
 _PIVOT: Final = 1e-9
@@ -42,13 +42,13 @@ _PIVOT: Final = 1e-9
 
 
 def is_plain(mechanism: Mechanism) -> bool:
-    """Return whether a mechanism starts as it is declared, whatever its numbers are, or not at all."""
+    """Return whether a mechanism starts as declared, whatever its numbers are, or not at all."""
     measured = (entry.value is None for entry in mechanism.parameters)
     return not mechanism.rows and not mechanism.cuts and not any(measured) and _is_plain_but_for_rows(mechanism)
 
 
 def is_plain_but_for_loops(system: System, mechanism: Mechanism) -> bool:
-    """Return whether a mechanism is plain but for rows that Programs close, and that time has no part in."""
+    """Return whether a mechanism is plain but for rows that Programs close and that do not depend on time."""
     if not closes_by_programs(mechanism) or not _is_plain_but_for_rows(mechanism) or mechanism.inputs:
         return False
     if is_driven(mechanism):
@@ -71,21 +71,33 @@ def _is_plain_but_for_rows(mechanism: Mechanism) -> bool:
 
 
 def quick_look(system: System, mechanism: Mechanism) -> Program:
-    """Return (t, q, u, parameters, ..) -> `finite`, `positive`: cleared is what makes all of one finite, of both so.
+    """Return (t, q, u, parameters, ..) -> `finite`, `positive` for a plain mechanism.
 
-    `mechanism` is plain. `positive` values are to be greater than zero.
+    Numbers are cleared that make all values of both finite, and those of `positive` greater than zero.
     """
     trace = Trace("quick_look", arrays(mechanism))
-    finite = list(dict.fromkeys(_looked_at(system, mechanism))) or [ZERO]
+    finite = list(dict.fromkeys(_partial_values(system, mechanism))) or [ZERO]
+    positive: list[Node] = []
+    for body in mechanism.bodies:
+        if body.mass.mass is not ZERO:
+            positive.append(body.mass.mass)
+        if any(x is not ZERO for x in body.mass.inertia):
+            positive.extend(_inertia_minors(body.mass.inertia))
     like = worth_scanning(mechanism)
-    pivots = _pivots(mechanism) if like is None else _scanned_pivots(mechanism, like, trace)
-    positive = [*_bodies(mechanism), *pivots] or [as_node(1)]
+    if like is None:
+        motion = motion_of(mechanism, slot_state(mechanism))
+        pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
+        diagonals = zip(pivots, mass_diagonal(motion), strict=True)
+        positive += [as_node(pivot) - _PIVOT * diagonal for pivot, diagonal in diagonals]
+    else:
+        positive += _scanned_pivots(mechanism, like, trace)
+    positive = positive or [as_node(1)]
     outputs = {FINITE: ((len(finite),), finite), POSITIVE: ((len(positive),), positive)}
     return trace.finish(outputs)
 
 
-def _looked_at(system: System, mechanism: Mechanism) -> Iterator[Node]:
-    """Yield what of the written expressions may have no value at the start."""
+def _partial_values(system: System, mechanism: Mechanism) -> Iterator[Node]:
+    """Yield the parts of written expressions that may have no value at the start, and their values."""
     inputs = {slot("inputs", k): node for k, node in enumerate(mechanism.inputs.values())}
     known = {**mechanism.symbols, TIME: ZERO}
     for written in expressions(system):
@@ -101,19 +113,10 @@ def _looked_at(system: System, mechanism: Mechanism) -> Iterator[Node]:
             yield node
 
 
-def _bodies(mechanism: Mechanism) -> Iterator[Node]:
-    """Yield what is positive where masses and inertias are those of bodies, each by itself."""
-    for body in mechanism.bodies:
-        if body.mass.mass is not ZERO:
-            yield body.mass.mass
-        if any(x is not ZERO for x in body.mass.inertia):
-            yield from _inertia(body.mass.inertia)
+def _inertia_minors(six: Sequence[Node]) -> Iterator[Node]:
+    """Yield minors that are positive where an inertia is possible: of E = tr(J)/2 - J, or of J about declared axes.
 
-
-def _inertia(six: Sequence[Node]) -> Iterator[Node]:
-    """Yield minors that are positive where an inertia is a body's; where moments are left open, what it does besides.
-
-    With E = tr(J)/2 - J, or J about the axes that have a moment, a little added for what is flat.
+    A little is added for flat bodies.
     """
     xx, yy, zz, xy, xz, yz = six
     trace = xx + yy + zz
@@ -137,24 +140,16 @@ def _inertia(six: Sequence[Node]) -> Iterator[Node]:
         yield as_node(-1)
 
 
-def _pivots(mechanism: Mechanism) -> Iterator[Node]:
-    """Yield what is positive where M has pivots that are not nothing beside its diagonal."""
-    motion = motion_of(mechanism, slot_state(mechanism))
-    pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
-    for pivot, diagonal in zip(pivots, mass_diagonal(motion), strict=True):
-        yield as_node(pivot) - _PIVOT * diagonal
-
-
 def _scanned_pivots(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Sequence[Node]:
-    """Return what `_pivots` does, found by one pass inward: a long tree written out compiles for seconds."""
+    """Return the pivots of M less a part of its diagonal by one pass inward: a long tree compiles for seconds."""
     carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
     result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
     given = [tuple(trace[array.name]) for array in trace.inputs]
-    return scan_tree(trace, given, like.bodies, [carried], [result], partial(_pivoted, like.kinds))["pivots"]
+    return scan_tree(trace, given, like.bodies, [carried], [result], partial(_pivots_of_body, like.kinds))["pivots"]
 
 
-def _pivoted(kinds: Sequence[Kind], number: int, read: Values) -> Values:
-    """Return the inertias that a body hands on, with free joints and with rigid ones, and its pivots."""
+def _pivots_of_body(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+    """Return the inertias that a body hands on, with free and with rigid joints, and its pivots."""
     kind = kinds[number]
     body, state = kind.body, kind.state
     moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)

@@ -1,7 +1,7 @@
-"""The numbers of a model: which expression has no finite value, or one too large or small to compute with, and where.
+"""The numbers of a model: expressions without a finite value, numbers out of range, impossible bodies, by their paths.
 
-Arithmetic on declared values can fail anywhere in kinematics and dynamics. It is not guarded there, but where a model's
-numbers come in: what fails is traced back to a declaration, and stays a defect of the program where none explains it.
+Arithmetic on declared values can fail anywhere in kinematics and dynamics. It is guarded here alone: a failure is
+traced back to a declaration, and is a defect of the program where no declaration explains it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.model.bodies import GROUND, Body
 from multibody_sym.model.constraints import Distance, Rope
-from multibody_sym.model.fields import Element
 from multibody_sym.model.forces import SpringDamper
 from multibody_sym.model.mistakes import with_others
 from multibody_sym.model.settings import Ask
@@ -39,14 +38,14 @@ from multibody_sym.scalars.rank import TYPED, null_space
 from multibody_sym.scalars.vectors import ZERO_VECTOR
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Masses and inertias that bodies can have, those that are welded to each other taken as one.
+# Possible masses and inertias; bodies that are welded to each other count as one.
 #
 # A distribution of mass exists where neither the mass nor E = tr(J)/2 - J is negative, E the integral of r r^T dm
-# about the centre of mass: then no principal moment of J is negative, and none more than the sum of the others. What
-# is taken out of a body, a hole, is a body of negative mass that is welded to it.
+# about the centre of mass: then no principal moment of J is negative, and none exceeds the sum of the others. A hole
+# is a body of negative mass that is welded to the body around it.
 #
-# Declared inertias are often incomplete, for in the plane one moment is enough. A body that declares some of its
-# moments leaves the others open, and judged is what it does about axes normal to theirs.
+# Declared inertias are often incomplete: in the plane one moment is enough. A body that declares some of its moments
+# leaves the others open, and its inertia is judged about the axes normal to theirs.
 
 
 _ROUNDING: Final = 1e-6
@@ -70,19 +69,18 @@ class _Part:
 
 
 def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError at the first body, with what is welded to it, that has a mass or inertia which no body has.
-
-    The path ends with the field that is wrong, where it is one body's.
-    """
+    """Raise ModelError at the first impossible mass or inertia of welded bodies."""
     for parts in _welded(mechanism, parameters):
-        if parts[0].name != GROUND and not _is_particle(parts):
+        first = parts[0]
+        is_particle = len(parts) == 1 and 0.0 <= first.mass < np.inf and not first.inertia.any()
+        if first.name != GROUND and not is_particle:
             worst = min(parts, key=lambda part: part.mass)
-            with at("bodies", worst.name if worst.mass < 0.0 else parts[0].name):
+            with at("bodies", worst.name if worst.mass < 0.0 else first.name):
                 _verify(parts)
 
 
 def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError at the first body that can be only with what it is welded to, as a hole: alone it is no body."""
+    """Raise ModelError at the first body, as a hole, that is possible only together with the body it is welded to."""
     for parts in _welded(mechanism, parameters):
         for part in parts if parts[0].name != GROUND else ():
             try:
@@ -97,15 +95,18 @@ def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
 
 
 def holes(mechanism: Mechanism, parameters: Sequence[float]) -> Iterator[tuple[str, str]]:
-    """Yield the bodies of negative mass, each with the first of those that it is welded to."""
+    """Yield the bodies of negative mass, each with the first of its welded group."""
     for parts in _welded(mechanism, parameters):
         yield from ((part.name, parts[0].name) for part in parts[1:] if part.mass < 0.0)
 
 
 def _welded(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Part]]:
-    """Return the bodies that move, those welded to each other together."""
-    still = _coordinates(mechanism, parameters), [0.0] * len(mechanism.speeds)
-    state = state_of(mechanism, float, 0.0, *still, parameters, [0.0] * len(mechanism.inputs))
+    """Return the moving bodies in welded groups."""
+    q, u = [0.0] * len(mechanism.coordinates), [0.0] * len(mechanism.speeds)
+    if any(varies(body) for body in mechanism.bodies):  # masses may name coordinates
+        known = {slot("parameters", k): x for k, x in enumerate(parameters)}
+        q = [value_or_none(c.initial, known) or 0.0 for c in mechanism.coordinates]
+    state = state_of(mechanism, float, 0.0, q, u, parameters, [0.0] * len(mechanism.inputs))
     groups: dict[int, list[_Part]] = {}
     first: list[int] = []
     poses: list[tuple[Floats, Floats]] = []
@@ -116,25 +117,13 @@ def _welded(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Par
         else:
             onto = first[body.parent] if body.parent >= 0 else -1
             first.append(onto)
-            poses.append(_pose(body, state, poses[body.parent] if onto >= 0 else (np.eye(3), np.zeros(3))))
+            parent = poses[body.parent] if onto >= 0 else (np.eye(3), np.zeros(3))
+            moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
+            rotation, position = (np.array(x, dtype=float) for x in (moved.R_PB, moved.p_PB))
+            poses.append((parent[0] @ rotation, parent[1] + parent[0] @ position))
         if first[index] >= 0:
             groups.setdefault(first[index], []).append(_part(body, state, poses[index]))
     return list(groups.values())
-
-
-def _coordinates(mechanism: Mechanism, parameters: Sequence[float]) -> list[float]:
-    """Return the declared coordinates (nq) where masses name them; what has no value there is zero, as all is else."""
-    if not any(varies(body) for body in mechanism.bodies):
-        return [0.0] * len(mechanism.coordinates)
-    known = {slot("parameters", k): x for k, x in enumerate(parameters)}
-    return [value_or_none(c.initial, known) or 0.0 for c in mechanism.coordinates]
-
-
-def _pose(body: TreeBody, state: State, parent: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return rotation and position of a welded body, given those of its parent."""
-    moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
-    rotation, position = (np.array(x, dtype=float) for x in (moved.R_PB, moved.p_PB))
-    return parent[0] @ rotation, parent[1] + parent[0] @ position
 
 
 def _part(body: TreeBody, state: State, pose: tuple[Floats, Floats]) -> _Part:
@@ -150,11 +139,6 @@ def _part(body: TreeBody, state: State, pose: tuple[Floats, Floats]) -> _Part:
         rotation @ inertia @ rotation.T,
         rotation[:, missing],
     )
-
-
-def _is_particle(parts: Sequence[_Part]) -> bool:
-    """Return whether it is one body, of a mass that can be and without inertia: there is nothing to judge."""
-    return len(parts) == 1 and 0.0 <= parts[0].mass < np.inf and not parts[0].inertia.any()
 
 
 def _verify(parts: Sequence[_Part]) -> None:
@@ -196,7 +180,8 @@ def _verify_inertia(parts: Sequence[_Part], whose: str, centre: Floats) -> None:
         shift = part.mass * (way @ way * np.eye(3) - np.outer(way, way))
         total += part.inertia + shift
         added += float(np.abs(part.inertia).max() + np.abs(shift).max())
-    judged = _normal(np.hstack([part.open for part in parts]))
+    open_axes = np.hstack([part.open for part in parts])
+    judged = null_space(open_axes.T, TYPED) if open_axes.size else np.eye(3)
     moments = np.linalg.eigvalsh(judged.T @ total @ judged)
     named = ", ".join(f"{x:g}" for x in moments)
     principal = "principal moments of inertia" if len(moments) == 3 else "moments of inertia"
@@ -214,11 +199,6 @@ def _verify_inertia(parts: Sequence[_Part], whose: str, centre: Floats) -> None:
         raise excessive if parts[1:] else excessive.under("inertia")
 
 
-def _normal(directions: Floats) -> Floats:
-    """Return an orthonormal basis (3, k) of what is normal to directions (3, n)."""
-    return null_space(directions.T, TYPED) if directions.size else np.eye(3)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # The ends of planes, which lie on them.
 
@@ -229,42 +209,37 @@ _OFF: Final = 1e-9
 Values = Mapping[Node, float]
 
 
-def verify_ends(system: System, known: Values) -> None:
+def _verify_ends(system: System, known: Values) -> None:
     """Raise ModelError at the ends of planes that do not lie on them, by values of the parameters."""
     wrong = gathered()
     for name, body in system.bodies.items():
-        for path, told in _off(body, known):
+        for path, text in _ends_off_planes(body, known):
             with wrong, at("bodies", name, "surfaces", *path):
-                raise ModelError(told, number="M114")
+                raise ModelError(text, number="M114")
     wrong.told()
 
 
-def _off(body: Body, known: Values) -> Iterator[tuple[tuple[object, ...], str]]:
-    """Yield the ends that do not lie on their planes, by their paths, and how far off."""
+def _ends_off_planes(body: Body, known: Values) -> Iterator[tuple[tuple[object, ...], str]]:
+    """Yield the path of each end that does not lie on its plane, and how far off it is."""
     for name, surface in body.surfaces.items():
         if surface.between is None or surface.plane is None:
             continue
-        found = [_numbers(x, known) for x in (surface.plane, surface.normal, *body.ends(surface.between))]
-        given = [x for x in found if x is not None]
-        if len(given) < len(found) or not given[1].any():
+        vectors = (surface.plane, surface.normal, *body.ends(surface.between))
+        values = [[value_or_none(x, known) for x in vector] for vector in vectors]
+        if any(None in vector for vector in values) or not any(values[1]):
             continue
-        through, normal, *ends = given
+        through, normal, *ends = (np.array(vector, dtype=float) for vector in values)
         upward, length = normal / np.linalg.norm(normal), float(np.linalg.norm(ends[1] - ends[0]))
         for k, end in enumerate(ends):
             off = float(upward @ (end - through))
             if abs(off) > _OFF * length:
                 place = ", ".join(f"{x + 0.0:.6g}" for x in end - off * upward)
                 side = "above" if off > 0.0 else "below"
-                told = (
+                yield (
+                    (name, "between", k),
                     f"this end lies {abs(off):.3g} m {side} the plane: move it along the normal, to [{place}], or "
-                    "correct plane or normal"
+                    "correct plane or normal",
                 )
-                yield (name, "between", k), told
-
-
-def _numbers(place: Sequence[Node], known: Values) -> Floats | None:
-    values = [value_or_none(x, known) for x in place]
-    return None if None in values else np.array(values, dtype=float)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -282,14 +257,20 @@ def examined(system: System) -> Mechanism:
     that jumps or passes every bound before the end of the run.
     """
     with numbers_of(system):
-        resolved = _resolved(system)
+        try:
+            resolved = mechanism(system)
+        except InputError as error:  # the first mistake, which carries the others
+            if not isinstance(system, System):
+                raise
+            raise with_others(error, tree_from_system(system), lambda tree: mechanism(system_from_tree(tree))) from None
         base = resolved.relative or resolved
         parameters = parameter_values(base, {})
-        _verify_finite(expressions(system), _parameters(base, parameters))
+        known = _parameters(base, parameters)
+        _verify_finite(expressions(system), known)
         with _in_shapes(system):
             verify_bodies(resolved, parameters)
-        _verify_sizes(system, _parameters(base, parameters))
-        verify_ends(system, _parameters(base, parameters))
+        _verify_sizes(system, known)
+        _verify_ends(system, known)
         slots = {slot("parameters", k): x for k, x in enumerate(parameters)}
         verify_contact_values(base.one_way, lambda node: value_or_none(node, slots))
         values, t_end = _start(base), end_of_run(system, base, parameters)
@@ -301,18 +282,8 @@ def examined(system: System) -> Mechanism:
     return resolved
 
 
-def _resolved(system: System) -> Mechanism:
-    """Return the mechanism of a system. Raises the first mistake of its declaration, which carries the others."""
-    try:
-        return mechanism(system)
-    except InputError as error:
-        if not isinstance(system, System):
-            raise
-        raise with_others(error, tree_from_system(system), lambda tree: mechanism(system_from_tree(tree))) from None
-
-
 def end_of_run(system: System, base: Mechanism, parameters: Sequence[float]) -> float:
-    """Return t_end as declared, by values of the parameters (np); 0 where it is no time, which a run tells."""
+    """Return t_end (s) as declared, by values of the parameters (np); 0 where it is no time, which a run reports."""
     found = value_or_none(system.simulation.t_end, _parameters(base, parameters))
     return found if found is not None and 0.0 < found < math.inf else 0.0
 
@@ -337,12 +308,17 @@ def verify_bodies(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     verify_masses(base, parameters)
     if mechanism.relative is not None:
         verify_apart(base, parameters)
-    _verify_radii(base, parameters)
+    known = {slot("parameters", k): x for k, x in enumerate(parameters)}
+    for k, row in enumerate(base.rows):  # ropes and wheels
+        least = min(evaluate_float(row.radii, known), default=0.0)
+        if least < 0.0:
+            with at(*base.row_path(k)):
+                raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative", number="M109")
 
 
 @contextmanager
 def _in_shapes(system: System) -> Iterator[None]:
-    """Let errors about the mass of a body whose shape has it name it there."""
+    """Place errors about a mass that is declared with a body's shape there."""
     try:
         yield
     except ModelError as error:
@@ -352,46 +328,28 @@ def _in_shapes(system: System) -> Iterator[None]:
         raise
 
 
-def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError at the first rope or wheel that runs on a negative radius."""
-    known = {slot("parameters", k): x for k, x in enumerate(parameters)}
-    for k, row in enumerate(base.rows):
-        least = min(evaluate_float(row.radii, known), default=0.0)
-        if least < 0.0:
-            with at(*base.row_path(k)):
-                raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative", number="M109")
-
-
-def _lengths(element: Element) -> tuple[str, ...]:
-    """Return the fields of a constraint or a force that hold a length."""
-    if isinstance(element, Distance):
-        return ("value",)
-    springs = isinstance(element, SpringDamper) and element.between is not None
-    return ("length",) if springs or isinstance(element, Rope) else ()
-
-
 def _verify_sizes(system: System, known: Values) -> None:
     """Raise ModelError at the first rod, rope or spring with a negative length, or shape with a negative size."""
-    sections = {"constraints": system.constraints, "forces": system.forces}
-    named = ((section, name, x) for section, elements in sections.items() for name, x in elements.items())
-    lengths = ((section, name, key, getattr(x, key)) for section, name, x in named for key in _lengths(x))
-    for section, name, key, length in lengths:
+    declared = (("constraints", system.constraints), ("forces", system.forces))
+    for section, name, x in ((section, *pair) for section, elements in declared for pair in elements.items()):
+        key = "value" if isinstance(x, Distance) else "length"
+        has_length = isinstance(x, Distance | Rope) or (isinstance(x, SpringDamper) and x.between is not None)
+        length = getattr(x, key) if has_length else None
         value = None if length is None else value_or_none(length, known)
         if value is not None and value < 0.0:
             with at(section, name, key):
                 raise ModelError(f"its length is {value:g} m, and no length is negative", number="M109")
-    shapes = ((name, body.shape) for name, body in system.bodies.items() if body.shape is not None)
-    for name, shape in shapes:
-        for size in shape.sizes:
+    for name, body in system.bodies.items():
+        for size in body.shape.sizes if body.shape is not None else ():
             value = value_or_none(size, known)
-            if value is not None and value < 0.0:
-                with at("bodies", name, "shape", shape.kind):
+            if value is not None and value < 0.0 and body.shape is not None:
+                with at("bodies", name, "shape", body.shape.kind):
                     raise ModelError(f"a size of {value:g} m is negative", number="M109")
 
 
 @contextmanager
 def numbers_of(system: System) -> Iterator[None]:
-    """Blame a declared number for arithmetic that fails inside, with its place; raise what none explains as it is."""
+    """Blame a declared number for arithmetic that fails inside, with its path; reraise a failure that none explains."""
     try:
         yield
     except ARITHMETIC as failure:
@@ -411,7 +369,7 @@ def blame_numbers(system: System) -> None:
 
 
 def on_numbers(function: F) -> F:
-    """Let a function blame the numbers of its system, the first argument, for arithmetic that fails."""
+    """Decorate a function whose first argument is a System with `numbers_of`."""
 
     @wraps(function)
     def guarded(system: System, *arguments: Any, **named: Any) -> Any:
@@ -441,7 +399,7 @@ def _parameters(base: Mechanism, values: Sequence[float]) -> dict[Node, float]:
 
 
 def _start(base: Mechanism) -> dict[Node, float]:
-    """Return the values at the start, as declared, of what expressions may name; what has none is left out."""
+    """Return the declared values at the start of the symbols that expressions may name, if they have values."""
     slots = {slot("parameters", k): x for k, x in enumerate(parameter_values(base, {}))}
     slots[TIME] = 0.0
     initial = {"q": [c.initial for c in base.coordinates], "u": [s.initial for s in base.speeds]}
@@ -454,7 +412,11 @@ def _start(base: Mechanism) -> dict[Node, float]:
 
 def _verify_finite(declared: Iterable[Written], known: Values) -> None:
     """Raise ModelError at the first expression of known leaves alone that has no finite value."""
-    judged = [written for written in declared if written.node.shadow is None and _is_known(written.node, known)]
+    judged = [
+        written
+        for written in declared
+        if written.node.shadow is None and all(leaf in known for leaf in leaves([written.node], "symbol", "quantity"))
+    ]
     try:
         if all(map(math.isfinite, evaluate_float([written.node for written in judged], known))):
             return
@@ -466,12 +428,8 @@ def _verify_finite(declared: Iterable[Written], known: Values) -> None:
             raise ModelError(undefined_text(node, known), where=Where(path=path), number="M119")
 
 
-def _is_known(node: Node, known: Values) -> bool:
-    return all(leaf in known for leaf in leaves([node], "symbol", "quantity"))
-
-
 def _extreme(declared: Sequence[Written], known: Values) -> ModelError | None:
-    """Return the error about the number farthest from 1 that is too large or too small to compute with."""
+    """Return the error about the number farthest from 1, where it is too large or too small to compute with."""
     farthest, found = math.log(_LARGE), None
     named = {leaf.data for path, node, _ in declared for leaf in leaves([node], "symbol")}
     for path, node, _ in declared:

@@ -1,9 +1,9 @@
-"""Values of parameters: defaults and overrides evaluated in the order of what refers to what."""
+"""Values of parameters, evaluated in the order of their references, and the errors of values that are undefined."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
@@ -14,7 +14,6 @@ from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.ropes import NoDirectionError
 from multibody_sym.mechanics.row_kinematics import row_motion
-from multibody_sym.mechanics.row_records import Row
 from multibody_sym.model.contacts_and_impacts import verify_rod_length
 from multibody_sym.model.system import System
 from multibody_sym.scalars.arrays import UNDEFINED
@@ -33,7 +32,7 @@ _SHOWN: Final = 60
 
 
 def value_or_none(node: Node, known: Mapping[Node, float]) -> float | None:
-    """Return the value of an expression; None where it has none, or names what is not known."""
+    """Return the value of an expression; None where it has none, or names a symbol without a value."""
     try:
         return evaluate_float([node], known)[0]
     except (*ARITHMETIC, KeyError):
@@ -51,15 +50,18 @@ def known_values(system: System) -> dict[Node, float]:
 
 
 def undefined_text(node: Node, known: Mapping[Node, float], name: str | None = None) -> str:
-    """Return what of an expression, or of what has it and a name, has no finite value, and with which values."""
-    told = _brief(node) if name is None else name
+    """Return the message that an expression, or a quantity that it defines and a name, has no finite value.
+
+    It names the innermost part without one, and the values of its symbols.
+    """
+    subject = _brief(node) if name is None else name
     for n in postorder([node]):
         found = n.shadow if n.shadow is not None else known.get(n) if not n.args else value_or_none(n, known)
         if found is None or not math.isfinite(found):
             named = [f"{leaf} = {known[leaf]:g}" for leaf in leaves([n], "symbol")]
             part = "" if n is node and name is None else f", for {_brief(n)} has none"
-            return f"{told} has no finite value{part}{' with ' * bool(named)}{', '.join(named)}"
-    return f"{told} has no finite value"
+            return f"{subject} has no finite value{part}{' with ' * bool(named)}{', '.join(named)}"
+    return f"{subject} has no finite value"
 
 
 def _brief(node: Node) -> str:
@@ -72,17 +74,24 @@ def _brief(node: Node) -> str:
 def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[float]:
     """Return the parameter vector (np): declared values, expressions of others evaluated, `overrides` by name.
 
-    What is not declared (lengths of ropes that are measured, Baumgarte's coefficients) is zero.
+    Parameters that are not declared (measured lengths of ropes, Baumgarte's coefficients) are zero.
     Raises ModelError for unknown names, circles, values that are not finite, and `positive` ones that are not.
     """
     entries = mechanism.parameters
-    _verify_overrides(mechanism, overrides)
+    declared_names = [entry.name for entry in entries if entry.source is Source.DECLARED]
+    for name in overrides:
+        if name not in declared_names:
+            raise ModelError(f"no parameter is called {name!r}", number="M106", word=name, known=declared_names)
     values = {slot("parameters", i): 0.0 for i, entry in enumerate(entries) if entry.value is None}
     for index in evaluation_order(mechanism, overrides):
         name, declared = entries[index].name, entries[index].value
         value = overrides[name] if name in overrides else value_or_nan(declared, values)
         if not math.isfinite(value):
-            raise _parameter_error(name, _why_undefined(mechanism, index, values, overrides))
+            if name in overrides or declared is None:
+                raise _parameter_error(name, f"{name} has no finite value: {overrides[name]:g} was given")
+            symbols = {slot("parameters", k): symbol(entry.name) for k, entry in enumerate(entries)}
+            known = {symbols[leaf]: x for leaf, x in values.items()}
+            raise _parameter_error(name, undefined_text(evaluate([declared], symbols)[0], known, name))
         if entries[index].positive and value <= 0:
             raise _parameter_error(name, f"{name} = {value:g}, but it is declared positive")
         values[slot("parameters", index)] = float(value)
@@ -98,27 +107,8 @@ def value_or_nan(expression: Node | None, values: Mapping[Node, float]) -> float
         return math.nan
 
 
-def _why_undefined(
-    mechanism: Mechanism, index: int, values: Mapping[Node, float], overrides: Mapping[str, float]
-) -> str:
-    """Return why a parameter has no finite value: which part of its expression, with the values of those it names."""
-    name, declared = mechanism.parameters[index].name, mechanism.parameters[index].value
-    if name in overrides or declared is None:
-        return f"{name} has no finite value: {overrides[name]:g} was given"
-    symbols = {slot("parameters", k): symbol(entry.name) for k, entry in enumerate(mechanism.parameters)}
-    known = {symbols[leaf]: x for leaf, x in values.items()}
-    return undefined_text(evaluate([declared], symbols)[0], known, name)
-
-
 def _parameter_error(name: str, message: str) -> ModelError:
     return ModelError(message, where=Where(path=("parameters", name)), number="M119")
-
-
-def _verify_overrides(mechanism: Mechanism, overrides: Mapping[str, float]) -> None:
-    declared = [entry.name for entry in mechanism.parameters if entry.source is Source.DECLARED]
-    for name in overrides:
-        if name not in declared:
-            raise ModelError(f"no parameter is called {name!r}", number="M106", word=name, known=declared)
 
 
 def evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[int]:
@@ -139,15 +129,12 @@ def evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> li
                 order.append(index)
                 done.add(index)
             elif missing in path:
-                names = [mechanism.parameters[i].name for i in path]
-                raise _circle([*names[list(path).index(missing) :], mechanism.parameters[missing].name])
+                names = [mechanism.parameters[i].name for i in (*path, missing)][list(path).index(missing) :]
+                circle = f"parameters depend on each other in a circle: {' -> '.join(names)}"
+                raise _parameter_error(names[0], circle)
             else:
                 path[missing] = None
     return order
-
-
-def _circle(names: Sequence[str]) -> ModelError:
-    return _parameter_error(names[0], f"parameters depend on each other in a circle: {' -> '.join(names)}")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -176,7 +163,16 @@ def verify_values(motion: Motion) -> None:
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     for k, row in enumerate(motion.mechanism.rows):
         with at(*motion.mechanism.row_path(k)):
-            _verify_direction(row, motion)
+            for a, b in pairwise(row.line):
+                if position(motion, a) == position(motion, b):
+                    when, advice = "at the start", "give them different positions (initial: {q: ..})"
+                    if a.body == b.body:
+                        when, advice = "always", "join other points"
+                    raise ModelError(
+                        f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; "
+                        f"{advice}",
+                        number="M119",
+                    )
             try:
                 found = row_motion(row, motion, bias)
                 values = (found.phi or 0.0, found.phidot, found.gamma, *found.jacobian)
@@ -209,15 +205,3 @@ def verify_direction(motion: Motion, load: Load) -> None:
             f"give them different positions (initial: {{q: ..}}){other}",
             number="M119",
         )
-
-
-def _verify_direction(row: Row, motion: Motion) -> None:
-    for a, b in pairwise(row.line):
-        if position(motion, a) == position(motion, b):
-            same = a.body == b.body
-            advice = "join other points" if same else "give them different positions (initial: {q: ..})"
-            when = "always" if same else "at the start"
-            raise ModelError(
-                f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; {advice}",
-                number="M119",
-            )

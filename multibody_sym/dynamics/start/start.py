@@ -1,4 +1,8 @@
-"""Start: parameter values, and the coordinates and speeds at t = 0 that satisfy all constraints, in floats."""
+"""Start: parameter values, and the coordinates and speeds at t = 0 that satisfy all constraints, in floats.
+
+In: a Mechanism, values in place of declared ones. Out: a Start, or the error of what has no value or does not close;
+and random states around a start, at which routes and theorems are compared.
+"""
 
 from __future__ import annotations
 
@@ -59,8 +63,8 @@ class Start:
     """The state at t = 0: parameter vector (np), q (nq), u (nu).
 
     `held` names the coordinates and speeds that kept their declared values while constraints were closed, `assembled`
-    those that were found; `shifts` tells by how much values that were given changed. `rank` of the rows: where it is
-    less than the generic one, among the parameters, the start is a singular position.
+    those that were found; `shifts` are the changes of given values. `rank` of the rows: where it is less than the
+    generic one, which is among the parameters, the start is a singular position.
     """
 
     parameters: tuple[float, ...]
@@ -84,20 +88,25 @@ def start(
     project: bool = False,
     compiled: CompiledRows | None = None,
 ) -> Start:
-    """Return the state at t = 0: declared values, with what the constraints need of the others.
+    """Return the state at t = 0: declared values, and others such that the constraints hold.
 
     Coordinates marked `known` keep their values; others that are given are held in their order as long as the rest can
     close. If all are given and miss the constraints by less than 1e-6, those not marked change as little as possible;
     if none is marked, and whenever `project` asks for it, all do, in the norm of the mass matrix.
     Ropes without a length and tangents that a body carries along are measured in the assembled position.
-    `compiled`: the rows of this mechanism by Programs, with which the same is found sooner.
+    `compiled`: the rows of this mechanism by Programs, which give the same sooner.
     Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
     speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
     if mechanism.relative is not None:
         return in_absolute_coordinates(mechanism, start(mechanism.relative, overrides, project=project))
     declared = parameter_values(mechanism, overrides or {})
-    _verify_motions(mechanism, declared)
+    values = {TIME: 0.0, **{slot("parameters", i): value for i, value in enumerate(declared)}}
+    for body in mechanism.bodies:
+        place = ("bodies",) if body.joint_name == GROUND else ("joints",)
+        for given in body.given:
+            with at(*place, body.joint_name, "motion"), valued():
+                evaluate_float(given or (), values)
     q, u = _declared_state(mechanism, declared)
     if has_curves(mechanism):
         verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
@@ -108,17 +117,14 @@ def start(
 def start_from(
     compiled: CompiledRows, parameters: Sequence[float], q: Floats, u: Floats, *, project: bool
 ) -> Start:
-    """Return what `start` does where parameters (np), q (nq) and u (nu) are those declared, and nothing is prescribed.
-
-    Raises as it does.
-    """
+    """Return and raise as `start` does, from declared parameters (np), q (nq) and u (nu); no motion is prescribed."""
     return _closed(compiled.mechanism, parameters, q, u, measure=True, project=project, compiled=compiled)
 
 
 def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
-    """Return the state beside a start, with its parameters, in which these coordinates and speeds have these values.
+    """Return the state beside a start, with its parameters, with these values of coordinates and speeds.
 
-    The others keep those of the start as far as the constraints let them, given ones first. Raises NoSolutionError.
+    The others keep those of the start as far as the constraints allow, given ones first. Raises NoSolutionError.
     """
     declared: list[Coordinate | Speed] = [*mechanism.coordinates, *mechanism.speeds]
     pairs = zip(declared, (*begin.q, *begin.u), strict=True)
@@ -131,7 +137,7 @@ def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]
         speeds=tuple(_marked(s, values) for s in mechanism.speeds),
     )
     near = _closed(marked, begin.parameters, q, u, measure=False, project=False)
-    # from there once more: what the way from the start leaves of its speeds is no rounding of the small ones there
+    # from there once more: the change from the start leaves more than the rounding of small speeds
     q, u = np.array(near.q, dtype=float), np.array(near.u, dtype=float)
     exact = _closed(marked, near.parameters, q, u, measure=False, project=False)
     return replace(exact, shifts={})
@@ -152,7 +158,7 @@ def _closed(
     project: bool,
     compiled: CompiledRows | None = None,
 ) -> Start:
-    """Return the state that satisfies all constraints, from a declared one; with constants measured there if asked."""
+    """Return the state that satisfies all constraints, from a declared one; `measure`s constants there."""
     measured = measured_rows(mechanism) if measure else frozenset()
     active = [k for k in range(len(mechanism.rows)) if k not in measured]
     rows = Rows(mechanism, with_sides(mechanism, declared, q) if measure else declared, active, compiled=compiled)
@@ -166,7 +172,9 @@ def _closed(
             rows = replace(rows, parameters=there)
             position = assembled_position(rows, q, project=project)
             verify_sides(mechanism, there, position.values)
-    _verify_values(rows, position.values, u)
+    of_all = rows.mechanism.rows
+    if of_all and (rows.numbers(position.values, u) is None or any(row.line for row in of_all)):
+        verify_values(rows.motion(position.values, u))
     if rows.active:
         _verify_inertia(rows, position.values, u)
     parameters = with_constants(mechanism, declared, position.values) if measure else list(declared)
@@ -175,9 +183,19 @@ def _closed(
         speeds = assembled_speeds(every, position.values, u, project=project)
     rank = 0
     if mechanism.rows:
-        rank, most = _ranks(every, position.values, speeds.values)
-        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(most)})
-    _verify_forces(every, position.values, speeds.values)
+        here, generic = generic_rank(every, position.values)
+        verify_consistent(every, position.values, speeds.values, generic)
+        defining = len(mechanism.rows) - len(every.active)  # rows that define forces are counted
+        rank = here + defining
+        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic + defining)})
+    if mechanism.loads or any(body.is_foot for body in mechanism.bodies):
+        motion = every.motion(position.values, speeds.values)
+        for load in mechanism.loads:
+            with at(*load.path):
+                verify_direction(motion, load)
+                with valued():
+                    applied(motion, [load])
+        verify_fits(motion)
     return Start(
         tuple(parameters),
         tuple(position.values.tolist()),
@@ -189,19 +207,8 @@ def _closed(
     )
 
 
-def _ranks(rows: Rows, q: Floats, u: Floats) -> tuple[int, int]:
-    """Return how many rows are independent at a start, and nearby. Raises NoSolutionError where some contradict others.
-
-    Those that define forces are counted.
-    """
-    here, generic = generic_rank(rows, q)
-    verify_consistent(rows, q, u, generic)
-    defining = len(rows.mechanism.rows) - len(rows.active)
-    return here + defining, generic + defining
-
-
 def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
-    """Return the start of a mechanism that is known in the coordinates of the joints, in which it is declared."""
+    """Return the start of a mechanism in absolute coordinates from that in the coordinates of its joints."""
     assert mechanism.relative is not None
     entries = zip(mechanism.relative.parameters, joints.parameters, strict=True)
     values = {entry.name: value for entry, value in entries}
@@ -216,9 +223,10 @@ def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
 
 
 def ranked(mechanism: Mechanism, begin: Start) -> Start:
-    """Return a start with the rank of the rows, those that define forces counted, and of the same nearby.
+    """Return a start with the rank of the rows there, and the generic one among the parameters.
 
-    Rows of what holds one way only may depend on each other for an instant: which of them hold on, their laws decide.
+    Rows that define forces are counted. Rows of one-way elements may depend on each other for an instant: laws decide
+    which of them hold on.
     """
     if not mechanism.rows:
         return begin
@@ -235,28 +243,11 @@ def ranked(mechanism: Mechanism, begin: Start) -> Start:
 
 
 def verify_regular_start(mechanism: Mechanism, begin: Start, called: str = "the start") -> None:
-    """Raise NoSolutionError where rows depend on each other in a state that are independent beside it, by name."""
+    """Raise NoSolutionError, by name, where rows depend on each other that are independent beside this state."""
     if mechanism.rows:
         rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
         generic = mechanism.parameters.independent_rows(begin.parameters)
         verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, generic, called)
-
-
-def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError where a prescribed motion, its rate or its acceleration has no value at the start."""
-    values = {TIME: 0.0, **{slot("parameters", i): value for i, value in enumerate(parameters)}}
-    for body in mechanism.bodies:
-        place = ("bodies",) if body.joint_name == GROUND else ("joints",)
-        for given in body.given:
-            with at(*place, body.joint_name, "motion"), valued():
-                evaluate_float(given or (), values)
-
-
-def _verify_values(rows: Rows, q: Floats, u: Floats) -> None:
-    """Raise ModelError naming the first row that has no value; finite numbers tell nothing of points that coincide."""
-    of_all = rows.mechanism.rows
-    if of_all and (rows.numbers(q, u) is None or any(row.line for row in of_all)):
-        verify_values(rows.motion(q, u))
 
 
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
@@ -272,26 +263,11 @@ def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
         raise
 
 
-def _verify_forces(rows: Rows, q: Floats, u: Floats) -> None:
-    if rows.mechanism.loads or any(body.is_foot for body in rows.mechanism.bodies):
-        motion = rows.motion(q, u)
-        _verify_loads(motion)
-        verify_fits(motion)
-
-
-def _verify_loads(motion: Motion) -> None:
-    for load in motion.mechanism.loads:
-        with at(*load.path):
-            verify_direction(motion, load)
-            with valued():
-                applied(motion, [load])
-
-
 # --- declared state ------------------------------------------------------------------------------------------------
 
 
 def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[Floats, Floats]:
-    """Return q with unit quaternions, and u, as declared."""
+    """Return q and u as declared, with unit quaternions."""
     values = {slot("parameters", i): value for i, value in enumerate(parameters)}
     found = []
     declared: Sequence[Coordinate | Speed] = (*mechanism.coordinates, *mechanism.speeds)
@@ -312,17 +288,17 @@ def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[
 
 _TRIES: Final = 20
 _REJECTED: Final = 10
-"""After so many states passed over constraints are closed no more: where they are, rows may nearly depend on others."""
+"""After so many rejected states constraints are closed no more: where they hold, rows may nearly depend on others."""
 _STILL: Final = 1e-13
-"""Of speeds that are drawn from -1 to 1, what rows leave of one that they hold: rounding."""
+"""Of speeds that are drawn from -1 to 1, the rounding that is left of one that rows hold."""
 
 
 def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
     """Return the state at the start and up to `count` random ones around it, over floats.
 
     Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
-    hold without). States are passed over at which something declared has no value, M is singular, or no reactions
-    satisfy the law of friction; after many of these phi = 0 is not asked for.
+    hold without). States are rejected at which a declared expression has no value, M is singular, or no reactions
+    satisfy the law of friction; after many of these phi = 0 is not required.
     """
     rng = np.random.default_rng(seed)
     states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]
@@ -338,6 +314,7 @@ def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0
 
 
 def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, closes: bool) -> State:
+    """Return a random state; raises an error at rows that are nearly dependent, and where friction jams."""
     change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
     rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
     apart = moved(mechanism, np.array(begin.q, dtype=float), change)
@@ -345,37 +322,22 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, close
     if closed is None and any(body.is_foot for body in mechanism.bodies):
         raise ValueError("a curve is not where its foot is, and what touches it is told by that")
     q = apart if closed is None else closed
-    speeds = u + _correction(rows.motion(q, u))
+    jacobian, phidot = _kinematic_rows(rows.motion(q, u))
+    speeds = u + least_squares(jacobian, -phidot, GROWING)
     motion = rows.motion(q, np.where(np.abs(speeds) > _STILL, speeds, 0.0))
     verify_inertia(motion)
-    _verify_regular(motion)
+    sizes = worth(_kinematic_rows(motion)[0])
+    if ((sizes > ROUNDED) & (sizes < GROWING)).any():
+        raise ValueError("a nearly singular position")
     applied(motion)
-    _verify_friction(motion)
+    dynamics = composite_body(motion.mechanism, motion.state)
+    if dynamics.friction is not None and dynamics.friction.beside and not forward_dynamics(dynamics).settled:
+        raise ValueError("friction jams")
     return motion.state
 
 
-def _restricting(motion: Motion) -> tuple[Floats, Floats]:
+def _kinematic_rows(motion: Motion) -> tuple[Floats, Floats]:
     """Return H (s x n) and phidot (s) of the rows that restrict the motion: others define forces."""
     rows = [row for row in row_motions(motion) if row.kinematic]
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), len(motion.state.u))
     return jacobian, np.array([row.phidot for row in rows], dtype=float)
-
-
-def _verify_regular(motion: Motion) -> None:
-    """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
-    sizes = worth(_restricting(motion)[0])
-    if ((sizes > ROUNDED) & (sizes < GROWING)).any():
-        raise ValueError("a nearly singular position")
-
-
-def _verify_friction(motion: Motion) -> None:
-    """Raise ValueError where friction of joints has no direction, as reactions grow with it without end."""
-    dynamics = composite_body(motion.mechanism, motion.state)
-    if dynamics.friction is not None and dynamics.friction.beside and not forward_dynamics(dynamics).settled:
-        raise ValueError("friction jams")
-
-
-def _correction(motion: Motion) -> Floats:
-    """Return the smallest change of the speeds that satisfies H u = -phi_t."""
-    jacobian, phidot = _restricting(motion)
-    return least_squares(jacobian, -phidot, GROWING)

@@ -1,7 +1,8 @@
-"""The state at the start: what holds one way only closes or not, and then acts, sticks or slides by its laws.
+"""The state at the start: which one-way elements are closed, and which then act, stick or slide by their laws.
 
-Contacts and ropes that a start value misses by little are closed first, by what is not known. What then touches, and
-all friction in joints, poses the problem of the laws; the mechanism in the mode that is found is what all else is of.
+Contacts and ropes that the start values miss by little are closed first, by changing values that are not `known`. The
+elements that then touch, and all friction in joints, pose the problem of the laws. In: a Mechanism in no mode. Out: a
+StartState, with the mechanism in the mode that was found.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from functools import cached_property, partial
 from itertools import chain, combinations, islice
 from typing import Final
 
-from multibody_sym.contact_laws.problem import COLLIDE, Found, LawProblem, Verdict
+from multibody_sym.contact_laws.problem import COLLIDE, Found, Verdict
 from multibody_sym.dynamics.contact.contact_problem import (
     TOUCHING,
     OneWayRows,
@@ -46,9 +47,9 @@ NEAR: Final = 1e-3
 """The part of the model's size by which a contact may be missed at the start and is closed all the same."""
 _CLOSED: Final = 1e-12
 _MOST_LEFT: Final = 12
-"""Gaps that a start nearly closes up to which they are closed: more are of a heap that is let go, and stay as given."""
+"""Up to so many gaps that a start nearly closes are closed: more are those of a heap, and stay as given."""
 _IN_SPACE: Final = 4
-"""With more friction at rest in space one state is enough, and that others were not searched is told."""
+"""With more friction parts at rest in space one state is enough, and the result says that others were not searched."""
 _BEYOND: Final = "; start from a little beyond, or with the speed at which it slides"
 _STRIKES: Final = "; as a restitution is declared, a run begins with an impact without collision (simulate)"
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
@@ -61,11 +62,10 @@ _BLAMED: Final = 64
 
 @dataclass(frozen=True, eq=False)
 class StartState:
-    """A system at its start: `declared` in no mode, and the `modes` that the laws leave, the first of which counts.
+    """A system at its start: `declared` in no mode, and the `modes` that the laws allow, the first of which counts.
 
-    Where nothing holds one way only, `modes` has one that says nothing, and `posed` and `found` are None. `begin` is
-    the start of the declared mechanism; `closing` are the elements that strike as the run begins, with the speeds (m/s,
-    rad/s) at which they close.
+    Without one-way elements there is one empty mode, and `posed` and `found` are None. `begin` is the start of the
+    declared mechanism; `closing` names the elements that strike as the run begins, with their speeds (m/s, rad/s).
     """
 
     declared: Mechanism
@@ -92,7 +92,7 @@ class StartState:
 
     @property
     def _collide(self) -> str:
-        """That an impact may begin the motion, where friction leaves no state and nothing that closes collides."""
+        """Advice that an impact may begin the motion, where friction jams and no closed element collides."""
         assert self.posed is not None
         closed = [x for x in self.posed.elements if x.unilateral]
         rub = any(part.rubs for element in closed for part in element.frictions)
@@ -112,13 +112,13 @@ class StartState:
         return replace(self, modes=(Mode({}),)) if self.wedged else self
 
     def _blamed(self) -> Sequence[OneWay]:
-        """Return a smallest set of elements that close of which the laws leave no state; all after many attempts."""
+        """Return a smallest set of closed elements for which no state fulfils the laws; all after many attempts."""
         assert self.posed is not None
         closed = [x for x in self.posed.elements if x.unilateral]
         rows = rows_at(self.declared.relative or self.declared, self.begin)
         sets = chain.from_iterable(combinations(closed, size) for size in range(1, len(closed) + 1))
         for some in islice(sets, _BLAMED):
-            if not _found(Posed.at(rows, [x.name for x in some])).states:
+            if not _law_states(Posed.at(rows, [x.name for x in some])).states:
                 return some
         return closed or self.declared.one_way
 
@@ -143,24 +143,21 @@ class StartState:
 
     @property
     def strikes(self) -> str:
-        """What strikes at the start, and how to be told what that does; empty where nothing does."""
+        """A remark on the elements that strike at the start; empty where none does."""
         units = {x.name: "rad/s" if x.normals[0].unit == "N*m" else "m/s" for x in self.declared.one_way}
-        told = ", ".join(f"{name} closes with {v:.6g} {units[name]}" for name, v in self.closing.items())
-        return told and (
-            f"{told}: that is an impact, which is left out here: this is how things would go on without it. Write "
+        text = ", ".join(f"{name} closes with {v:.6g} {units[name]}" for name, v in self.closing.items())
+        return text and (
+            f"{text}: that is an impact, which is left out here: this is how things would go on without it. Write "
             "impact: closing to be told what it does (a run begins with it), or let it begin without that speed"
         )
 
     @property
     def words(self) -> dict[str, str]:
-        """What the mode is called: a word for each one-way element and what rubs in it."""
+        """The mode in words: one for each one-way element and each friction part in it."""
         return mode_words(self.declared.one_way, self.mode)
 
     def motion(self, number: int) -> tuple[Floats, dict[str, float]] | None:
-        """Return the accelerations (nu,) and the multipliers by row of a state; None where its mode determines both.
-
-        Where forces that are not unique change the motion the mode leaves some of it open.
-        """
+        """Return the accelerations (nu,) and multipliers by row of a state; None where its mode determines both."""
         if self.posed is None or self.found is None or not self.found.free:
             return None
         state = self.found.states[number]
@@ -186,11 +183,10 @@ def state_at(
     search: Callable[[Posed], Found] | None = None,
     compiled: CompiledRows | None = None,
 ) -> StartState:
-    """Return a mechanism at its start with the modes that the laws of its one-way elements leave.
+    """Return a mechanism at its start with the modes that the laws of its one-way elements allow.
 
-    `compiled`: its rows by Programs, where nothing holds one way only.
-
-    Raises what `start` raises, and ModelError for what begins inside something else.
+    `compiled`: its rows by Programs, where it has no one-way elements. Raises what `start` raises, and ModelError for
+    bodies that begin inside each other, and ropes and stops beyond their limits.
     """
     base = declared.relative or declared
     if not base.one_way:
@@ -200,44 +196,44 @@ def state_at(
     wrong = gathered()
     with wrong:
         verify_outside(rows.motion, rows.scale.length * TOUCHING)
-    with wrong:
-        _verify_outside(rows)
+    for element in base.one_way:
+        if element.unilateral and element.kind in _HOW and rows.standing(element) == "inside":
+            how, advice = _HOW[element.kind]
+            message = f"{element.name} {how.format(-rows.gap(element))}; {advice}"
+            with wrong:
+                raise ModelError(message, where=Where(path=element.path), number="M119")
     wrong.told()
     problem = Posed.at(rows, rows.touching())
     closing = {x.name: -rows.rate(x) for x in problem.elements if x.unilateral and rows.sense(x) < 0}
     _verify_rough(problem, list(closing))
-    found = search(problem) if search is not None else _found(problem)
+    found = search(problem) if search is not None else _law_states(problem)
     modes = tuple(problem.mode(state) for state in found.states)
     return StartState(declared, begin, modes, problem, found, closing)
 
 
-def _soon_searched(problem: LawProblem) -> bool:
-    """Return whether all modes can be tried in a second or so: each of friction in space takes Newton's method."""
-    in_space = sum(len(part.rows) > 1 and part.rests for part in problem.parts)
-    return in_space <= _IN_SPACE
-
-
-def _found(problem: Posed, left: Mapping[str, float] | None = None) -> Found:
-    """Return what the laws leave of a problem, where exact numbers say what is `left` at limits, by rows."""
+def _law_states(problem: Posed, left: Mapping[str, float] | None = None) -> Found:
+    """Return the states that fulfil the laws; `left` are exact values at limits, by rows."""
     from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
 
     known = {problem.names.index(name): value for name, value in (left or {}).items()}
-    return find(problem.problem, every=_soon_searched(problem.problem), drift=problem.drift, left=known)
+    in_space = sum(len(part.rows) > 1 and part.rests for part in problem.problem.parts)
+    every = in_space <= _IN_SPACE  # each of them takes Newton's method
+    return find(problem.problem, every=every, drift=problem.drift, left=known)
 
 
 def examined_state(
     system: System, overrides: Mapping[str, float] | None = None, *, left: Mapping[str, float] | None = None
 ) -> StartState:
-    """Return the state of a system at its start, with its numbers examined.
+    """Return the state of a system at its start, after checks of its numbers.
 
-    `left`, by rows at their limits, is what exact numbers say is left there, which then decides.
+    `left`: exact values at limits, by rows, which decide there.
     """
-    search = None if left is None else partial(_found, left=left)
+    search = None if left is None else partial(_law_states, left=left)
     return state_at(examined(system), project=system.simulation.project, overrides=overrides, search=search)
 
 
 def with_numbers_as_data(state: StartState) -> StartState:
-    """Return a start whose mechanism has its literal numbers in the parameter vector, if that suits it."""
+    """Return a start whose mechanism has its literal numbers in the parameter vector, where these are handed over."""
     declared = with_constants(state.declared)
     if declared is state.declared:
         return state
@@ -246,13 +242,13 @@ def with_numbers_as_data(state: StartState) -> StartState:
 
 
 def rows_at(base: Mechanism, begin: Start, scale: Scale | None = None) -> OneWayRows:
-    """Return the rows of one-way elements at a start, with its sizes or others."""
+    """Return the rows of one-way elements at a start, with the model's sizes there or a given `scale`."""
     state = state_of(base, float, 0.0, begin.q, begin.u, begin.parameters)
     return one_way_rows(base, motion_of(base, state), scale)
 
 
 def placed(declared: Mechanism, mode: Mode) -> Mechanism:
-    """Return a mechanism in a mode, itself where nothing in it holds one way only."""
+    """Return a mechanism in a mode; itself without one-way elements."""
     if not declared.one_way:
         return declared
     found = in_mode(declared, mode)
@@ -260,7 +256,7 @@ def placed(declared: Mechanism, mode: Mode) -> Mechanism:
 
 
 def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
-    """Return a start of a `base` in no mode as that of the mechanism in a mode, with its parameters and rank."""
+    """Return the start of a mechanism in a mode, with its parameters and rank, from that of its `base` in no mode."""
     if mechanism.mode is None:
         return begin if mechanism.relative is None else in_absolute_coordinates(mechanism, begin)
     own = mechanism.relative or mechanism
@@ -282,14 +278,14 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
 def _nearly_touching(
     base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool
 ) -> tuple[Start, OneWayRows]:
-    """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them; its rows.
+    """Return the start with nearly closed contacts and ropes closed, and free speeds along them; and its rows.
 
-    Those that bounce and close strike instead: what moves towards another thing does not make that move with it.
+    Elements that bounce and close strike instead: a body that moves towards another one does not make it move.
     """
     rows = rows_at(base, begin)
     near, found = _nearly_closed(rows, begin, overrides, project)
     rows = rows if found is begin else rows_at(base, found)
-    near = [element for element in near if not _strikes(rows, element)]
+    near = [x for x in near if rows.standing(x) != "closing" or not rows.restitution(x) > 0.0]
     moving = [element for element in near if rows.standing(element) in ("closing", "leaving")]
     free = [speed for speed in base.speeds if not speed.given]
     if not moving or not free:
@@ -301,14 +297,10 @@ def _nearly_touching(
     return found, rows
 
 
-def _strikes(rows: OneWayRows, element: OneWay) -> bool:
-    return rows.standing(element) == "closing" and rows.restitution(element) > 0.0
-
-
 def closed_at(
     base: Mechanism, begin: Start, overrides: Mapping[str, float] | None = None, *, project: bool = False
 ) -> tuple[list[OneWay], Start]:
-    """Return the contacts and ropes that a start nearly closes, and the start with them closed, its speeds kept."""
+    """Return the contacts and ropes that a start nearly closes, and the start with them closed and its own speeds."""
     return _nearly_closed(rows_at(base, begin), begin, overrides, project)
 
 
@@ -321,35 +313,31 @@ def _nearly_closed(
     if left and (len(left) <= _MOST_LEFT or min(left) < 0.0):
         with suppress(NoSolutionError):
             closed = start(_closing(base, near), overrides, project=project)
-            found = _told(base, begin, start(_fixed(base, closed, begin), overrides, project=project))
+            found = start(_fixed(base, closed, begin), overrides, project=project)
+            pairs = zip(base.coordinates, begin.q, found.q, strict=True)
+            moved = {c.name: (c.given, x - q) for c, q, x in pairs if abs(x - q) > ROUNDING * max(1.0, abs(q))}
+            shifts = {name: begin.shifts.get(name, 0.0) + by for name, (given, by) in moved.items() if given}
+            held = tuple(name for name in begin.held if name not in moved)
+            assembled = tuple(dict.fromkeys((*begin.assembled, *moved)))
+            found = replace(found, shifts={**begin.shifts, **shifts}, held=held, assembled=assembled)
     return near, found
 
 
-def _told(base: Mechanism, begin: Start, found: Start) -> Start:
-    """Return a start whose coordinates were put onto what it nearly closes, which tells what that changed."""
-    pairs = zip(base.coordinates, begin.q, found.q, strict=True)
-    moved = {c.name: (c.given, x - q) for c, q, x in pairs if abs(x - q) > ROUNDING * max(1.0, abs(q))}
-    shifts = {name: begin.shifts.get(name, 0.0) + by for name, (given, by) in moved.items() if given}
-    held = tuple(name for name in begin.held if name not in moved)
-    assembled = tuple(dict.fromkeys((*begin.assembled, *moved)))
-    return replace(found, shifts={**begin.shifts, **shifts}, held=held, assembled=assembled)
-
-
 def _is_near(rows: OneWayRows, element: OneWay) -> bool:
-    """Return whether an element closes where its start is put right by a little; stops stand where they stand."""
+    """Return whether a small change of the start closes a contact or rope."""
     if not element.unilateral or element.open or element.kind == "stop":
         return False
     return abs(rows.gap(element)) <= rows.allowed_gap(element, NEAR) and rows.reaches(element)
 
 
 def _closing(base: Mechanism, near: Sequence[OneWay]) -> Mechanism:
-    """Return the mechanism in which elements hold both ways."""
+    """Return the mechanism in which these elements hold both ways."""
     rows = (*base.rows, *(element.normals[0] for element in near))
     return replace(base, rows=rows, parameters=base.parameters.with_rows(len(rows)))
 
 
 def _fixed(mechanism: Mechanism, found: Start, declared: Start, *, speeds: bool = False) -> Mechanism:
-    """Return a mechanism that starts at found coordinates, and with `speeds` keeps those that were given."""
+    """Return a mechanism that starts at found coordinates, and with `speeds` at the given speeds."""
     coordinates = tuple(
         replace(c, initial=as_node(x), given=True, known=True)
         for c, x in zip(mechanism.coordinates, found.q, strict=True)
@@ -362,20 +350,8 @@ def _fixed(mechanism: Mechanism, found: Start, declared: Start, *, speeds: bool 
     return replace(mechanism, coordinates=coordinates, speeds=kept)
 
 
-def _verify_outside(rows: OneWayRows) -> None:
-    """Raise ModelError for the ropes and stops that begin beyond what they allow."""
-    wrong = gathered()
-    for element in rows.mechanism.one_way:
-        if element.unilateral and element.kind in _HOW and rows.standing(element) == "inside":
-            how, advice = _HOW[element.kind]
-            message = f"{element.name} {how.format(-rows.gap(element))}; {advice}"
-            with wrong:
-                raise ModelError(message, where=Where(path=element.path), number="M119")
-    wrong.told()
-
-
 def _verify_rough(problem: Posed, closing: Sequence[str]) -> None:
-    """Raise ModelError for the first part that never slips and slips as the motion begins, unless it strikes then."""
+    """Raise ModelError for the first `static: enough` part that slips as the motion begins, unless it strikes then."""
     laws = dict(zip((part.name for part in problem.parts), problem.problem.parts, strict=True))
     for element in problem.elements:
         for part in element.frictions:

@@ -1,9 +1,12 @@
-"""Masses that jump: what leaves or joins at once takes momentum along, which the rate of no flow tells."""
+"""Prescribed motions and laws of masses as functions of time: the first jump or pole, which is a mistake.
+
+In: expressions, values of their symbols, the end of the run. Out: a jump, or ModelError with its path and time.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from functools import lru_cache
 from itertools import islice
 from typing import Final
@@ -32,10 +35,10 @@ from multibody_sym.scalars.sign_changes import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Prescribed motions that jump, in position or in speed, or have poles: no finite force makes them, nothing moves so.
+# Prescribed motions that jump, in position or in speed, or have poles: no finite force makes them.
 #
-# Between the zeros of their switching functions, their branch points and their poles prescribed motions are smooth; at
-# each of these on the way the values and the rates a little before and a little after are compared.
+# Prescribed motions are smooth between the zeros of their switching functions, their branch points and their poles. At
+# each of these, values and rates a little before and a little after are compared.
 
 
 _T: Final = symbol("t")
@@ -65,7 +68,7 @@ class Jump:
 
 @dataclass(frozen=True)
 class _Place:
-    """A time at which there may be a jump, and how far before and after it a motion is compared: each must tell it."""
+    """A time at which there may be a jump, and the distances at which a motion is compared: each must show the jump."""
 
     time: float
     beside: tuple[float, ...]
@@ -74,7 +77,7 @@ class _Place:
 
 @dataclass(frozen=True)
 class _Motion:
-    """An expression of time, the values of other symbols, and those that keep theirs, with time."""
+    """An expression of time, the values of its other symbols, and the symbols that keep theirs, with the time."""
 
     node: Node
     known: tuple[tuple[Node, float], ...]
@@ -83,7 +86,7 @@ class _Motion:
 
 
 def _motion(node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node]) -> _Motion:
-    """Return an expression of time with what it names alone: it is the same wherever nothing of that changes."""
+    """Return an expression of time with the values that it names alone, by which results are remembered."""
     named = leaves([node], "symbol")
     known = tuple((leaf, values[leaf]) for leaf in named if leaf in values)
     return _Motion(node, known, t_end, frozenset(fixed & set(named)))
@@ -93,7 +96,7 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
     """Raise ModelError, with path and time, where a prescribed motion jumps or has a pole, or its speed, before t_end.
 
     `values` are those of parameters, and of the coordinates at the start, by their symbols. Motions of joints and of
-    ground are verified, and the expressions of constraints as they change with time alone.
+    ground are verified, and the expressions of constraints, which are taken to change with time alone.
     """
     fixed = {_T, *map(symbol, system.parameters)}
     for path, node, _ in expressions(with_driving_inputs(system)):
@@ -128,11 +131,11 @@ def _message(jump: Jump, what: str, of_speeds: bool) -> str:
             f"{subject} has a pole at t = {jump.time:.6g} s, where it passes every bound: nothing moves so; keep its "
             "denominators from zero, or let the run end before (t_end)"
         )
-    told = f"t = {jump.time:.6g} s, from {jump.before:.6g} to {jump.after:.6g}"
+    where = f"t = {jump.time:.6g} s, from {jump.before:.6g} to {jump.after:.6g}"
     if jump.of == "value" and not of_speeds:
-        return f"{subject} jumps at {told}: nothing moves so; let it pass through all that is between"
+        return f"{subject} jumps at {where}: nothing moves so; let it pass through all that is between"
     return (
-        f"{subject} jumps at {told}, and the speed of what it moves would: that takes an impact, which is not "
+        f"{subject} jumps at {where}, and the speed of what it moves would: that takes an impact, which is not "
         "computed; let the speed change in a time that is not zero, as in where(t < 1, 0, (t - 1)^2)"
     )
 
@@ -142,57 +145,50 @@ def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
     """Return the first jump or pole of an expression of time, or of its rate; None where it has no value."""
     node, values, t_end = motion.node, dict(motion.known), motion.t_end
     nodes = {"value": node, "rate": derivative(node, _T)} if with_rate else {"value": node}
-    jumping, poled = list(_jumping(motion)), list(_poled(motion, nodes.values()))
+    jumps = list(_jump_places(motion))
+    pole_places: list[_Place] = []
+    for branch in poles(nodes.values(), _T):
+        if _T in (named := set(leaves([branch.switch], "symbol"))) and named <= motion.fixed:
+            pole_places += _branch_places(branch, values, t_end)
     found: list[Jump] = []
     for of, n in nodes.items():
-        places = sorted([*jumping, *_at_knots(n, motion)], key=lambda place: place.time)
-        if not places and not poled:
+        knots = []  # where derivatives of tables may jump: tables do not
+        for x in postorder([n]):
+            if x.op == "table" and x.data[1] > 0 and _T in leaves([x], "symbol"):
+                knots += [place for g in at_knots(x) for place in _switch_places(g, values, t_end)]
+        places = sorted([*jumps, *knots], key=lambda place: place.time)
+        if not places and not pole_places:
             continue
         f = _of_time(n, values)
         sizes = sorted(abs(f(t_end * k / PIECES)) for k in range(PIECES + 1))
         found += islice((jump for place in places if (jump := _jump(f, of, place, sizes)) is not None), 1)
         known = {**dict.fromkeys(leaves([n], "symbol"), 0.0), **values}
-        found += [jump for place in poled if (jump := _pole(n, known, of, place, sizes)) is not None]
+        found += [jump for place in pole_places if (jump := _pole(n, known, of, place, sizes)) is not None]
     first = min((jump.time for jump in found), default=0.0)
     earliest = (jump for jump in found if jump.time <= first + _BESIDE * t_end)
     return max(earliest, key=lambda jump: jump.pole, default=None)
 
 
-def _jumping(motion: _Motion) -> Iterator[_Place]:
-    """Yield where an expression and its rate may jump."""
+def _jump_places(motion: _Motion) -> Iterator[_Place]:
+    """Yield the places at which an expression or its rate may jump."""
     tables = {g for n in postorder([motion.node]) if n.op == "table" for g in at_knots(n)}
     for g in switching_functions([motion.node]):
         if g not in tables and _T in leaves([g], "symbol"):
-            yield from _switching(g, dict(motion.known), motion.t_end)
+            yield from _switch_places(g, dict(motion.known), motion.t_end)
     for branch in branches([motion.node], _T):
         if _T in leaves([branch.switch], "symbol"):
-            yield from _branching(branch, dict(motion.known), motion.t_end)
+            yield from _branch_places(branch, dict(motion.known), motion.t_end)
 
 
-def _at_knots(node: Node, motion: _Motion) -> Iterator[_Place]:
-    """Yield the knots of tables whose derivatives stand in an expression: they may jump there, tables do not."""
-    for n in postorder([node]):
-        if n.op == "table" and n.data[1] > 0 and _T in leaves([n], "symbol"):
-            for g in at_knots(n):
-                yield from _switching(g, dict(motion.known), motion.t_end)
-
-
-def _poled(motion: _Motion, nodes: Iterable[Node]) -> Iterator[_Place]:
-    """Yield where an expression or its rate may have a pole, whatever else moves."""
-    for branch in poles(nodes, _T):
-        if _T in (named := set(leaves([branch.switch], "symbol"))) and named <= motion.fixed:
-            yield from _branching(branch, dict(motion.known), motion.t_end)
-
-
-def _switching(g: Node, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
-    """Yield where a switching function changes its sign."""
-    told = known_zeros(g, _T, values)
-    times = islice(zeros(_of_time(g, values), t_end), _MOST_ZEROS) if told is None else told
+def _switch_places(g: Node, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
+    """Yield the sign changes of a switching function."""
+    exact = known_zeros(g, _T, values)
+    times = islice(zeros(_of_time(g, values), t_end), _MOST_ZEROS) if exact is None else exact
     yield from (_Place(time, (_BESIDE * t_end,)) for time in times if 0.0 < time < t_end)
 
 
-def _branching(branch: Branch, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
-    """Yield where a branch is met: where its switch changes its sign and what must touch zero does so."""
+def _branch_places(branch: Branch, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
+    """Yield the times at which a branch's switch changes its sign and its `touching` function touches zero."""
     times = islice(zeros(_of_time(branch.switch, values), t_end), _MOST_ZEROS)
     if branch.touching is None:
         yield from (_Place(time, (_BESIDE * t_end, _BESIDE_POLE * t_end), of_branch=True) for time in times)
@@ -208,9 +204,9 @@ def _branching(branch: Branch, values: Mapping[Node, float], t_end: float) -> It
 
 
 def _of_time(node: Node, values: Mapping[Node, float]) -> Function:
-    """Return an expression as a function of time that is 0 where it has no value: the run itself will tell.
+    """Return an expression as a function of time, 0 where it has no value, which the run reports.
 
-    What is not known, as coordinates that are measured, counts as zero.
+    Symbols without a value, as measured coordinates, count as zero.
     """
     known = {**dict.fromkeys(leaves([node], "symbol"), 0.0), **values}
 
@@ -225,9 +221,9 @@ def _of_time(node: Node, values: Mapping[Node, float]) -> Function:
 
 
 def _jump(f: Function, of: str, place: _Place, sizes: list[float]) -> Jump | None:
-    """Return the jump of f at a place, if it is one: a change that does not go down with the distance.
+    """Return the jump of f at a place: a change that does not go down with the distance. None where there is none.
 
-    `sizes` are values of f on the way, rising: beside a branch a usual one is what counts, as poles are no measure.
+    `sizes` are values of f, rising: beside a branch a usual one is the measure, as poles are none.
     """
     usual, rounding, ratio = sizes[-1], _ROUNDING, _FARTHER
     if place.of_branch:
@@ -243,7 +239,7 @@ def _jump(f: Function, of: str, place: _Place, sizes: list[float]) -> Jump | Non
 
 
 def _pole(node: Node, known: Mapping[Node, float], of: str, place: _Place, sizes: list[float]) -> Jump | None:
-    """Return that an expression has a pole at a place, if it is large beside it, grows, and not by rounding alone."""
+    """Return the pole of an expression at a place: large beside it, growing, not by rounding alone. None without."""
     beside = place.beside[-1]
     exact = {leaf: Bounded(x, 0.0) for leaf, x in known.items()}
     times = {x: Bounded(place.time + x * beside, 0.0) for x in (-1.0, -0.01, 0.01, 1.0)}
@@ -263,14 +259,6 @@ _RANGES: Final = (20, 20_000)
 """Widths (m, rad) about zero in which a law of a coordinate is looked at: near by, and far for what is far."""
 
 
-@dataclass(frozen=True)
-class _Found:
-    """The symbol along which a law jumps, and the jump, whose time is the value of the symbol."""
-
-    along: Node
-    jump: Jump
-
-
 def verify_mass_laws(system: System, values: Mapping[Node, float], t_end: float) -> None:
     """Raise ModelError, with path and place, where a mass, centre of mass or inertia jumps.
 
@@ -280,17 +268,26 @@ def verify_mass_laws(system: System, values: Mapping[Node, float], t_end: float)
     named = {_T, *map(symbol, system.parameters)}
     for path, node, unit in expressions(system):
         if path[0] == "bodies" and any(path[2 : 2 + len(part)] == part for part in _PARTS):
-            for found in _jumps(node, values, t_end, frozenset(named)):
+            for along, jump in _jumps(node, values, t_end, frozenset(named)):
+                name = str(along.data)
+                change = f"from {jump.before:.6g} to {jump.after:.6g} {unit or ''}".rstrip()
                 with at(*path):
-                    raise ModelError(_mass_jumps_message(found, "" if unit is None else unit))
+                    raise ModelError(
+                        f"it jumps at {name} = {jump.time:.6g}, {change}: what leaves or joins at once takes momentum "
+                        "along, which no flow tells. Let it change over a stretch that is not zero, as with "
+                        f"min(max(({name} - {jump.time:.6g})/0.01, 0), 1), or make what leaves a body of its own"
+                    )
 
 
-def _jumps(node: Node, values: Mapping[Node, float], t_end: float, named: frozenset[Node]) -> Iterator[_Found]:
+def _jumps(
+    node: Node, values: Mapping[Node, float], t_end: float, named: frozenset[Node]
+) -> Iterator[tuple[Node, Jump]]:
+    """Yield the first jumps of a law, each with the symbol along which it jumps; `time` is that symbol's value."""
     switching = leaves(switching_functions([node]), "symbol")
     if _T in switching and t_end > 0.0:
         jump = first_jump(node, values, t_end, named)
         if jump is not None:
-            yield _Found(_T, jump)
+            yield _T, jump
     for along in (leaf for leaf in switching if leaf not in named):
         for width in _RANGES:
             place = number(width) * (_T - number(1) / 2)
@@ -298,14 +295,4 @@ def _jumps(node: Node, values: Mapping[Node, float], t_end: float, named: frozen
             (moved,) = evaluate([node], {**known, _T: number(0)})
             jump = first_jump(moved, values, 1.0, named)
             if jump is not None:
-                yield _Found(along, Jump(width * (jump.time - 0.5), jump.of, jump.before, jump.after, jump.pole))
-
-
-def _mass_jumps_message(found: _Found, unit: str) -> str:
-    jump, name = found.jump, str(found.along.data)
-    told = f"it jumps at {name} = {jump.time:.6g}, from {jump.before:.6g} to {jump.after:.6g} {unit}".rstrip()
-    return (
-        f"{told}: what leaves or joins at once takes momentum along, which no flow tells. Let it change over "
-        f"a stretch that is not zero, as with min(max(({name} - {jump.time:.6g})/0.01, 0), 1), or make what leaves a "
-        "body of its own"
-    )
+                yield along, Jump(width * (jump.time - 0.5), jump.of, jump.before, jump.after, jump.pole)
