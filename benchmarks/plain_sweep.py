@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from multibody_sym.dynamics.formalisms.composite_body import unbalanced_wrenches
 from multibody_sym.dynamics.formalisms.inertia import rigid_inertia
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.mechanics.points import Wrench
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, cross, transpose
@@ -47,7 +47,7 @@ def plain_sweep(motion: Motion) -> tuple[list[S], list[list[S]]]:
 
 def links(motion: Motion) -> list[Link]:
     """Return what is swept over, in tree order."""
-    forces = applied(motion)
+    forces = applied_forces(motion)
     left = unbalanced_wrenches(motion, [0] * len(motion.state.u), forces.of_body)
     found = []
     for body, moved, mass, wrench in zip(motion.mechanism.bodies, motion.bodies, motion.masses, left, strict=True):

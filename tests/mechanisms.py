@@ -15,14 +15,13 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.mechanics.contact_rows import ContactRow, Flat, Rim
-from multibody_sym.mechanics.forces import applied, span
+from multibody_sym.mechanics.forces import applied_forces, span
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import direction
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.row_records import RopeRow
+from multibody_sym.mechanics.row_records import ContactRow, PlaneSurface, Rim, RopeRow
 from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.model.bodies import Body, Frame, GroundMotion, Surface, Turn
 from multibody_sym.model.constraints import (
@@ -138,7 +137,7 @@ def _tried_state(rng: Random, case: Case) -> tuple[float, list[float], list[floa
         try:
             motion = case.motion(*state)
             row_motions(motion)
-            applied(motion)
+            applied_forces(motion)
         except UNDEFINED:
             continue
         apart = all(_apart(motion, x) for x in (*case.mechanism.loads, *case.mechanism.rows))
@@ -164,7 +163,7 @@ def _has_inertia(motion: Motion) -> bool:
 
 def _apart(motion: Motion, part: Any) -> bool:
     """Return whether the points that a load or row joins do not coincide, and a disc does not lie flat on its plane."""
-    if isinstance(part, ContactRow) and isinstance(part.skins[0], Rim) and isinstance(part.skins[1], Flat):
+    if isinstance(part, ContactRow) and isinstance(part.skins[0], Rim) and isinstance(part.skins[1], PlaneSurface):
         wheel, plane = part.skins
         normal, axis = direction(motion, plane.place, plane.normal), direction(motion, wheel.place, wheel.axis)
         return float(np.linalg.norm(np.cross(normal, axis))) > 1e-2

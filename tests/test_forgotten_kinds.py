@@ -19,11 +19,10 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.analysis.independent_checks import _cancelled
 from multibody_sym.mechanics.alignment import _in_axes
-from multibody_sym.mechanics.contact_rows import ContactRow
 from multibody_sym.mechanics.energy import stored_energy
 from multibody_sym.mechanics.load_records import JointForce, Load
 from multibody_sym.mechanics.references import _vectors_and_axes
-from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, PositionRow, Row
+from multibody_sym.mechanics.row_records import AngleRow, ContactRow, DistanceRow, PositionRow, Row
 from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.fields import Element, Point, Text, Vector, holds
 from multibody_sym.model.forces import FORCES

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import door
 from multibody_sym.model.fields import Element
 from multibody_sym.scalars.node import as_node
@@ -131,7 +131,7 @@ def test_arrays_and_single_values_are_welcome() -> None:
 def test_decimals_are_values_exactly() -> None:
     (half,) = mbs.parameters("m", Decimal("0.5"))
     assert mbs.Body(mass=Decimal("0.5")) == mbs.Body(mass=Fraction(1, 2))
-    exact = [Changes({"d": Decimal(text)}).of(DECIMAL).parameters["d"].value for text in ("0.5", "0.10")]
+    exact = [Overrides({"d": Decimal(text)}).of(DECIMAL).parameters["d"].value for text in ("0.5", "0.10")]
     assert exact == [as_node(Fraction(1, 2)), as_node(Fraction(1, 10))]
     assert mbs.sqrt(Decimal("0.25")) == 0.5
     assert half + Decimal("0.5") is half + Fraction(1, 2)

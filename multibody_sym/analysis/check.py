@@ -27,7 +27,7 @@ from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.dynamics.theorems.balance import NEGLIGIBLE, instants_of, theorems
 from multibody_sym.dynamics.theorems.conserved import MOST, conserved
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import with_driving_inputs
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.limits import taut_ropes
@@ -131,11 +131,11 @@ def check(
 ) -> CheckReport:
     """Return degrees of freedom, redundant constraints, the formalisms' agreement, theorems and hints for a system.
 
-    `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism`: that whose motion and
+    `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism`: that whose motion and
     forces theorems and hints are about, None for the cheapest; all that apply are compared.
     Raises InputError for what the declaration contradicts.
     """
-    return _checked(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism)
+    return _checked(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism)
 
 
 @on_numbers

@@ -24,8 +24,8 @@ from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.number_checks import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
-from multibody_sym.mechanics.changes import Changes
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
@@ -238,7 +238,7 @@ def _parallel(places: Places) -> bool:
 def _pushed(places: Places) -> bool:
     """Return whether declared forces act at rest, or may: what they do is not seen to be nothing."""
     motion = _at_rest(places)
-    forces = applied_generalized_forces(motion, applied(motion, weight=False))
+    forces = applied_generalized_forces(motion, applied_forces(motion, weight=False))
     return any(as_node(x).shadow != 0 for x in forces)
 
 
@@ -390,10 +390,10 @@ def equilibrium(
     """Return the positions of equilibrium that are found from the start and from positions all around it, at t = 0.
 
     The system is taken at rest: speeds of the start are left out. Positions are told apart by where bodies are.
-    `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism` by name, None for the
+    `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism` by name, None for the
     cheapest. Raises InputError, and NoSolutionError where there is no start or none is found.
     """
-    return _equilibrium(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism)
+    return _equilibrium(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism)
 
 
 @on_numbers

@@ -24,7 +24,7 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import placed, rows_at, started
 from multibody_sym.mechanics.energy import stored_energy
-from multibody_sym.mechanics.law_elements import ACTIVE, Mode, OneWay
+from multibody_sym.mechanics.law_elements import ACTIVE, LawElement, Mode
 from multibody_sym.mechanics.load_records import JointPotential, JointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion
@@ -732,7 +732,7 @@ class _Closings:
         return Rests(tuple(kept), first, guesses, cut_short, (tried, max(tried, _all_sets(self.resolved))))
 
     @cached_property
-    def elements(self) -> dict[str, OneWay]:
+    def elements(self) -> dict[str, LawElement]:
         """What may close, by name."""
         return {x.name: x for x in self.resolved.one_way if x.unilateral}
 
@@ -856,7 +856,7 @@ def _smooth(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, one_way=elements, relative=relative)
 
 
-def _rolls(element: OneWay) -> bool:
+def _rolls(element: LawElement) -> bool:
     return element.kind == "contact" and element.path[0] == "constraints"
 
 

@@ -20,13 +20,13 @@ from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.dynamics.theorems.balance import INTEGRAL, NEGLIGIBLE, THEOREMS
 from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.mechanics.energy import kinetic_energy
-from multibody_sym.mechanics.forces import apart, applied, span
+from multibody_sym.mechanics.forces import apart, applied_forces, span
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, velocity
-from multibody_sym.mechanics.row_kinematics import constraint_jacobian, exerted, row_motions, row_terms
+from multibody_sym.mechanics.row_kinematics import constraint_jacobian, largest_wrenches, row_motions, row_terms
 from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.motion.methods.explicit import dormand_prince_8
 from multibody_sym.records import dataclass
@@ -260,7 +260,7 @@ def dalembert(motion: Motion) -> Reference:
         jacobian,
         gamma,
         *absolutes,
-        exerted(rows),
+        largest_wrenches(rows),
         np.array(pushing, dtype=float).reshape(jacobian.shape),
         np.array(coupling, dtype=float).reshape(square),
         {k: row.beside for k, row in enumerate(rows) if row.beside},
@@ -311,8 +311,8 @@ def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floa
     """Return Q and its absolute contributions: each load's on each body, each weight, each drive."""
     total, absolute = np.zeros(len(motion.state.u)), np.zeros(len(motion.state.u))
     loads = motion.mechanism.loads
-    acting = [(applied(motion, [x], weight=False), _cancelled(motion, x), _levers(motion, x)) for x in loads]
-    for forces, larger, levers in [*acting, (applied(motion, []), 1.0, {})]:
+    acting = [(applied_forces(motion, [x], weight=False), _cancelled(motion, x), _levers(motion, x)) for x in loads]
+    for forces, larger, levers in [*acting, (applied_forces(motion, []), 1.0, {})]:
         drives = np.array(forces.of_speed, dtype=float)
         total, absolute = total + drives, absolute + larger * np.abs(drives)
         acted_on = [k for k, wrench in enumerate(forces.of_body) if wrench != NO_WRENCH]

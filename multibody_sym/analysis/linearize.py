@@ -24,7 +24,7 @@ from multibody_sym.dynamics.start.start import Start, verify_regular_start
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where, brief
 from multibody_sym.errors import at as under
-from multibody_sym.mechanics.changes import Changes, with_settings
+from multibody_sym.mechanics.changes import Overrides, with_settings
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.fields import Scalar
@@ -233,11 +233,11 @@ def linearize(
     `at` another state: "equilibrium", the position of rest that is found first from the start, or values of coordinates
     and speeds by name, around which constraints are closed and all else stays as at the start.
     Inputs that change with time are held at their values at t = 0. `parameters` .. `project`: what the call changes of
-    the system (`Changes`); `formalism` by name, None for the cheapest.
+    the system (`Overrides`); `formalism` by name, None for the cheapest.
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
     there, or it moves such that A is not constant, by name.
     """
-    return _linearized(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
+    return _linearized(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
 
 
 @on_numbers
@@ -278,7 +278,7 @@ def period_multipliers(
     """
     with under("period"):
         asked = Scalar("s").accept(period)
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     return _multiplied(with_settings(changed, {"t_end": asked}), formalism, at)
 
 

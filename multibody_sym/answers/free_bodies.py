@@ -30,9 +30,8 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import OneWayForces, ropes
 from multibody_sym.mechanics.contact_geometry import touch
-from multibody_sym.mechanics.contact_rows import ContactRow
-from multibody_sym.mechanics.forces import applied
-from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, OneWay, component_names
+from multibody_sym.mechanics.forces import applied_forces
+from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, LawElement, component_names
 from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load, PointPull, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of
@@ -153,7 +152,7 @@ def sums(instant: Instant, several: Collection[Component], touching: Motion) -> 
     return found
 
 
-def _rows(corners: Iterable[OneWay]) -> Iterator[str]:
+def _rows(corners: Iterable[LawElement]) -> Iterator[str]:
     """Yield the rows of what rubs first at each corner."""
     for corner in corners:
         yield from (row.name for part in corner.frictions[:1] for row in part.rows)
@@ -370,7 +369,7 @@ class CutFree:
             yield from self._force(("weight", name), ("bodies", name), k, float(mass.mass) * gravity, at, 1.0)
 
     def _load(self, load: Load) -> Iterator[Pull]:
-        wrenches = applied(self.motion, [load], weight=False).of_body
+        wrenches = applied_forces(self.motion, [load], weight=False).of_body
         places = {marker.body: self._point(marker.body, marker.pose.position) for marker in load.points}
         for k, wrench in enumerate(wrenches):
             yield from self._wrench(("load", load.name), load.path, k, wrench, 1.0, places.get(k))
@@ -461,13 +460,13 @@ class CutFree:
         for row in self.scene.mechanism.rows:
             told = [float(x) for x in self.values.get(row.name, {}).values()]
             if len(told) == 1 and row.name not in names and not isinstance(row, RopeRow):
-                places = self._touched([row]) if isinstance(row, ContactRow) else None
+                places = None if row.surfaces is None else self._touched([row])
                 yield from self._exerted(row, told[0], ("row", row.name), ("constraints", row.name), places)
         for element in self.scene.mechanism.one_way:
             if element.kind in ("contact", "stop"):
                 yield from self._of_element(element)
 
-    def _of_element(self, element: OneWay) -> Iterator[Pull]:
+    def _of_element(self, element: LawElement) -> Iterator[Pull]:
         places = self._touched(list(element.rows))
         if element.unilateral:
             row = element.normals[0]
@@ -476,7 +475,7 @@ class CutFree:
         for part in element.frictions:
             yield from self._friction(element, part, places)
 
-    def _friction(self, element: OneWay, part: FrictionPart, places: Mapping[Body, Floats]) -> Iterator[Pull]:
+    def _friction(self, element: LawElement, part: FrictionPart, places: Mapping[Body, Floats]) -> Iterator[Pull]:
         """Yield friction along one row as the equations have it; in space both parts together, as a force."""
         several, words = len(part.rows) > 1, component_names(element, part)
         total = self._value(element.group, words[0])
@@ -489,7 +488,7 @@ class CutFree:
             yield from self._single(element, row, each, places, element.name)
 
     def _single(
-        self, element: OneWay, row: Row, component: str, places: Mapping[Body, Floats], slides: str = ""
+        self, element: LawElement, row: Row, component: str, places: Mapping[Body, Floats], slides: str = ""
     ) -> Iterator[Pull]:
         """Yield the force of one row, of one that is open without a value by its way."""
         value, is_open = self._value(element.name, component), (element.name, component) in self.open
@@ -497,7 +496,7 @@ class CutFree:
         for pull in self._exerted(row, known, ("row", row.name), element.path, places, slides=slides):
             yield replace(pull, value=pull.value if np.isfinite(value) else value, open=True) if is_open else pull
 
-    def _together(self, element: OneWay, part: FrictionPart, total: float) -> Iterator[Pull]:
+    def _together(self, element: LawElement, part: FrictionPart, total: float) -> Iterator[Pull]:
         """Yield the friction of all corners of a contact, where only that is determined, once: where they press."""
         corners = [each for each in self.scene.mechanism.one_way if each.group == element.group]
         if corners[0] is not element:
@@ -509,8 +508,8 @@ class CutFree:
     def _touched(self, rows: Sequence[Row]) -> dict[Body, Floats]:
         """Return for each body where an element touches it, or the lines of all its forces meet (body axes)."""
         found: dict[Body, Floats] = {}
-        if isinstance(rows[0], ContactRow):
-            where = np.array(touch(rows[0].skins, self.motion, self._bias).place, dtype=float)
+        if rows[0].surfaces is not None:
+            where = np.array(touch(rows[0].surfaces, self.motion, self._bias).place, dtype=float)
             return {k: self._within(k, where) for k in range(len(self.motion.bodies))}
         each = [self._unit(row) for row in rows]
         for k in range(len(self.motion.bodies)):
@@ -638,7 +637,7 @@ def _guide(body: TreeBody) -> Key:
     return () if across is None else ("joint", body.joint_name, COMPONENTS[across])
 
 
-def _of_element(mechanism: Mechanism, element: OneWay) -> Iterator[Lettered]:
+def _of_element(mechanism: Mechanism, element: LawElement) -> Iterator[Lettered]:
     row = element.normals[0]
     if isinstance(row, RopeRow):
         if not row.rubs:

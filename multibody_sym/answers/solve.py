@@ -22,7 +22,7 @@ from multibody_sym.answers.instant.states import beyond_limits, left_out, state_
 from multibody_sym.answers.records import OtherState, RowKind, Solution
 from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
 from multibody_sym.dynamics.start.number_checks import numbers_of
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.mode_words import mode_words
@@ -47,13 +47,13 @@ def solve(
 ) -> Solution:
     """Return what holds at t = 0, or what the impact does that the system has then.
 
-    Arguments: `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` by name, for the
-    numbers; with `steps` the solution tells how a book gets there (`Solution.steps`).
+    Arguments: `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` by name, for
+    the numbers; with `steps` the solution tells how a book gets there (`Solution.steps`).
     Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
     quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
         if asked.impact is not None:
             return solution_of_impact(asked, formalism, steps=flag("steps", steps))

@@ -14,13 +14,13 @@ from multibody_sym.cli.output import verify_apart
 from multibody_sym.dynamics.start.number_checks import examined, numbers_of
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, Where, gathered, joined
-from multibody_sym.mechanics.changes import Changes
-from multibody_sym.mechanics.model_files import Places, load_with_places
+from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.model_files import ModelPlaces, load_with_places
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.system import System
 from multibody_sym.scalars.elementary import leaves
 
-SHARED: Final = (*(f.name for f in fields(Changes)), "formalism")
+SHARED: Final = (*(f.name for f in fields(Overrides)), "formalism")
 """The arguments that every function takes beside a system."""
 
 
@@ -108,7 +108,7 @@ def shared(options: argparse.Namespace) -> dict[str, Any]:
 
 def changed(system: System, options: argparse.Namespace) -> System:
     """Return the system as the options change it. Raises InputError."""
-    return Changes(**{f.name: getattr(options, f.name) for f in fields(Changes)}).of(system)
+    return Overrides(**{f.name: getattr(options, f.name) for f in fields(Overrides)}).of(system)
 
 
 def _hints(options: argparse.Namespace, system: System) -> list[str]:
@@ -118,7 +118,7 @@ def _hints(options: argparse.Namespace, system: System) -> list[str]:
     return [options.told(hint) for hint in declared_hints(system)]
 
 
-def _told(options: argparse.Namespace, system: System, places: Places, hint: str) -> str:
+def _told(options: argparse.Namespace, system: System, places: ModelPlaces, hint: str) -> str:
     """Return a hint with its place in the file, or the option that it is about."""
     path = getattr(hint, "path", ())
     option = _option(path, options, system) if path else None

@@ -41,8 +41,8 @@ from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
 from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
 from multibody_sym.errors import InputError, at, shown
-from multibody_sym.mechanics.changes import Changes
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
@@ -69,12 +69,12 @@ def derive(
 
     `method` (or `formalism`): "lagrange" (trees whose coordinates are independent), "multipliers" (any), "newton_euler"
     (any, every body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that
-    fits. `parameters` .. `project`: what the call changes of the system (`Changes`); as the equations hold for all
+    fits. `parameters` .. `project`: what the call changes of the system (`Overrides`); as the equations hold for all
     values and states, these tell only which joint of a loop is cut. `budget`: the seconds it may take, 60 by default.
     What a person can read is written out and simplified; past that, shared sub-expressions have names. Raises
     InputError for an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
-    ready = prepared(model, Changes(parameters, initial, inputs, coordinates, project))
+    ready = prepared(model, Overrides(parameters, initial, inputs, coordinates, project))
     return equations_by(ready, method, formalism, budget)
 
 
@@ -155,7 +155,7 @@ def _formed(
     given: Energies,
 ) -> Parts:
     """Return the parts of equations of motion whose M and c were found over Nodes."""
-    forces = applied_generalized_forces(motion, applied(motion))
+    forces = applied_generalized_forces(motion, applied_forces(motion))
     rows = [[row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
     lists = [*matrix, velocity_terms, forces, *rows]
     nodes = [as_node(x) for part in lists for x in part]

@@ -10,7 +10,7 @@ from multibody_sym.derivation.derivation import equations_by
 from multibody_sym.derivation.prepare import Prepared, budget_of, prepared, shortest
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
 from multibody_sym.errors import InputError, shown
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.system import System
 
@@ -81,12 +81,12 @@ def derive(
     (any, every body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that
     fits. "hamilton" gives p, H(q, p) and the canonical equations (any but with friction, with multipliers where there
     are constraints), "routh" those of the coordinates that are not cyclic, both with their first integrals.
-    `parameters` .. `project`: what the call changes of the system (`Changes`); as the equations hold for all
+    `parameters` .. `project`: what the call changes of the system (`Overrides`); as the equations hold for all
     values and states, these tell only which joint of a loop is cut. `budget`: the seconds it may take, 60 by default.
     What a person can read is written out and simplified; past that, shared sub-expressions have names. Raises
     InputError for an unknown method, ModelError where a method does not apply, NoSolutionError past the budget.
     """
-    changes = Changes(parameters, initial, inputs, coordinates, project)
+    changes = Overrides(parameters, initial, inputs, coordinates, project)
     asked = formalism if method is None else method
     if not isinstance(asked, str) or asked not in CANONICAL:
         return equations_by(prepared(model, changes), method, formalism, budget)

@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.derivation.notation import Label, Symbols, latex_name
-from multibody_sym.mechanics.contact_rows import ContactRow, TurningRow
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row, SlidingRow
+from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row, TurningRow
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.steps import is_flat
 from multibody_sym.records import dataclass
@@ -141,7 +140,7 @@ def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         letter = row_letter(row, mechanism)
         if letter:
-            plain = row.normal if isinstance(row, SlidingRow) else row
+            plain = row.plain
             rope = plain if isinstance(plain, RopeRow) else None
             name = rope.told[0] if rope is not None else elements.get(row.name, row.name)
             yield Lettered(s, letter, name, own_letter(rope) if rope is not None else "")
@@ -163,7 +162,7 @@ def row_letter(row: Row, mechanism: Mechanism) -> str:
     """Return the letter of a row's multiplier, empty where books have none."""
     if isinstance(row, TurningRow):
         return MOMENT
-    if isinstance(row, ContactRow):
+    if row.surfaces is not None:
         return NORMAL if row.is_holonomic else FRICTION
     for element in mechanism.one_way:
         if any(row.name == friction.name for part in element.frictions for friction in part.rows):

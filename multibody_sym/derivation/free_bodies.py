@@ -17,7 +17,7 @@ import sympy
 from multibody_sym.algebra.simplify import Subexpressions
 from multibody_sym.derivation.lagrange import known_nodes
 from multibody_sym.derivation.notation import Equation, Symbols
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, partial_velocities, pose, spread
 from multibody_sym.mechanics.points import Wrench, generalized_forces
@@ -166,7 +166,7 @@ class _Sums:
         self._motion, self._symbols = motion, symbols
         self._partials = partial_velocities(motion)
         self._at_rest = accelerations(motion, [0] * len(motion.state.u))
-        self._loads = applied(motion)
+        self._loads = applied_forces(motion)
         self._rows = row_motions(motion)
 
     def drives(self, index: int) -> Iterator[tuple[list[S], S, list[S]]]:

@@ -21,7 +21,7 @@ from multibody_sym.derivation.notation import Symbols, numbered_symbols
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.energy import brakes, dissipation, kinetic_energy, potential_energy, split, stored_energy
-from multibody_sym.mechanics.forces import TINY, applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import TINY, applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism, once
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
@@ -93,7 +93,7 @@ def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
     held = _held(mechanism)
     weight = potential_energy(replace(held, mechanism=replace(mechanism, loads=())))
     potential = [weight, *(stored_energy(load, motion) for load in stored)]
-    forces = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
+    forces = [applied_generalized_forces(motion, applied_forces(motion, [load], weight=False)) for load in working]
     parts = [[kinetic_energy(held)], potential, [_restricted(row) for row in row_motions(motion)], *forces]
     return [[as_node(x) for x in part] for part in parts]
 

@@ -24,7 +24,7 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import slot_state
@@ -157,7 +157,7 @@ def cyclic_speeds(mechanism: Mechanism) -> tuple[int, ...]:
 def _working_forces(motion: Motion) -> list[Node]:
     """Return the generalised forces of what V does not hold."""
     loads = split(motion.mechanism.loads)[1]
-    return [as_node(x) for x in applied_generalized_forces(motion, applied(motion, loads, weight=False))]
+    return [as_node(x) for x in applied_generalized_forces(motion, applied_forces(motion, loads, weight=False))]
 
 
 def vanishes(expression: Node) -> bool:

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.errors import ArgumentError, MultibodyError, shown
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import (
     ARRAY,
     Measure,
@@ -206,7 +206,7 @@ class Prepared:
     told: Told
 
 
-def prepared(model: System | Mechanism, changes: Changes) -> Prepared:
+def prepared(model: System | Mechanism, changes: Overrides) -> Prepared:
     """Return what is derived from a model with changes; raises ModelError, NoSolutionError, ArgumentError."""
     model = _asked(model, changes)
     resolved = model if isinstance(model, Mechanism) else _at_start(model)
@@ -225,10 +225,10 @@ def _at_start(system: System) -> Mechanism:
     return state_at(declared, project=system.simulation.project).mechanism if declared.one_way else declared
 
 
-def _asked(model: System | Mechanism, changes: Changes) -> System | Mechanism:
+def _asked(model: System | Mechanism, changes: Overrides) -> System | Mechanism:
     if not isinstance(model, Mechanism):
         return changes.of(model)
-    if changes != Changes():
+    if changes != Overrides():
         raise ArgumentError("a Mechanism is what follows from a System and is not changed; hand over the System")
     return model
 

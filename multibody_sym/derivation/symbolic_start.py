@@ -23,8 +23,8 @@ from multibody_sym.dynamics.programs.reactions import OneWayForces
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import (
     Coordinate,
     Mechanism,
@@ -39,7 +39,7 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import tangent_angle
 from multibody_sym.mechanics.ropes import wrap_angle
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
-from multibody_sym.mechanics.row_records import RopeSlipRow, Row, Sliding, SlidingRow
+from multibody_sym.mechanics.row_records import RopeSlipRow, Row, Sliding
 from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import functions
@@ -141,7 +141,7 @@ def _bouncing(mechanism: Mechanism) -> list[Node]:
     return [as_node(x) for x in (*own, *given)]
 
 
-def _one_way(mechanism: Mechanism) -> list[OneWay]:
+def _one_way(mechanism: Mechanism) -> list[LawElement]:
     return [*mechanism.one_way, *(mechanism.impact.meetings if mechanism.impact is not None else ())]
 
 
@@ -323,9 +323,9 @@ def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
     rows = row_motions(motion)
     upper = [[*row, *(-h.forces[k] for h in rows)] for k, row in enumerate(mass_matrix(motion))]
     lower = [[*h.jacobian, *(h.coupling.get(k, 0) for k in range(len(rows)))] for h in rows]
-    applied_forces = applied_generalized_forces(motion, applied(motion))
-    velocity_terms = inverse_dynamics(motion, [0] * len(applied_forces))
-    forcing = [q - c for q, c in zip(applied_forces, velocity_terms, strict=True)]
+    generalized = applied_generalized_forces(motion, applied_forces(motion))
+    velocity_terms = inverse_dynamics(motion, [0] * len(generalized))
+    forcing = [q - c for q, c in zip(generalized, velocity_terms, strict=True)]
     return [*upper, *lower], [*forcing, *(h.gamma for h in rows)]
 
 
@@ -658,7 +658,7 @@ def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Slidi
 def _beginning(mechanism: Mechanism) -> Iterator[Sliding]:
     """Yield what begins to slide in space from rest."""
     for row in mechanism.rows:
-        for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+        for sliding in row.sliding:
             if sliding.starts is not None:
                 yield sliding
 

@@ -23,16 +23,15 @@ from multibody_sym.derivation.symbolic_equations import CanonicalEquations, Symb
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, momentum, power_of, resultant
 from multibody_sym.dynamics.theorems.balance import idle_reactions
 from multibody_sym.dynamics.theorems.conserved import Conserved, conserved_quantities
-from multibody_sym.mechanics.changes import Changes
-from multibody_sym.mechanics.contact_rows import ContactRow
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.energy import split
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import Load, MassFlow
 from multibody_sym.mechanics.mechanism import TreeBody
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import Wrench
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, PositionRow, RopeRow
+from multibody_sym.mechanics.row_records import AngleRow, ContactRow, DistanceRow, PositionRow, RopeRow
 from multibody_sym.mechanics.state import slot_state
 from multibody_sym.mechanics.variable_mass import carried_by_flows, carried_momentum
 from multibody_sym.model.bodies import IDENTITY, ORIGIN
@@ -73,7 +72,7 @@ def theorems(
     Momentum, angular momentum about the origin and energy in ground's axes, every term of both sides with its name;
     arguments and errors are those of `derive`. What is conserved holds for the system's values, from its start on.
     """
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     equations = derive(asked, method, formalism=formalism, budget=budget)
     return with_theorems(equations, conserved_quantities(asked))
 
@@ -167,7 +166,7 @@ class _Theorems:
     def _wrenches(self) -> list[tuple[str, tuple[Any, ...]]]:
         """Return forces and moments about the origin (6, sympy) of the weight, the loads and the rows, by name."""
         motion, loads = self._motion, self._mechanism.loads
-        acting = [(WEIGHT, applied(motion, ()).of_body, sympy.S.One)]
+        acting = [(WEIGHT, applied_forces(motion, ()).of_body, sympy.S.One)]
         acting += [(load.name, self._exerted(load), sympy.S.One) for load in loads]
         rows = zip(self._mechanism.rows, self._rows, self._equations.symbols.multipliers, strict=True)
         acting += [(row.name, found.of_body, multiplier) for row, found, multiplier in rows]
@@ -178,7 +177,7 @@ class _Theorems:
 
     def _exerted(self, load: Load) -> list[Wrench]:
         """Return what a load exerts, with the momentum that comes or goes with mass."""
-        of_body = list(applied(self._motion, [load], weight=False).of_body)
+        of_body = list(applied_forces(self._motion, [load], weight=False).of_body)
         if isinstance(load, MassFlow):
             (force, moment), more = of_body[load.body], carried_momentum(self._motion, load.body)
             of_body[load.body] = add(force, more[0]), add(moment, more[1])
@@ -189,7 +188,7 @@ class _Theorems:
         found: list[tuple[str, Any]] = []
         u = self._motion.state.u
         for load in split(self._mechanism.loads)[1]:
-            forces = applied(self._motion, [load], weight=False)
+            forces = applied_forces(self._motion, [load], weight=False)
             along = sum((f * x for f, x in zip(forces.of_speed, u, strict=True)), 0)
             gained = carried_by_flows(self._motion, [load])
             found.append((load.name, self._sympy(power_of(self._motion, forces.of_body) + along + gained)))

@@ -15,7 +15,7 @@ from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
 from multibody_sym.errors import shown as shown_value
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.argument_checks import callback, flag
@@ -62,7 +62,7 @@ def draw(
     figure says which are not unique); `names` are letters of bodies, joints and lengths; `redundant` marks joints and
     constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
     word each if it is a mapping;
-    `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run,
+    `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
@@ -70,7 +70,7 @@ def draw(
     wanted = {name: flag(name, value) for name, value in options.items()}
     if path is not None:
         ending_of(path)
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
         scene = scene_of(asked)
         run = _run(asked, at, formalism, callback("on_progress", on_progress), reactions=wanted["reactions"])

@@ -28,7 +28,7 @@ from multibody_sym.documents.runs import run_summary
 from multibody_sym.documents.solution import check_text, solution_text
 from multibody_sym.documents.worked import worked_parts
 from multibody_sym.errors import InputError, MultibodyError, Where
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import door
 from multibody_sym.model.parameters import DimensionField
 from multibody_sym.model.system import System, verify_system
@@ -478,7 +478,7 @@ def report(
 
     It holds the figure, the description, parameters, equations, the solution at the start step by step with the body
     cut free, the motion with its account of energy and constraints, what is redundant, and the `command` that made it.
-    `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` and `settings` (t_end,
+    `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` and `settings` (t_end,
     method, step, rtol, atol, samples, constraints, native, backend) are those of the run.
     Raises InputError, OutputError; what cannot be found is told in the report.
     """
@@ -486,7 +486,7 @@ def report(
     told = chosen_units(units)
     if path is not None:
         report_ending(path_name(path))
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     found = Report(findings(asked, command, {**settings, "formalism": formalism}), told)
     if path is not None:
         found.write(path)

@@ -13,11 +13,10 @@ from dataclasses import fields, replace
 from functools import singledispatch
 from typing import Any, Final
 
-from multibody_sym.mechanics.contact_rows import Face, Skin
 from multibody_sym.mechanics.load_records import BodyTorque, Load, MassFlow, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, invariant_directions, motion_of
-from multibody_sym.mechanics.row_records import Bend, Grip, Marker, Row, Sliding
+from multibody_sym.mechanics.row_records import ContactSurface, Face, Marker, RopeBend, RoughWheel, Row, Sliding
 from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.fields import Point
@@ -46,7 +45,7 @@ _ROUNDING: Final = 1e-14
 
 
 @dataclass(frozen=True)
-class Axes:
+class BodyAxes:
     """New axes of a body: `turn` maps components along the declared axes to those along the new ones; `origin` is the
     new origin, in the declared axes."""
 
@@ -80,7 +79,7 @@ def aligned(mechanism: Mechanism) -> Mechanism:
 
     Bodies keep what was declared where the directions of their joints depend on parameters.
     """
-    axes = {-1: Axes()}
+    axes = {-1: BodyAxes()}
     bodies = []
     for index, body in enumerate(mechanism.bodies):
         on_parent = axes[body.parent].pose(body.frame_on_parent)
@@ -100,12 +99,12 @@ def economical_motion(mechanism: Mechanism, state: State) -> Motion:
     return motion_of(aligned(mechanism) if state.scalar is Node else mechanism, state)
 
 
-def _placed(body: TreeBody, on_parent: Pose) -> tuple[Axes, TreeBody]:
+def _placed(body: TreeBody, on_parent: Pose) -> tuple[BodyAxes, TreeBody]:
     """Return a body's new axes, and the body with its joint described in them and in the parent's new ones."""
     on_body = body.frame_on_body
     directions = [d for step in body.steps for d in (*step.slides, *step.turns)]
     if any(x.shadow is None for d in (*on_parent.rotation, *on_body.rotation, *directions) for x in d):
-        return Axes(), replace(body, frame_on_parent=on_parent)
+        return BodyAxes(), replace(body, frame_on_parent=on_parent)
     turn_F, turn_M = _matrix(on_parent.rotation), _matrix(on_body.rotation)
     turn = _joint_axes(body, turn_F)
     steps = tuple(step.with_directions(lambda d: _snapped(apply(turn, d))) for step in body.steps)
@@ -115,7 +114,7 @@ def _placed(body: TreeBody, on_parent: Pose) -> tuple[Axes, TreeBody]:
     if shift is not ZERO_VECTOR:
         position = _nodes(add(position, apply(_matrix(rotation), shift)))
         origin = _nodes(add(origin, apply(turn_M, apply_transposed(turn, shift))))
-    axes = Axes(_matrix(_rounded(product(turn, transpose(turn_M)))), ZERO_VECTOR if origin is ORIGIN else origin)
+    axes = BodyAxes(_matrix(_rounded(product(turn, transpose(turn_M)))), ZERO_VECTOR if origin is ORIGIN else origin)
     return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose())
 
 
@@ -190,12 +189,12 @@ def _nodes(v: Vec) -> Point:
 
 
 @singledispatch
-def _in_axes(part: Any, axes: Mapping[int, Axes]) -> Any:
+def _in_axes(part: Any, axes: Mapping[int, BodyAxes]) -> Any:
     """Return a part of a mechanism with the poses in it described in new axes of their bodies.
 
     What is given along the axes of its markers keeps its components.
     """
-    if isinstance(part, (Row, Face, Skin, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
+    if isinstance(part, (Row, Face, ContactSurface, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
         return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
     if isinstance(part, _PLAIN):
         return part
@@ -207,36 +206,36 @@ _PLAIN: Final = (str, int, float, Node, type(None))
 
 
 @_in_axes.register(tuple)
-def _(part: tuple[Any, ...], axes: Mapping[int, Axes]) -> Any:
+def _(part: tuple[Any, ...], axes: Mapping[int, BodyAxes]) -> Any:
     return tuple(_in_axes(x, axes) for x in part)
 
 
 @_in_axes.register
-def _(part: Marker, axes: Mapping[int, Axes]) -> Marker:
+def _(part: Marker, axes: Mapping[int, BodyAxes]) -> Marker:
     return replace(part, pose=axes[part.body].pose(part.pose))
 
 
 @_in_axes.register
-def _(part: Bend, axes: Mapping[int, Axes]) -> Bend:
+def _(part: RopeBend, axes: Mapping[int, BodyAxes]) -> RopeBend:
     new = {name: _in_axes(getattr(part, name), axes) for name in ("at", "beside", "grip")}
     return replace(part, **new, axis=axes[part.at.body].vector(part.axis))
 
 
 @_in_axes.register
-def _(part: Grip, axes: Mapping[int, Axes]) -> Grip:
+def _(part: RoughWheel, axes: Mapping[int, BodyAxes]) -> RoughWheel:
     return replace(part, frame=_in_axes(part.frame, axes))
 
 
 @_in_axes.register
-def _(part: PointForce, axes: Mapping[int, Axes]) -> PointForce:
+def _(part: PointForce, axes: Mapping[int, BodyAxes]) -> PointForce:
     return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))
 
 
 @_in_axes.register
-def _(part: MassFlow, axes: Mapping[int, Axes]) -> MassFlow:
+def _(part: MassFlow, axes: Mapping[int, BodyAxes]) -> MassFlow:
     return replace(part, at=_in_axes(part.at, axes), velocity=axes[part.axes].vector(part.velocity))
 
 
 @_in_axes.register
-def _(part: BodyTorque, axes: Mapping[int, Axes]) -> BodyTorque:
+def _(part: BodyTorque, axes: Mapping[int, BodyAxes]) -> BodyTorque:
     return replace(part, value=axes[part.axes].vector(part.value))

@@ -23,7 +23,7 @@ from multibody_sym.text.parser import parse_scalar
 
 
 @dataclass(frozen=True)
-class Changes:
+class Overrides:
     """What every function takes beside a system, and every command beside a model file; None leaves all as declared.
 
     `parameters`: values by name (numbers, expressions, or text such as `500 g` or `2*r`); `initial`: coordinates and

@@ -18,11 +18,10 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.contact_rows import LOCAL, Bent, ContactRow, Edge, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.mechanics.mechanism import ARRAY, ParameterVector
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import (
-    Direction,
+    UnitVector,
     acceleration,
     angular_acceleration,
     angular_velocity,
@@ -32,7 +31,21 @@ from multibody_sym.mechanics.points import (
     velocity,
 )
 from multibody_sym.mechanics.references import BARE, References
-from multibody_sym.mechanics.row_records import NOWHERE, Marker, Row
+from multibody_sym.mechanics.row_records import (
+    LOCAL,
+    NOWHERE,
+    Bent,
+    ContactRow,
+    ContactSurface,
+    Edge,
+    Face,
+    Level,
+    Marker,
+    PlaneSurface,
+    Rim,
+    RoundSurface,
+    Row,
+)
 from multibody_sym.mechanics.spanning_tree import body_part
 from multibody_sym.model.bodies import (
     FROM_AXIS,
@@ -82,9 +95,9 @@ class Solid:
     `inner` is a place inside it, for those with faces that end or corners. `edges`, of boxes in space, touch balls.
     """
 
-    skins: tuple[tuple[str, Skin], ...]
+    skins: tuple[tuple[str, ContactSurface], ...]
     inner: Marker | None = None
-    edges: tuple[tuple[str, Skin], ...] = ()
+    edges: tuple[tuple[str, ContactSurface], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -98,8 +111,8 @@ class _Place:
     def at(self, place: Point) -> Marker:
         return Marker(self.name, self.body, Pose(place))
 
-    def points(self, places: Sequence[Point], what: str) -> Iterator[tuple[str, Skin]]:
-        yield from ((f"{what}{k}", Round(self.at(place))) for k, place in enumerate(places, 1))
+    def points(self, places: Sequence[Point], what: str) -> Iterator[tuple[str, ContactSurface]]:
+        yield from ((f"{what}{k}", RoundSurface(self.at(place))) for k, place in enumerate(places, 1))
 
 
 def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
@@ -126,17 +139,17 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)
 
 
-def _with_ends(place: _Place, part: str, parts: Mapping[str, Skin]) -> Solid:
+def _with_ends(place: _Place, part: str, parts: Mapping[str, ContactSurface]) -> Solid:
     """Return a part of a shape; a face of a box in a plane model touches with the corners at its ends, too."""
     skin = parts[part]
-    if not (isinstance(skin, Flat) and skin.beside and skin.ends and part in _SIDES):
+    if not (isinstance(skin, PlaneSurface) and skin.beside and skin.ends and part in _SIDES):
         return Solid((("", skin),))
     corners = ((corner, parts[corner]) for corner in corners_of(part))
     return Solid(((part, skin), *corners), place.at(ORIGIN))
 
 
 def _point(reference: str, references: References) -> Solid:
-    return Solid((("", Round(references.marker(reference))),))
+    return Solid((("", RoundSurface(references.marker(reference))),))
 
 
 def _only_surface(name: str, body: Body, references: References, *, flat: bool) -> Solid:
@@ -157,7 +170,7 @@ def _of_surface(place: _Place, surface: Surface, body: Body) -> Solid:
         p, q = body.ends(surface.segment)
         return _bar(place, p, q, unit_vector(surface.normal))
     if surface.point is not None:
-        return Solid((("", Round(place.at(surface.point))),))
+        return Solid((("", RoundSurface(place.at(surface.point))),))
     centre = place.at(surface.centre)
     if surface.guide is not None:
         _verify_flat(place, "is a curve", "it is touched where all moves in the xy-plane; on_curve guides points")
@@ -166,7 +179,7 @@ def _of_surface(place: _Place, surface: Surface, body: Body) -> Solid:
     if surface.revolution is not None:
         return Solid((("", _level(centre, surface.revolution, unit_vector(surface.axis), flat=place.flat)),))
     if surface.sphere is not None or place.flat:
-        return Solid((("", Round(centre, surface.radius, surface.inside)),))
+        return Solid((("", RoundSurface(centre, surface.radius, surface.inside)),))
     if surface.inside:
         message = "is a rim, which in space has no inside; a bowl is {sphere: r, inside: true}"
         raise ModelError(f"{place.name} {message}", number="M114")
@@ -190,27 +203,27 @@ def _level(centre: Marker, profile: Node, axis: Point, *, flat: bool) -> Level:
 def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, ...] | None) -> Solid:
     """Return a plane; where it ends its ends are corners, and what is below its middle is inside."""
     if between is None:
-        return Solid((("", Flat(place.at(through), normal)),))
+        return Solid((("", PlaneSurface(place.at(through), normal)),))
     _verify_flat(place)
     p, q = between
     middle = scale(ONE / 2, add(p, q))
     inner = place.at(subtract(middle, scale(_distance(p, q) / 2, normal)))
-    face = Flat(place.at(through), normal, (place.at(p), place.at(q)))
+    face = PlaneSurface(place.at(through), normal, (place.at(p), place.at(q)))
     return Solid((("", face), *place.points(between, "end")), inner)
 
 
 def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
     """Return a thin bar: its ends, and its side with a normal; in a plane model both its sides where that is z."""
     ends = place.at(p), place.at(q)
-    skins: list[tuple[str, Skin]]
+    skins: list[tuple[str, ContactSurface]]
     if not place.flat:
         skins = [("side", Edge(*ends, normal))]
     elif is_upright(normal):
         left = cross(_Z, unit_vector(subtract(q, p)))
         faces = {"left": left, "right": opposite(left)}
-        skins = [(name, Flat(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
+        skins = [(name, PlaneSurface(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
     else:
-        skins = [("side", Flat(ends[0], normal, ends))]
+        skins = [("side", PlaneSurface(ends[0], normal, ends))]
     return Solid((*skins, *place.points((p, q), "end")))
 
 
@@ -232,14 +245,14 @@ def _of_shape(place: _Place, shape: Shape) -> Solid:
         ends = ORIGIN, (sizes[0], ZERO, ZERO)
         return _bar(place, *ends, _Z)
     if place.flat or shape.kind in ("sphere", "shell"):
-        return Solid((("", Round(centre, sizes[0])),))
+        return Solid((("", RoundSurface(centre, sizes[0])),))
     if shape.kind == "cylinder":
         rims = [Rim(place.at((ZERO, ZERO, z)), sizes[0], _Z) for z in (negate(sizes[1] / 2), sizes[1] / 2)]
         return Solid(tuple((f"rim{k}", rim) for k, rim in enumerate(rims, 1)))
     return Solid((("", Rim(centre, sizes[0], _Z)),))
 
 
-def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, ContactSurface]]:
     """Yield the faces of a box, each of which is touched where it is nearer than those beside it."""
     halves = [size / 2 for size in shape.sizes]
     normals = [(n, half) for n, half in zip((_X, _Y, _Z), halves, strict=True)][: 2 if place.flat else 3]
@@ -248,10 +261,10 @@ def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
     faces = [Face(place.at(scale(half, n)), n) for n, half in turned]
     for name, face in zip(_SIDES, faces, strict=False):
         ends = _face_ends(place, face, halves) if place.flat else None
-        yield name, Flat(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
+        yield name, PlaneSurface(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
 
 
-def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, ContactSurface]]:
     """Yield what may be named of a shape: corners, faces and edges of a box, ends and sides of a rod, rims."""
     yield from ((name, skin) for name, skin in _of_shape(place, shape).skins if name)
     if shape.kind == "box" and not place.flat:
@@ -260,7 +273,7 @@ def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
 
 def _edges(
     place: _Place, shape: Shape, pairs: type[combinations[Any] | permutations[Any]]
-) -> Iterator[tuple[str, Skin]]:
+) -> Iterator[tuple[str, ContactSurface]]:
     """Yield the edges of a box in space by the faces that meet there, with `permutations` either way round."""
     halves = [scale(size / 2, axis) for size, axis in zip(shape.sizes, (_X, _Y, _Z), strict=True)]
     x, y, z = halves
@@ -382,15 +395,15 @@ def fits(motion: Motion, rows: Iterable[Row]) -> Iterator[Fit]:
         if not isinstance(row, ContactRow) or row.along != "normal":
             continue
         wheel, bent = sorted(row.skins, key=lambda skin: isinstance(skin, Bent))
-        if isinstance(bent, Bent) and isinstance(wheel, Round):
+        if isinstance(bent, Bent) and isinstance(wheel, RoundSurface):
             place = np.array(position(motion, bent.foot), dtype=float)
             (radius,) = map(float, motion.state.values([wheel.radius]))
-            bends = radius * bending(bent, motion)
+            bends = radius * foot_curvature(bent, motion)
             ratio = bends if not wheel.inside else -1.0 / bends if bends < 0.0 else inf
             yield Fit(row, place, radius, ratio, wheel.inside)
 
 
-def bending(skin: Bent, motion: Motion) -> float:
+def foot_curvature(skin: Bent, motion: Motion) -> float:
     """Return the curvature (1/m) at the foot, positive towards what touches the curve, at a state in floats."""
     body = motion.mechanism.bodies[skin.foot.body]
     step = body.steps[0]
@@ -434,7 +447,7 @@ class Touch:
 
     place: Vec
     gap: S
-    normal: Direction
+    normal: UnitVector
     slip: Vec
     slip_rate: Vec
     turning: Vec
@@ -445,7 +458,7 @@ class Touch:
 class _Facing:
     """What a skin shows to a centre: the normal towards it, and how far it is along that."""
 
-    normal: Direction
+    normal: UnitVector
     height: S
 
 
@@ -460,13 +473,13 @@ class _Met:
     arm_rate: Vec
 
 
-def gap(skins: tuple[Skin, Skin], motion: Motion) -> S:
+def gap(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> S:
     """Return the gap between two skins alone."""
     met = _met(skins[::-1] if _contacts_faces(*skins) else skins, motion)
     return met.facing.height + dot(met.facing.normal.vector, met.arm)
 
 
-def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
+def touch(skins: tuple[ContactSurface, ContactSurface], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
     """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
     if _contacts_faces(*skins):
         found = _centre_on((skins[1], skins[0]), motion, bias)
@@ -481,14 +494,14 @@ def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Ve
     return _centre_on(skins, motion, bias)
 
 
-def _contacts_faces(first: Skin, second: Skin) -> bool:
+def _contacts_faces(first: ContactSurface, second: ContactSurface) -> bool:
     """Return whether the first of two skins faces the second, which has the centre."""
     if isinstance(first, (Edge, Bent)):
-        return isinstance(second, Round)
-    return isinstance(first, (Flat, Level))
+        return isinstance(second, RoundSurface)
+    return isinstance(first, (PlaneSurface, Level))
 
 
-def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
+def _centre_on(skins: tuple[ContactSurface, ContactSurface], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
     """Return the same for a first skin that has a centre, or a segment that crosses another."""
     first, second = skins
     w, w_2 = (angular_velocity(motion, skin.place.body) for skin in skins)
@@ -511,31 +524,31 @@ def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Ve
     )
 
 
-def _met(skins: tuple[Skin, Skin], motion: Motion) -> _Met:
+def _met(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> _Met:
     first, second = skins
     apart = subtract(position(motion, first.place), position(motion, second.place))
     apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
     if isinstance(first, Edge) and isinstance(second, Edge):
         crossing = _crossing(first, second, motion, apart, apart_rate)
         return _Met(apart, apart_rate, crossing.facing, crossing.arm, crossing.arm_rate)
-    facing = _facing(second, motion, apart, apart_rate, isinstance(first, Round) and first.inside)
+    facing = _facing(second, motion, apart, apart_rate, isinstance(first, RoundSurface) and first.inside)
     return _Met(apart, apart_rate, facing, *_arm(first, motion, facing.normal))
 
 
 @singledispatch
-def _facing(skin: Skin, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+def _facing(skin: ContactSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """Return what a skin shows to a centre that is `apart` from its place; `hollow`: to what is round that centre."""
     raise TypeError(f"nothing says how {type(skin).__name__} is touched")
 
 
 @_facing.register
-def _(skin: Flat, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+def _(skin: PlaneSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     n = direction(motion, skin.place, skin.normal)
-    return _Facing(Direction(n, cross(angular_velocity(motion, skin.place.body), n)), dot(n, apart))
+    return _Facing(UnitVector(n, cross(angular_velocity(motion, skin.place.body), n)), dot(n, apart))
 
 
 @_facing.register
-def _(skin: Round, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+def _(skin: RoundSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """Of one in the other the normal leads from centre to centre the other way, along x where they are in one place.
 
     There each direction is as near as any other: what is wide open is open, and what is inside is found to be.
@@ -543,10 +556,10 @@ def _(skin: Round, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) ->
     sense = -1 if skin.inside or hollow else 1
     length = sqrt(dot(apart, apart))
     if is_exactly(length, 0):
-        return _Facing(Direction((1, 0, 0), (0, 0, 0)), -_radius(skin, motion))
+        return _Facing(UnitVector((1, 0, 0), (0, 0, 0)), -_radius(skin, motion))
     n = scale(sense / length, apart)
     across = subtract(apart_rate, scale(dot(n, apart_rate), n))
-    return _Facing(Direction(n, scale(sense / length, across)), sense * length - _radius(skin, motion))
+    return _Facing(UnitVector(n, scale(sense / length, across)), sense * length - _radius(skin, motion))
 
 
 @_facing.register
@@ -563,7 +576,7 @@ def _(skin: Level, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) ->
     bending = apply(symmetric(second), [dot(axis, carried) for axis in axes])
     turning = scale(1 / size, subtract(bending, scale(dot(n, bending), n)))
     normal = combination(axes, n)
-    return _Facing(Direction(normal, add(cross(w, normal), combination(axes, turning))), function / size)
+    return _Facing(UnitVector(normal, add(cross(w, normal), combination(axes, turning))), function / size)
 
 
 @_facing.register
@@ -573,41 +586,41 @@ def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> 
     away = subtract(apart, scale(dot(along.vector, apart), along.vector))
     length = sqrt(dot(away, away))
     if is_exactly(length, 0):
-        return _Facing(Direction((1, 0, 0), (0, 0, 0)), length)
+        return _Facing(UnitVector((1, 0, 0), (0, 0, 0)), length)
     before, after = dot(along.rate, apart) + dot(along.vector, apart_rate), dot(along.vector, apart)
     away_rate = subtract(apart_rate, add(scale(before, along.vector), scale(after, along.rate)))
     n = scale(1 / length, away)
-    return _Facing(Direction(n, scale(1 / length, subtract(away_rate, scale(dot(n, away_rate), n)))), length)
+    return _Facing(UnitVector(n, scale(1 / length, subtract(away_rate, scale(dot(n, away_rate), n)))), length)
 
 
 @_facing.register
 def _(skin: Bent, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """Where the foot is right below the centre, as its row says, the height over its tangent is the distance."""
     n, rate = bent_normal(skin, motion)
-    return _Facing(Direction(n, rate), dot(n, subtract(apart, to_foot(skin, motion)[0])))
+    return _Facing(UnitVector(n, rate), dot(n, subtract(apart, to_foot(skin, motion)[0])))
 
 
 @singledispatch
-def _arm(skin: Skin, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+def _arm(skin: ContactSurface, motion: Motion, normal: UnitVector) -> tuple[Vec, Vec]:
     """Return the vector from a skin's centre to its place that is nearest against the normal, and its rate."""
     raise TypeError(f"nothing says where {type(skin).__name__} is nearest")
 
 
 @_arm.register
-def _(skin: Round, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+def _(skin: RoundSurface, motion: Motion, normal: UnitVector) -> tuple[Vec, Vec]:
     radius = _radius(skin, motion)
     return scale(-radius, normal.vector), scale(-radius, normal.rate)
 
 
 @_arm.register
-def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+def _(skin: Rim, motion: Motion, normal: UnitVector) -> tuple[Vec, Vec]:
     """With the axis a and g = a x (n x a), of the size |n x a|, it is -r g / |g|; the centre where n x a is zero.
 
     g is across a to the last digit, so that its direction, which rounding makes where the rim lies flat, is in the rim.
     """
     (radius,) = motion.state.values([skin.radius])
     a = direction(motion, skin.place, skin.axis)
-    axis = Direction(a, cross(angular_velocity(motion, skin.place.body), a))
+    axis = UnitVector(a, cross(angular_velocity(motion, skin.place.body), a))
     across = normal.cross(axis)
     steep, square = axis.cross(across), dot(across.vector, across.vector)
     if is_exactly(square, 0) or not skin.rolls:
@@ -619,19 +632,19 @@ def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
 
 
 @_arm.register
-def _(skin: Bent, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+def _(skin: Bent, motion: Motion, normal: UnitVector) -> tuple[Vec, Vec]:
     """The foot is where the tangent is across the normal, as its row says."""
     return to_foot(skin, motion)
 
 
-def _course(skin: Edge, motion: Motion) -> tuple[Direction, S]:
+def _course(skin: Edge, motion: Motion) -> tuple[UnitVector, S]:
     """Return the direction of a segment, and its length."""
     whole = subtract(position(motion, skin.tip), position(motion, skin.place))
     length = sqrt(dot(whole, whole))
     if is_exactly(length, 0):
         raise ModelError(f"{skin.place.name} leads from a place to the same place; give it two ends")
     along = scale(1 / length, whole)
-    return Direction(along, cross(angular_velocity(motion, skin.place.body), along)), length
+    return UnitVector(along, cross(angular_velocity(motion, skin.place.body), along)), length
 
 
 @dataclass(frozen=True)
@@ -650,8 +663,8 @@ def _crossing(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate:
     """With c = d1 . d2 and w = `apart` the first is nearest at (c d2 . w - d1 . w) / (1 - c^2) along d1."""
     d1, d2 = _course(first, motion)[0], _course(second, motion)[0]
     c, c_rate = _product(d1, d2)
-    on_1, on_1_rate = _product(d1, Direction(apart, apart_rate))
-    on_2, on_2_rate = _product(d2, Direction(apart, apart_rate))
+    on_1, on_1_rate = _product(d1, UnitVector(apart, apart_rate))
+    on_2, on_2_rate = _product(d2, UnitVector(apart, apart_rate))
     across = d1.cross(d2)
     steep = dot(across.vector, across.vector)
     if is_exactly(steep, 0) or (isinstance(steep, float) and steep <= _PARALLEL_LINES):
@@ -665,13 +678,13 @@ def _crossing(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate:
     length = _side(first, second, motion, across.vector) * sqrt(steep)
     n = scale(1 / length, across.vector)
     across_rate = scale(1 / length, across.rate)
-    normal = Direction(n, subtract(across_rate, scale(dot(n, across_rate), n)))
+    normal = UnitVector(n, subtract(across_rate, scale(dot(n, across_rate), n)))
     arm_rate = add(scale(way_rate, d1.vector), scale(way, d1.rate))
     facing = _Facing(normal, dot(n, apart))
     return _Crossing(facing, way, (on_2 - c * on_1) / steep, scale(way, d1.vector), arm_rate)
 
 
-def _product(a: Direction, b: Direction) -> tuple[S, S]:
+def _product(a: UnitVector, b: UnitVector) -> tuple[S, S]:
     return dot(a.vector, b.vector), dot(a.rate, b.vector) + dot(a.vector, b.rate)
 
 
@@ -688,12 +701,12 @@ def _side(first: Edge, second: Edge, motion: Motion, across: Vec) -> S:
     return sense * towards
 
 
-def _radius(skin: Round, motion: Motion) -> S:
+def _radius(skin: RoundSurface, motion: Motion) -> S:
     (radius,) = motion.state.values([skin.radius])
     return -radius if skin.inside else radius
 
 
-def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> Direction:
+def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> UnitVector:
     """Return the direction of a row: the normal, a tangent, or the axis of rolling along a tangent, normal x t."""
     if row.along == "normal":
         return touching.normal
@@ -704,20 +717,20 @@ def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> Direc
     return turned
 
 
-def _first_tangent(row: ContactRow, motion: Motion, normal: Direction) -> Direction:
+def _first_tangent(row: ContactRow, motion: Motion, normal: UnitVector) -> UnitVector:
     if row.across is not None:
-        plane = next(skin for skin in row.skins if isinstance(skin, Flat)).place
+        plane = next(skin for skin in row.skins if isinstance(skin, PlaneSurface)).place
         t = direction(motion, plane, row.across)
-        return Direction(t, cross(angular_velocity(motion, plane.body), t))
+        return UnitVector(t, cross(angular_velocity(motion, plane.body), t))
     if row.upright:
-        return Direction(cross(normal.vector, _CONTACTS_Z), cross(normal.rate, _CONTACTS_Z))
+        return UnitVector(cross(normal.vector, _CONTACTS_Z), cross(normal.rate, _CONTACTS_Z))
     seen = _axis_seen(normal.vector)
     inclined = dot(normal.vector, seen)
     lying = subtract(seen, scale(inclined, normal.vector))
     rate = opposite(add(scale(dot(normal.rate, seen), normal.vector), scale(inclined, normal.rate)))
     length = sqrt(dot(lying, lying))
     t = scale(1 / length, lying)
-    return Direction(t, scale(1 / length, subtract(rate, scale(dot(t, rate), t))))
+    return UnitVector(t, scale(1 / length, subtract(rate, scale(dot(t, rate), t))))
 
 
 def _axis_seen(normal: Vec) -> Vec:
@@ -730,7 +743,7 @@ def _axis_seen(normal: Vec) -> Vec:
     return (1 - along_y, along_y, 0)
 
 
-def reach(row: ContactRow, motion: Motion) -> list[S]:
+def reach(row: Row, motion: Motion) -> list[S]:
     """Return functions that are >= 0 where a contact with a face that ends may hold; beyond it, it does not.
 
     What is round is above the face, from end to end. A corner at the very end is there if its body is: a body beyond
@@ -738,12 +751,14 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
     to it than to the faces beside it, of which those do not count that this body is not above, as its corners do not
     touch them anywhere. Points meet where they are at one place, and nowhere else.
     """
+    if not isinstance(row, ContactRow):
+        return []
     if any(isinstance(skin, Edge) for skin in row.skins):
         return _reach_along(row.skins, motion)
     if row.tip is not None:
         away, _ = separation(motion, *(skin.place for skin in row.skins))
         return [-sqrt(dot(away, away))]
-    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    face = next((skin for skin in row.skins if isinstance(skin, PlaneSurface)), None)
     if face is None:
         return []
     other = row.skins[0] if row.skins[1] is face else row.skins[1]
@@ -763,10 +778,10 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
     return found
 
 
-def allowed_past_end(row: ContactRow, motion: Motion) -> list[S]:
+def allowed_past_end(row: Row, motion: Motion) -> list[S]:
     """Return how far (m) beyond each end of a face what touches it may be at most; nothing where no body ends there."""
-    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
-    if face is None or row.inner is None or row.tip is not None:
+    face = next((skin for skin in row.surfaces or () if isinstance(skin, PlaneSurface)), None)
+    if face is None or not isinstance(row, ContactRow) or row.inner is None or row.tip is not None:
         return []
     sizes = [_depth(face, beside) for beside in face.beside if face.ends is None]
     if face.ends is not None:
@@ -775,7 +790,7 @@ def allowed_past_end(row: ContactRow, motion: Motion) -> list[S]:
     return [_ALLOWED * PAST_END * absolute(size) for size in motion.state.values(sizes)]
 
 
-def _depth(face: Flat, beside: Face) -> Node:
+def _depth(face: PlaneSurface, beside: Face) -> Node:
     """Return how far (m) behind a face beside it the middle of a face is."""
     depth: Node = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
     return depth
@@ -786,7 +801,7 @@ def _way(inward: Vec, length: S, end: Marker, marker: Marker, motion: Motion) ->
     return dot(inward, subtract(position(motion, marker), position(motion, end))) / length
 
 
-def _nearest(face: Flat, other: Skin, inner: Marker | None, motion: Motion) -> list[S]:
+def _nearest(face: PlaneSurface, other: ContactSurface, inner: Marker | None, motion: Motion) -> list[S]:
     """Return functions >= 0 where what may touch a face is nearer to it than to those beside it that it may touch.
 
     In space a face ends at the faces that it meets at its edges: what touches it is between them.
@@ -809,7 +824,7 @@ def _nearest(face: Flat, other: Skin, inner: Marker | None, motion: Motion) -> l
     return found
 
 
-def _reach_along(skins: tuple[Skin, Skin], motion: Motion) -> list[S]:
+def _reach_along(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> list[S]:
     """Return how far inside the ends of segments the place of contact is, and how far between the faces of an edge."""
     first, second = skins
     if not (isinstance(first, Edge) and isinstance(second, Edge)):
@@ -829,13 +844,13 @@ def _reach_along(skins: tuple[Skin, Skin], motion: Motion) -> list[S]:
     return found
 
 
-def _nearest_place(face: Flat, skin: Skin, motion: Motion) -> Vec:
+def _nearest_place(face: PlaneSurface, skin: ContactSurface, motion: Motion) -> Vec:
     """Return the place of a rim that is nearest to a face, of what is round its centre: it is right above that."""
     centre = position(motion, skin.place)
     if not isinstance(skin, Rim):
         return centre
     n = direction(motion, face.place, face.normal)
-    normal = Direction(n, cross(angular_velocity(motion, face.place.body), n))
+    normal = UnitVector(n, cross(angular_velocity(motion, face.place.body), n))
     return add(centre, _arm(skin, motion, normal)[0])
 
 

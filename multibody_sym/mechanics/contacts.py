@@ -10,21 +10,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.mechanics.contact_geometry import Solid, sample_value, solid_of
-from multibody_sym.mechanics.contact_rows import (
-    Bent,
-    ContactDirection,
-    ContactRow,
-    Edge,
-    Flat,
-    Level,
-    Rim,
-    Round,
-    Skin,
-    TurningRow,
-    is_curved,
-    is_point,
-)
-from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import TangentAngle
 from multibody_sym.mechanics.references import (
     BARE,
@@ -35,7 +21,25 @@ from multibody_sym.mechanics.references import (
     surface_tangents,
     turned_tangents,
 )
-from multibody_sym.mechanics.row_records import AngleRow, Marker, PositionRow, Row
+from multibody_sym.mechanics.row_records import (
+    AngleRow,
+    Bent,
+    ContactDirection,
+    ContactRow,
+    ContactSurface,
+    Edge,
+    Level,
+    Marker,
+    PlaneSurface,
+    PositionRow,
+    Rim,
+    RoundSurface,
+    Row,
+    SurfacePair,
+    TurningRow,
+    is_curved,
+    is_point,
+)
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.model.bodies import GROUND, OWN_POINTS, Body, Surface, unit_vector
 from multibody_sym.model.constraints import OnCurve, Rolling, row_names
@@ -58,7 +62,7 @@ _Y: Final[Point] = (ZERO, ONE, ZERO)
 _Z: Final[Point] = (ZERO, ZERO, ONE)
 
 
-def footed(owner: str, skins: tuple[Skin, Skin], references: References) -> tuple[Skin, Skin]:
+def surfaces_with_feet(owner: str, skins: SurfacePair, references: References) -> SurfacePair:
     """Return the skins of a contact, curves with their feet."""
     feet = {joint.end: name for name, joint in feet_of(owner, references).items()}
     first, second = (
@@ -86,10 +90,10 @@ def foot_rows(references: References) -> Iterator[Row]:
             continue
         solids = (solid_of(end, references, flat=True) for end in joint.between)
         first, second = (solid.skins[0][1] for solid in solids)
-        yield from _rows(owner, footed(owner, (first, second), references), references)
+        yield from _rows(owner, surfaces_with_feet(owner, (first, second), references), references)
 
 
-def _rows(owner: str, skins: tuple[Skin, Skin], references: References) -> Iterator[Row]:
+def _rows(owner: str, skins: SurfacePair, references: References) -> Iterator[Row]:
     names = list(feet_of(owner, references))
     bent = [skin for skin in skins if isinstance(skin, Bent)]
     if len(bent) == 2:
@@ -99,7 +103,7 @@ def _rows(owner: str, skins: tuple[Skin, Skin], references: References) -> Itera
         yield PositionRow(f"{names[1]}.t", (second.foot, first.foot), _X)
         return
     other = next(skin for skin in skins if not isinstance(skin, Bent))
-    if isinstance(other, Flat):
+    if isinstance(other, PlaneSurface):
         facing = _turned(other.place, opposite(other.normal) if bent[0].left else other.normal)
         yield AngleRow(f"{names[0]}.t", (facing, bent[0].foot), (_Y, _X), shared=_Y)
     else:
@@ -154,11 +158,11 @@ class _Meeting:
         return tuple(kind(name, r.skins, d, r.across, r.upright, r.inner) for name, d in zip(names, along, strict=True))
 
 
-def contacts(references: References) -> tuple[OneWay, ...]:
+def contacts(references: References) -> tuple[LawElement, ...]:
     """Return the contacts of a system. Raises ModelError, with the place, for what cannot touch."""
     system = references.system
     flat = references.plane or in_plane(system)
-    found: list[OneWay] = []
+    found: list[LawElement] = []
     taken = {*system.constraints, *system.joints}
     for declared, contact in system.contacts.items():
         with at("contacts", declared):
@@ -179,7 +183,7 @@ def contacts(references: References) -> tuple[OneWay, ...]:
     return tuple(found)
 
 
-def _together(declared: str, copies: Sequence[tuple[OneWay, ...]], taken: set[str]) -> Iterator[OneWay]:
+def _together(declared: str, copies: Sequence[tuple[LawElement, ...]], taken: set[str]) -> Iterator[LawElement]:
     """Yield contacts that repeat, as the legs of one table: those of one part each between the same two bodies.
 
     Like corners their forces have a sum, under the name that is declared.
@@ -199,13 +203,13 @@ def rolling_rows(name: str, element: Rolling, references: References) -> Iterato
         yield ContactRow(row, skins, along, across, flat)
 
 
-def _rolling_skins(name: str, element: Rolling, references: References, flat: bool) -> tuple[Skin, Skin]:
+def _rolling_skins(name: str, element: Rolling, references: References, flat: bool) -> SurfacePair:
     """Return the skins of what rolls, and of what it rolls on. Raises ModelError for what does not roll there."""
     wrong = gathered()
     with wrong, at("body"):
         wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
         if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], (Rim, Bent))):
-            what = "a plane" if isinstance(wheels[0], Flat) else "neither a ball nor a disc"
+            what = "a plane" if isinstance(wheels[0], PlaneSurface) else "neither a ball nor a disc"
             raise ModelError(f"{element.body} is {what}; a ball or a disc rolls", number="M112")
     with wrong, at("on"):
         word, under = solid_of(element.on, references, flat=flat).skins[0]
@@ -216,16 +220,16 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
         if not _may_touch(wheels[0], under):
             raise ModelError(_cannot_touch(wheels[0], under, f"{element.body} and {element.on}"), number="M114")
     wheel = replace(wheels[0], rolls=True) if isinstance(wheels[0], Rim) else wheels[0]
-    return footed(name, (wheel, under), references)
+    return surfaces_with_feet(name, (wheel, under), references)
 
 
-def _bodies(element: OneWay) -> tuple[int, ...]:
-    return tuple(skin.place.body for row in element.normals if isinstance(row, ContactRow) for skin in row.skins)
+def _bodies(element: LawElement) -> tuple[int, ...]:
+    return tuple(skin.place.body for skin in element.surfaces or ())
 
 
 def _elements(
     name: str, path: tuple[str, str], contact: Contact, references: References, flat: bool
-) -> Iterator[OneWay]:
+) -> Iterator[LawElement]:
     """Yield the contacts of all parts of both ends that may meet."""
     with at("between"):
         verify_bodies(contact.between, references.system)
@@ -241,11 +245,11 @@ def _elements(
     unnamed = _ALONE if both_end else ""
     for words, skins, inner in meeting:
         first, second = (word or unnamed for word in words)
-        words, skins = (first, second), footed(name, skins, references)
+        words, skins = (first, second), surfaces_with_feet(name, skins, references)
         part = name if len(meeting) == 1 else ".".join((name, *(list(filter(None, words)) or [_ALONE])))
         across = _across(name, contact, skins, references, flat)
         both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
-        yield OneWay(
+        yield LawElement(
             part,
             "contact",
             path,
@@ -259,7 +263,7 @@ def _elements(
         )
 
 
-def _verify_one(meeting: Sequence[tuple[tuple[str, str], tuple[Skin, Skin], Marker | None]]) -> None:
+def _verify_one(meeting: Sequence[tuple[tuple[str, str], SurfacePair, Marker | None]]) -> None:
     """Raise ModelError for several parts that may touch one curve, which has one foot for each contact."""
     if len(meeting) > 1 and any(isinstance(skin, Bent) for _, skins, _ in meeting for skin in skins):
         names = ", ".join(filter(None, (word for words, _, _ in meeting for word in words)))
@@ -271,7 +275,7 @@ def _verify_one(meeting: Sequence[tuple[tuple[str, str], tuple[Skin, Skin], Mark
 
 def _meetings(
     first: Solid, second: Solid, between: tuple[str, ...]
-) -> Iterator[tuple[tuple[str, str], tuple[Skin, Skin], Marker | None]]:
+) -> Iterator[tuple[tuple[str, str], SurfacePair, Marker | None]]:
     """Yield which parts of two solids may touch: their names, skins, and a place inside what has the corner there."""
     pairs = list(product(first.skins, second.skins))
     if len(pairs) == 1 and all(is_point(skin) for _, skin in pairs[0]):
@@ -284,7 +288,7 @@ def _meetings(
         if _may_touch(a, b):
             inner = None
             for face, corner, solid in ((a, b, second), (b, a, first)):
-                if isinstance(face, Flat) and (face.ends or face.beside) and is_point(corner):
+                if isinstance(face, PlaneSurface) and (face.ends or face.beside) and is_point(corner):
                     inner = solid.inner
             yield (word, other_word), _facing_once(a, b), inner
     for (word, edge), (other_word, ball) in product(first.edges, second.skins):
@@ -295,7 +299,7 @@ def _meetings(
             yield (word, other_word), (ball, edge), None
 
 
-def _facing_once(a: Skin, b: Skin) -> tuple[Skin, Skin]:
+def _facing_once(a: ContactSurface, b: ContactSurface) -> SurfacePair:
     """Return two skins of which, if they are edges, one says on which side of it the other is.
 
     It is the second, unless its normal is the usual z and that of the first is another one.
@@ -311,9 +315,9 @@ def _is_usual(edge: Edge) -> bool:
     return edge.facing is None or is_upright(edge.facing)
 
 
-def _verify_fields(contact: Contact, meeting: Sequence[tuple[Skin, Skin]]) -> None:
+def _verify_fields(contact: Contact, meeting: Sequence[SurfacePair]) -> None:
     """Raise ModelError for what is declared of a contact that has no use for it."""
-    if contact.tangent is not None and not any(isinstance(skin, Flat) for skins in meeting for skin in skins):
+    if contact.tangent is not None and not any(isinstance(skin, PlaneSurface) for skins in meeting for skin in skins):
         raise ModelError("a tangent is given for planes; other surfaces have none that stays", number="M114").under(
             "tangent"
         )
@@ -322,7 +326,7 @@ def _verify_fields(contact: Contact, meeting: Sequence[tuple[Skin, Skin]]) -> No
         raise ModelError(message, number="M114").under("rolling_resistance")
 
 
-def _rolls(skins: tuple[Skin, Skin]) -> bool:
+def _rolls(skins: SurfacePair) -> bool:
     return any(is_curved(skin) or isinstance(skin, Rim) for skin in skins)
 
 
@@ -339,9 +343,9 @@ def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
         yield FrictionPart(f"{meeting.name}.rolling", rows, contact.rolling_resistance, contact.rolling_resistance)
 
 
-def _usual_across(name: str, skins: tuple[Skin, Skin], references: References, flat: bool) -> Point | None:
+def _usual_across(name: str, skins: SurfacePair, references: References, flat: bool) -> Point | None:
     """Return t1 in the axes of the plane as the start finds it there, None where neither skin is a plane."""
-    plane = next((skin for skin in skins if isinstance(skin, Flat)), None)
+    plane = next((skin for skin in skins if isinstance(skin, PlaneSurface)), None)
     if plane is None:
         return None
     normal = plane.normal if plane is skins[1] else opposite(plane.normal)
@@ -352,9 +356,9 @@ def _usual_across(name: str, skins: tuple[Skin, Skin], references: References, f
     return turned_tangents(plane.normal, constant.measure.across, constant.slot)[0]
 
 
-def _across(name: str, contact: Contact, skins: tuple[Skin, Skin], references: References, flat: bool) -> Point | None:
+def _across(name: str, contact: Contact, skins: SurfacePair, references: References, flat: bool) -> Point | None:
     """Return t1 in the axes of the plane, None where neither skin is one."""
-    plane = next((skin for skin in skins if isinstance(skin, Flat)), None)
+    plane = next((skin for skin in skins if isinstance(skin, PlaneSurface)), None)
     if plane is None:
         return None
     normal = plane.normal if plane is skins[1] else opposite(plane.normal)
@@ -388,7 +392,7 @@ def verify_bodies(between: tuple[str, ...], system: System) -> None:
 def _verify_crossed(reference: str, solid: Solid, system: System) -> None:
     """Raise ModelError for a plane with the normal z where nothing moves along z, and so nothing can leave it."""
     (_, skin), *others = solid.skins
-    if not others and isinstance(skin, Flat) and is_upright(skin.normal) and moves_in_plane(system):
+    if not others and isinstance(skin, PlaneSurface) and is_upright(skin.normal) and moves_in_plane(system):
         raise ModelError(
             f"{reference} has the normal z, and all joints here move in the xy-plane: nothing can leave it or press on "
             "it. Give it the normal that it has in that plane (surfaces: {..: {plane: .., normal: y}}; without one it "
@@ -414,9 +418,10 @@ def _rigid(body: str, welds: Mapping[str, str]) -> str:
     return body
 
 
-def _may_touch(a: Skin, b: Skin) -> bool:
+def _may_touch(a: ContactSurface, b: ContactSurface) -> bool:
     """Return whether two skins have a normal between them, and one place where they touch."""
-    flats, hollow = (isinstance(a, Flat), isinstance(b, Flat)), [isinstance(x, Round) and x.inside for x in (a, b)]
+    flats = isinstance(a, PlaneSurface), isinstance(b, PlaneSurface)
+    hollow = [isinstance(x, RoundSurface) and x.inside for x in (a, b)]
     if isinstance(a, Level) or isinstance(b, Level):
         return is_point(a) or is_point(b)
     if isinstance(a, Edge) or isinstance(b, Edge):
@@ -424,9 +429,9 @@ def _may_touch(a: Skin, b: Skin) -> bool:
         return isinstance(other, Edge) or (is_curved(other) and not any(hollow))
     if isinstance(a, Bent) or isinstance(b, Bent):
         other = a if isinstance(b, Bent) else b
-        endless = isinstance(other, Flat) and other.ends is None
+        endless = isinstance(other, PlaneSurface) and other.ends is None
         outlines = all(x.closed for x in (a, b) if isinstance(x, Bent))
-        return endless or (isinstance(other, (Round, Bent)) and (outlines or not any(hollow)))
+        return endless or (isinstance(other, (RoundSurface, Bent)) and (outlines or not any(hollow)))
     if any(flats):
         return not all(flats) and not any(hollow)
     if isinstance(a, Rim) or isinstance(b, Rim):
@@ -434,14 +439,14 @@ def _may_touch(a: Skin, b: Skin) -> bool:
     return not all(hollow) and not (is_point(a) and is_point(b))
 
 
-def _cannot_touch(a: Skin, b: Skin, both: str) -> str:
+def _cannot_touch(a: ContactSurface, b: ContactSurface, both: str) -> str:
     """Return why two skins that may not touch cannot."""
-    if isinstance(a, Flat) and isinstance(b, Flat):
+    if isinstance(a, PlaneSurface) and isinstance(b, PlaneSurface):
         return (
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
             "body, or give it shape: {box: ..}, whose corners touch"
         )
-    if isinstance(a, (Edge, Flat)) and isinstance(b, (Edge, Flat)):
+    if isinstance(a, (Edge, PlaneSurface)) and isinstance(b, (Edge, PlaneSurface)):
         return (
             f"{both}: a plane is touched by points and round surfaces, not by an edge; name its body by itself, whose "
             "corners or ends touch"

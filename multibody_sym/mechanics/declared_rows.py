@@ -10,7 +10,6 @@ from typing import Any, TypeGuard
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contact_geometry import solid_of
-from multibody_sym.mechanics.contact_rows import Flat
 from multibody_sym.mechanics.contacts import foot_rows, rolling_rows, rows_on_curve
 from multibody_sym.mechanics.gears import gear_row
 from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
@@ -21,6 +20,7 @@ from multibody_sym.mechanics.row_records import (
     DistanceRow,
     ExpressionRow,
     GearRow,
+    PlaneSurface,
     PositionRow,
     Row,
     VelocityRow,
@@ -214,7 +214,7 @@ def _angles(
     for end in ends:
         with suppress(ModelError):  # of references that name nothing, which the contact tells with its place
             for _, skin in solid_of(end, references, flat=False).skins[:1]:
-                if isinstance(skin, Flat) and _turns(bodies, skin.place.body):
+                if isinstance(skin, PlaneSurface) and _turns(bodies, skin.place.body):
                     yield name, TangentAngle(skin.place, skin.normal, across(skin.normal))
 
 

@@ -68,13 +68,13 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
     return tuple(stored), tuple(working)
 
 
-def working(mechanism: Mechanism) -> tuple[str, ...]:
+def working_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of loads and rows that may change the total energy: what V does not hold, or what time moves."""
     loads = [load.name for load in split(mechanism.loads)[1]]
     return tuple(dict.fromkeys((*loads, *_timed(mechanism))))
 
 
-def driving(mechanism: Mechanism) -> tuple[str, ...]:
+def driving_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of loads and rows that may raise the total energy: `working` but for dampers and drag.
 
     With rows of speeds among them that do not let everything rest.

@@ -412,14 +412,14 @@ TINY: Final = 1e-300
 
 
 @dataclass(frozen=True)
-class Applied:
+class AppliedForces:
     """Applied forces: a wrench for each body (body axes, about its origin) and a force for each speed."""
 
     of_body: list[Wrench]
     of_speed: list[S]
 
 
-def applied(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool = True) -> Applied:
+def applied_forces(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool = True) -> AppliedForces:
     """Return what the loads (default: all) and, where asked for, gravity exert at a state."""
     wrenches = Wrenches(len(motion.bodies))
     of_speed: list[S] = [0] * len(motion.state.u)
@@ -428,10 +428,10 @@ def applied(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool
             exert(load, motion, wrenches, of_speed)
     if weight:
         _add_weight(motion, wrenches)
-    return Applied(wrenches.of_body, of_speed)
+    return AppliedForces(wrenches.of_body, of_speed)
 
 
-def applied_generalized_forces(motion: Motion, forces: Applied) -> list[S]:
+def applied_generalized_forces(motion: Motion, forces: AppliedForces) -> list[S]:
     """Return the generalised forces of applied wrenches and joint forces together (nu)."""
     projected = generalized_forces(motion, forces.of_body)
     return [a + b for a, b in zip(projected, forces.of_speed, strict=True)]

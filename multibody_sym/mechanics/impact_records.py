@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import ClassVar, Final
 
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.load_records import Load
-from multibody_sym.mechanics.row_records import Marker, Multiplier, Row, WithoutLine
+from multibody_sym.mechanics.row_records import Marker, Multiplier, Row, RowAround
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.records import dataclass
@@ -24,23 +24,20 @@ MEETING: Final = "meeting"
 
 
 @dataclass(frozen=True)
-class MeetingRow(WithoutLine):
+class MeetingRow(Row):
     """Two points that meet: their relative velocity, first to second, along a unit vector in the axes of a frame.
 
     Along their normal it `closes`, and phi is how far they are apart; along tangents it rubs.
     """
 
     unit: ClassVar[str | None] = "N"
+    multiplier: ClassVar[Multiplier] = "force"
+    laws: ClassVar[tuple[Node, ...]] = ()
 
-    name: str
     ends: tuple[Marker, Marker]
     axis: Point
     frame: Marker
     closes: bool = True
-
-    @property
-    def multiplier(self) -> Multiplier:
-        return "force"
 
     @property
     def is_holonomic(self) -> bool:
@@ -54,69 +51,28 @@ class MeetingRow(WithoutLine):
     def points(self) -> tuple[Marker, ...]:
         return self.ends
 
-    @property
-    def laws(self) -> tuple[Node, ...]:
-        return ()
-
-    @property
-    def radii(self) -> tuple[Node, ...]:
-        return ()
-
 
 @dataclass(frozen=True)
-class JumpRow(Row):
+class JumpRow(RowAround):
     """A row in an impact: its speed is to change by `wanted`, and its multiplier is an impulse."""
 
-    unit: ClassVar[str | None] = "N"
-
-    name: str
     row: Row
     wanted: Node
 
     @property
-    def multiplier(self) -> Multiplier:
-        return self.row.multiplier
-
-    @property
-    def restricts(self) -> bool:
-        return self.row.restricts
-
-    @property
-    def is_holonomic(self) -> bool:
-        return self.row.is_holonomic
-
-    @property
-    def acts_in_plane(self) -> bool:
-        return self.row.acts_in_plane
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return self.row.points
-
-    @property
-    def line(self) -> tuple[Marker, ...]:
-        return self.row.line
+    def of(self) -> Row:
+        return self.row
 
     @property
     def laws(self) -> tuple[Node, ...]:
         return (*self.row.laws, self.wanted)
-
-    @property
-    def declared_length(self) -> Node | None:
-        return self.row.declared_length
-
-    @property
-    def radii(self) -> tuple[Node, ...]:
-        return self.row.radii
 
 
 @dataclass(frozen=True)
 class GivenRow(JumpRow):
     """A row in an impact that restricts nothing: its multiplier, an impulse, is `wanted`."""
 
-    @property
-    def restricts(self) -> bool:
-        return False
+    restricts: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
@@ -139,7 +95,7 @@ class StruckImpacts:
     `tangential` are coefficients that the section gives to declared contacts. `paths` say where each is declared.
     """
 
-    meetings: tuple[OneWay, ...]
+    meetings: tuple[LawElement, ...]
     contacts: tuple[str, ...] | None
     loads: tuple[Load, ...]
     begins: Mapping[str, tuple[str, ...]]

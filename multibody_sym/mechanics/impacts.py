@@ -20,7 +20,7 @@ from multibody_sym.mechanics.impact_records import (
     jump_leaf,
     meeting_leaf,
 )
-from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.load_records import BodyTorque, Load, PointForce
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion
@@ -50,7 +50,7 @@ from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, 
 
 
 def struck_impacts(
-    references: References, one_way: Sequence[OneWay], rows: Sequence[Row], cuts: Sequence[CutJoint]
+    references: References, one_way: Sequence[LawElement], rows: Sequence[Row], cuts: Sequence[CutJoint]
 ) -> StruckImpacts | None:
     """Return the resolved section of a system; raises ModelError, with the path, for names of nothing that fits."""
     declared = references.system.impact
@@ -70,13 +70,13 @@ class _Resolved:
         self,
         references: References,
         declared: Impacts,
-        one_way: tuple[OneWay, ...],
+        one_way: tuple[LawElement, ...],
         rows: tuple[Row, ...],
         cuts: tuple[CutJoint, ...],
     ) -> None:
         self.references, self.declared, self.one_way, self.rows, self.cuts = references, declared, one_way, rows, cuts
         self.flat = references.plane or in_plane(references.system)
-        self.meetings: list[OneWay] = []
+        self.meetings: list[LawElement] = []
         self.contacts: list[str] = []
         self.loads: list[Load] = []
         self.begins: dict[str, tuple[str, ...]] = {}
@@ -121,7 +121,7 @@ class _Resolved:
 
     # --- points that meet -----------------------------------------------------------------------------------------
 
-    def _meeting(self, name: str, impact: Impact, between: tuple[str, ...]) -> OneWay:
+    def _meeting(self, name: str, impact: Impact, between: tuple[str, ...]) -> LawElement:
         """Return two points that meet as an element that holds one way only."""
         with at("between"):
             verify_bodies(between, self.references.system)
@@ -143,7 +143,7 @@ class _Resolved:
             rows = (row("friction", t1),) if flat else (row("friction1", t1), row("friction2", t2))
             static, kinetic = BOUNDLESS if enough else given[0], given[-1] if given else BOUNDLESS
             frictions = (FrictionPart(name, rows, static, kinetic, enough),)
-        return OneWay(
+        return LawElement(
             name,
             "contact",
             (self.paths[name][0], self.paths[name][-1]),
@@ -266,14 +266,14 @@ def before_leaf(speed: int) -> Node:
 # --- the mechanism -------------------------------------------------------------------------------------------------
 
 
-def at_rest(
+def impact_mechanism(
     mechanism: Mechanism,
     striking: Sequence[Row],
     loads: Sequence[Load] = (),
     *,
     jumping: Sequence[str] = (),
     drives: Mapping[str, Node] | None = None,
-    elements: Sequence[OneWay] = (),
+    elements: Sequence[LawElement] = (),
     given: Collection[str] = (),
 ) -> Mechanism:
     """Return the mechanism of an impact: rows that `strike` after its own, given impulses as its only `loads`.
@@ -351,7 +351,7 @@ def after_impact(before: State, u: Sequence[S]) -> State:
     return replace(before, u=tuple(u), slots={**before.slots, **speeds, JUMPED: 1})
 
 
-def resting(before: State, jumps: Mapping[int, S]) -> State:
+def state_in_impact(before: State, jumps: Mapping[int, S]) -> State:
     """Return the state of the mechanism of an impact: that `before` it, with u = 0 and the jumps of rows by number."""
     zeros = (as_node(0),) * len(before.u) if before.scalar is Node else (0.0,) * len(before.u)
     slots = dict(before.slots)
@@ -362,7 +362,7 @@ def resting(before: State, jumps: Mapping[int, S]) -> State:
     return State(before.scalar, before.q, zeros, slots)
 
 
-def with_meetings(motion: Motion, elements: Sequence[OneWay]) -> State:
+def with_meetings(motion: Motion, elements: Sequence[LawElement]) -> State:
     """Return a motion's state with the relative velocities of the points that meet without a normal."""
     found: dict[Node, S] = {}
     for element in elements:

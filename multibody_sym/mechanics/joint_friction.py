@@ -13,11 +13,11 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.forces import applied
-from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, OneWay
+from multibody_sym.mechanics.forces import applied_forces
+from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.motion import BodyMass, Motion, accelerations, from_parent, spread
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, direction, generalized_forces
-from multibody_sym.mechanics.references import Freedom, References, in_plane
+from multibody_sym.mechanics.references import JointFreedom, References, in_plane
 from multibody_sym.mechanics.row_records import (
     NOWHERE,
     BrakingRow,
@@ -71,7 +71,7 @@ _PARALLEL: Final = 1e-9
 _UP: Final[Point] = (ZERO, ZERO, ONE)
 
 
-def aligned(a: Vec, b: Vec) -> bool:
+def are_parallel(a: Vec, b: Vec) -> bool:
     """Return whether two unit vectors are parallel, as far as parameters' values tell."""
     shadows = [as_node(x).shadow for x in cross(a, b)]
     return all(x is not None and abs(x) < _PARALLEL for x in shadows)
@@ -84,7 +84,7 @@ class Rubbing:
     name: str
     element: Friction
     joint: Joint
-    freedoms: tuple[Freedom, ...]
+    freedoms: tuple[JointFreedom, ...]
     flat: bool
 
     @property
@@ -149,7 +149,7 @@ class Rubbing:
 # freedoms of custom joints, one on the other, of which those that slide are guides.
 
 
-def plate(asked: Rubbing) -> Made:
+def plate_friction(asked: Rubbing) -> Made:
     """Return the friction of what slides on a plane, and perhaps turns on it."""
     if asked.flat:
         raise ModelError(
@@ -163,14 +163,15 @@ def plate(asked: Rubbing) -> Made:
         asked.without("radius", f"{asked.element.joint!r} does not turn, so that nothing rubs at a radius")
     first, second = (unit_vector(step.slides[0]) for step in moves[:2])
     normal: Point = unit_vector(_nodes(cross(first, second)))
-    if not aligned(cross(normal, first), second) or not all(aligned(step.turns[0], normal) for step in moves[2:]):
-        return stacked(asked)
+    turns_on_normal = all(are_parallel(step.turns[0], normal) for step in moves[2:])
+    if not (are_parallel(cross(normal, first), second) and turns_on_normal):
+        return stacked_friction(asked)
     speeds = [*asked.rates[:2], *([] if radius is None else [radius * asked.rates[2]])]
     rows = tuple(RubbingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
     return asked.reactions([(normal, ORIGIN)]), [asked.part(rows, range(1))]
 
 
-def ball(asked: Rubbing) -> Made:
+def ball_friction(asked: Rubbing) -> Made:
     """Return the friction of a ball in its socket, against its angular velocity."""
     asked.without("length", "a ball has none; give its radius")
     radius = asked.radius("a ball rubs at its radius: give it")
@@ -197,10 +198,10 @@ def two_pins(asked: Rubbing) -> Made:
     """Return the friction of the two pins of a universal joint, on each of which the force across it presses."""
     asked.without("length", "bearings a length apart are for hinges; the pins rub with the joint's force alone")
     asked.radius("a universal joint rubs on its two pins: give their radius")
-    return stacked(asked)
+    return stacked_friction(asked)
 
 
-def stacked(asked: Rubbing) -> Made:
+def stacked_friction(asked: Rubbing) -> Made:
     """Return the friction of freedoms one on the other: guides and pins, each pressed by the force across it."""
     asked.without("length", "pads and bearings a length apart are for joints with one freedom")
     normals: list[ReactionRow] = []
@@ -231,7 +232,7 @@ def _nodes(vector: Vec) -> Point:
 SIDE_WORDS: Final = ("pressed", "0")
 
 
-def joint_frictions(references: References) -> Iterator[OneWay]:
+def joint_frictions(references: References) -> Iterator[LawElement]:
     """Yield the friction of joints that is declared."""
     flat = references.plane or in_plane(references.system)
     for name, element in references.system.forces.items():
@@ -240,20 +241,20 @@ def joint_frictions(references: References) -> Iterator[OneWay]:
                 yield _friction(name, element, references, flat)
 
 
-def _friction(name: str, element: Friction, references: References, flat: bool) -> OneWay:
+def _friction(name: str, element: Friction, references: References, flat: bool) -> LawElement:
     with at("joint"):
         references.verify_joint(element.joint)
     joint = references.system.joints[element.joint]
     kinds = tuple(type(step) for step in joint.moves)
-    make = ball if isinstance(joint, Spherical) else _MAKERS.get(kinds)
+    make = ball_friction if isinstance(joint, Spherical) else _MAKERS.get(kinds)
     if make is None and kinds and set(kinds) <= {Translate, Rotate} and isinstance(joint, Custom):
-        make = stacked
+        make = stacked_friction
     asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
     if make is None or any(step.motion is not None for step in joint.moves):
         raise asked.another()
     normals, parts = make(asked)
     frames = references.carried_frames(element.joint)
-    return OneWay(
+    return LawElement(
         name,
         "friction",
         ("forces", name),
@@ -313,8 +314,8 @@ def _pad(axis: Point, normal: Point, share: Node) -> tuple[Point, Point]:
 def _sleeve(asked: Rubbing) -> Made:
     asked.without("length", "pads are for sliders; give a radius, with which it rubs about its axis as well")
     axis = unit_vector(asked.joint.moves[0].slides[0])
-    if not aligned(axis, unit_vector(asked.joint.moves[1].turns[0])):
-        return stacked(asked)
+    if not are_parallel(axis, unit_vector(asked.joint.moves[1].turns[0])):
+        return stacked_friction(asked)
     normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
     rows: tuple[Row, ...] = (RubbingRow(f"{asked.name}.along", asked.rates[0]),)
     if asked.element.radius is not None:
@@ -363,8 +364,8 @@ _MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
     (Screw,): _thread,
     (Follow,): _wire,
     (Follow, Rotate): _wire,
-    (Translate, Translate): plate,
-    (Translate, Translate, Rotate): plate,
+    (Translate, Translate): plate_friction,
+    (Translate, Translate, Rotate): plate_friction,
     (Rotate, Rotate): two_pins,
 }
 
@@ -376,7 +377,7 @@ _MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
 FREE: Final = "free"
 
 
-def stops(references: References) -> Iterator[OneWay]:
+def stops(references: References) -> Iterator[LawElement]:
     """Yield the stops of all joints: below, then above."""
     for name, joint in references.system.joints.items():
         limits = joint.stops if isinstance(joint, MovingJoint) else None
@@ -389,9 +390,9 @@ def stops(references: References) -> Iterator[OneWay]:
             yield _stop(name, "upper", limits.upper - coordinate, limits)
 
 
-def _stop(joint: str, side: str, gap: Node, limits: Limits) -> OneWay:
+def _stop(joint: str, side: str, gap: Node, limits: Limits) -> LawElement:
     name = f"{joint}.{side}"
-    return OneWay(
+    return LawElement(
         name,
         "stop",
         ("joints", joint),
@@ -441,7 +442,7 @@ def _of_tree_joint(
     twists = _carried_along(motion, index, _twist(row, motion))
     momenta = [NO_WRENCH] * len(motion.bodies)
     rest: S = 0
-    acting, at_rest = applied(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
+    acting, at_rest = applied_forces(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
     for k, twist in twists.items():
         momenta[k] = _momentum(motion.masses[k], *twist)
         rest = rest + _power(twist, _inertia(motion, k, *at_rest[k])) - _power(twist, acting[k])

@@ -7,11 +7,11 @@ force along t, at most `static` times the normal force N while it sticks, -`kine
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Final, Literal
 
-from multibody_sym.mechanics.row_records import Row
+from multibody_sym.mechanics.row_records import Face, PlaneSurface, Row, SurfacePair
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, Node, number
 
@@ -25,7 +25,7 @@ BOUNDLESS: Final = number(10**6)
 """The coefficient of friction that is always enough, in place of an infinite one: it slides only where the normal force
 is no more than a millionth of the friction, which then alone keeps the contact closed."""
 
-OneWayKind = Literal["contact", "rope", "stop", "friction"]
+ElementKind = Literal["contact", "rope", "stop", "friction"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class FrictionPart:
 
 
 @dataclass(frozen=True)
-class OneWay:
+class LawElement:
     """An element that holds one way only, or rubs.
 
     `unilateral`: its first normal row has a multiplier >= 0 and restricts motion while it is active; a rope that rubs
@@ -72,7 +72,7 @@ class OneWay:
     """
 
     name: str
-    kind: OneWayKind
+    kind: ElementKind
     path: tuple[str, str]
     normals: tuple[Row, ...]
     unilateral: bool = True
@@ -86,6 +86,11 @@ class OneWay:
     joint: str = ""
 
     @property
+    def surfaces(self) -> SurfacePair | None:
+        """The surfaces of both bodies that touch in a contact."""
+        return self.normals[0].surfaces if self.normals else None
+
+    @property
     def rows(self) -> Iterator[Row]:
         """All its rows: normals, then those of friction."""
         yield from self.normals
@@ -95,6 +100,22 @@ class OneWay:
     def normals_of(self, part: FrictionPart) -> list[Row]:
         """Return the rows whose forces press a part."""
         return [self.normals[k] for k in part.normals]
+
+
+_FACES: Final = 6
+"""Of a box."""
+
+
+def boxes_that_touch(elements: Iterable[LawElement]) -> dict[str, tuple[Sequence[Face], Sequence[Face]]]:
+    """Return the contacts of two boxes in space among elements by name, with the faces of both."""
+    boxes: dict[str, dict[int, Sequence[Face]]] = {}
+    for element in elements:
+        for skin in element.surfaces or ():
+            if isinstance(skin, PlaneSurface) and len(skin.beside) == _FACES - 1:
+                faces = (Face(skin.place, skin.normal), *skin.beside)
+                boxes.setdefault(element.group, {}).setdefault(skin.place.body, faces)
+    pairs = ((name, tuple(of_body.values())) for name, of_body in boxes.items())
+    return {name: (faces[0], faces[1]) for name, faces in pairs if len(faces) == 2}
 
 
 PRESSING: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
@@ -107,12 +128,12 @@ def components_of(part: FrictionPart, word: str) -> list[str]:
     return [f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1)]
 
 
-def component_word(element: OneWay, part: FrictionPart) -> str:
+def component_word(element: LawElement, part: FrictionPart) -> str:
     """Return the name of a part's force among those of its element: `friction`, or the last word of its name."""
     return FRICTION if part.name == element.name else part.name.rpartition(".")[2]
 
 
-def component_names(element: OneWay, part: FrictionPart) -> list[str]:
+def component_names(element: LawElement, part: FrictionPart) -> list[str]:
     """Return the names of a part's components among those of its element."""
     return components_of(part, component_word(element, part))
 
@@ -123,7 +144,7 @@ def _by_component(part: FrictionPart, word: str) -> dict[str, tuple[Row, ...]]:
     return {word: tuple(part.rows), **{name: (row,) for name, row in each}}
 
 
-def exerted_by(element: OneWay) -> dict[str, dict[str, tuple[Row, ...]]]:
+def exerted_by(element: LawElement) -> dict[str, dict[str, tuple[Row, ...]]]:
     """Return what an element exerts by name and component, as expressions ask it, each with the rows along which it is.
 
     What acts along several rows is the length of its components, `friction` that of `friction_1` and `friction_2`.
@@ -141,7 +162,7 @@ def exerted_by(element: OneWay) -> dict[str, dict[str, tuple[Row, ...]]]:
     return dict.fromkeys((element.name, element.group) if element.kind == "contact" else (element.name,), found)
 
 
-def row_forces(element: OneWay) -> Iterator[tuple[str, str, str]]:
+def row_forces(element: LawElement) -> Iterator[tuple[str, str, str]]:
     """Yield for the rows of an element the name of what exerts their force, and of the component; not for ropes."""
     if element.kind == "rope":
         return
@@ -200,11 +221,11 @@ class Mode:
     idle: tuple[str, ...] = ()
     shares: Shares | None = None
 
-    def acts(self, element: OneWay) -> bool:
+    def acts(self, element: LawElement) -> bool:
         """Return whether an element touches, is taut or is pressed."""
         return self.sides.get(element.name, INACTIVE) != INACTIVE
 
-    def side(self, element: OneWay, normal: Row) -> int:
+    def side(self, element: LawElement, normal: Row) -> int:
         """Return the side on which the force of a normal row presses, 0 where it has none."""
         return self.sides.get(normal.name, self.sides.get(element.name, INACTIVE))
 

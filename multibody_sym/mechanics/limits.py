@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.row_records import RopeRow
 from multibody_sym.records import dataclass
@@ -27,12 +27,12 @@ class Limit:
     """A limit of an element: of its friction `part`, or of its normal row by number."""
 
     kind: Kind
-    element: OneWay
+    element: LawElement
     part: FrictionPart | None = None
     normal: int = 0
 
 
-def limits_in(mode: Mode, element: OneWay) -> Iterator[Limit]:
+def limits_in(mode: Mode, element: LawElement) -> Iterator[Limit]:
     """Yield the limits of an element in a mode. What touches and carries nothing is limited by its distance alone."""
     if element.unilateral:
         carries = mode.acts(element) and element.name not in mode.idle
@@ -40,7 +40,7 @@ def limits_in(mode: Mode, element: OneWay) -> Iterator[Limit]:
         if not carries:
             return
     else:
-        yield from (Limit("side", element, normal=k) for k in sided(element))
+        yield from (Limit("side", element, normal=k) for k in sided_normals(element))
     for part in element.frictions if mode.acts(element) else ():
         if part.regularised is None and part.rubs:
             if mode.slip(part) != STICKS:
@@ -49,7 +49,7 @@ def limits_in(mode: Mode, element: OneWay) -> Iterator[Limit]:
                 yield Limit("cone", element, part)
 
 
-def sided(element: OneWay) -> list[int]:
+def sided_normals(element: LawElement) -> list[int]:
     """Return which normals of an element whose reactions are of either sign press by their size, each alone."""
     parts = [part for part in element.frictions if part.static is not ZERO and not (part.enough or part.norm)]
     return [k for k in range(len(element.normals)) if any(k in part.normals for part in parts)]

@@ -13,9 +13,8 @@ from functools import cached_property, wraps
 from typing import ClassVar, Final, TypeVar
 
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.contact_rows import ContactRow
 from multibody_sym.mechanics.impact_records import StruckImpacts
-from multibody_sym.mechanics.law_elements import Mode, OneWay
+from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.row_records import AngleRow, CutJoint, Marker, PositionRow, Row
 from multibody_sym.model.bodies import GROUND, Mass, Pose
@@ -372,7 +371,7 @@ class Mechanism:
     untold: tuple[str, ...] = ()
     run_outputs: Mapping[str, Node] = field(default_factory=dict)
     driving_inputs: tuple[str, ...] = ()
-    one_way: tuple[OneWay, ...] = ()
+    one_way: tuple[LawElement, ...] = ()
     mode: Mode | None = None
     held: tuple[int, ...] = ()
     state_stops: Mapping[str, StateCondition] = field(default_factory=dict)
@@ -432,9 +431,9 @@ class Mechanism:
         raise ModelError(f"no body is called {name!r}", number="M106", word=name, known=[b.name for b in self.bodies])
 
 
-def normal_forces(mechanism: Mechanism) -> dict[str, ContactRow]:
+def normal_forces(mechanism: Mechanism) -> dict[str, Row]:
     """Return the rows that keep rolling wheels on what they roll on, by name: a negative multiplier pulls."""
-    rows = [row for row in mechanism.rows if isinstance(row, ContactRow) and row.is_holonomic]
+    rows = [row for row in mechanism.rows if row.surfaces and row.is_holonomic]
     return {row.name: row for row in rows if row.name not in mechanism._one_way_paths}
 
 

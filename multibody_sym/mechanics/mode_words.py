@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, LawElement, Mode
 from multibody_sym.model.states import STRIKES, VERBS
 
 SEVERAL: Final = "several states"
@@ -13,7 +13,7 @@ SEVERAL: Final = "several states"
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
 
 
-def mode_words(elements: Iterable[OneWay], mode: Mode) -> dict[str, str]:
+def mode_words(elements: Iterable[LawElement], mode: Mode) -> dict[str, str]:
     """Return the state of each element by name, and of friction parts that have a name of their own.
 
     Contacts `stick`, `slide+`, `slide-`, `slide` (in space), `closed` where nothing rubs, `open`; ropes and stops
@@ -22,7 +22,7 @@ def mode_words(elements: Iterable[OneWay], mode: Mode) -> dict[str, str]:
     return {name: word for element in elements for name, word in _words(element, mode)}
 
 
-def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
+def possible_words(elements: Iterable[LawElement]) -> dict[str, set[str]]:
     """Return the words of all states in which elements, and friction parts with a name of their own, may be.
 
     What may close may strike too.
@@ -40,7 +40,7 @@ def possible_words(elements: Iterable[OneWay]) -> dict[str, set[str]]:
     return found
 
 
-def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
+def _words(element: LawElement, mode: Mode) -> Iterator[tuple[str, str]]:
     active = not element.unilateral or mode.acts(element)
     rubbing = [part for part in element.frictions if part.rubs]
     own = next((part for part in rubbing if part.name == element.name), None)
@@ -50,13 +50,13 @@ def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
         yield from ((part.name, _word(element, part, mode)) for part in rubbing)
 
 
-def _word(element: OneWay, part: FrictionPart, mode: Mode) -> str:
+def _word(element: LawElement, part: FrictionPart, mode: Mode) -> str:
     slip = mode.slip(part)
     rests, moves = _rubbing(element, part)
     return rests if slip == STICKS else moves + _ENDINGS[slip]
 
 
-def _rubbing(element: OneWay, part: FrictionPart) -> tuple[str, str]:
+def _rubbing(element: LawElement, part: FrictionPart) -> tuple[str, str]:
     """Return the words for friction that holds, and for what moves against it."""
     if part.name.endswith(".rolling") or (element.kind == "contact" and element.path[0] == "constraints"):
         return "roll", "slip"

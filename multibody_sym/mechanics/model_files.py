@@ -205,7 +205,7 @@ _TEXT_NAME: Final = "<text>"
 
 
 @dataclass(frozen=True)
-class Places:
+class ModelPlaces:
     """Where the parts of a model stand in its file, and which `tables` it read; no part of the System."""
 
     name: str
@@ -224,12 +224,12 @@ class Places:
     def all_located(self, error: MultibodyError) -> MultibodyError:
         """Return the error with its place and a line of the file, and those of the others that it carries."""
         for each in (error, *error.others):
-            located(each, self.tree, self.name)
+            locate_error(each, self.tree, self.name)
         return error
 
     def told(self, text: str, path: tuple[str, ...]) -> str:
         """Return a text about a part of the model behind its place in the file, and a line of the file."""
-        return located(InputError(text, where=Where(path=path)), self.tree, self.name).alone
+        return locate_error(InputError(text, where=Where(path=path)), self.tree, self.name).alone
 
     def with_others(self, error: MultibodyError, verify: Callable[[System], object]) -> MultibodyError:
         """Return the first mistake of the file, which carries the others; `verify` raises InputError for a system's."""
@@ -259,7 +259,7 @@ def load_with_places(
     path: str | os.PathLike[str],
     content: bytes | None = None,
     verify: Callable[[System], object] | None = None,
-) -> tuple[System, Places]:
+) -> tuple[System, ModelPlaces]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`.
 
     `content` is that of the file, if it is read already. `verify` finds the mistakes beside the first one (it raises
@@ -275,12 +275,12 @@ def load_with_places(
 
 def _with_places(
     tree: Tree, name: str, folder: str | None = None, verify: Callable[[System], object] | None = None
-) -> tuple[System, Places]:
+) -> tuple[System, ModelPlaces]:
     """Return the System and its places; table files are looked for in the `folder`, or not at all.
 
     Raises the mistakes of the tree with those of the system.
     """
-    places, verify = Places(name, tree, has_folder=folder is not None), verify or _verify
+    places, verify = ModelPlaces(name, tree, has_folder=folder is not None), verify or _verify
     try:
         data, tables = with_rows(tree.data, folder)
         system = system_from_tree(data)
@@ -319,7 +319,7 @@ def _in_order(errors: Sequence[MultibodyError]) -> MultibodyError:
     return joined(sorted(every, key=lambda each: (each.where.line or 0, each.where.column or 0)))
 
 
-def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
+def locate_error(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
     """Return `error` with the file, line and column of the nearest thing in the file that `where.path` names."""
     if error.where.file is not None:
         return error

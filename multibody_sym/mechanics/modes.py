@@ -7,11 +7,18 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.mechanics.contact_rows import ContactRow, Edge, Flat, Tip
-from multibody_sym.mechanics.law_elements import ACTIVE, ALONG_VELOCITY, INACTIVE, STICKS, FrictionPart, Mode, OneWay
-from multibody_sym.mechanics.limits import sided
+from multibody_sym.mechanics.law_elements import (
+    ACTIVE,
+    ALONG_VELOCITY,
+    INACTIVE,
+    STICKS,
+    FrictionPart,
+    LawElement,
+    Mode,
+)
+from multibody_sym.mechanics.limits import sided_normals
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source, once
-from multibody_sym.mechanics.row_records import Row, Sliding, SlidingRow
+from multibody_sym.mechanics.row_records import Edge, PlaneSurface, Row, Sliding, SlidingRow, Vertex
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.least_norm import PLAIN
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot
@@ -40,11 +47,11 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
 
 def _with_chosen(parameters: ParameterVector, mode: Mode) -> ParameterVector:
     """Return the vector with what a run chooses in a mode."""
-    added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen(mode).items())
+    added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen_parameters(mode).items())
     return ParameterVector((*parameters.entries, *added))
 
 
-def chosen(mode: Mode) -> dict[str, float]:
+def chosen_parameters(mode: Mode) -> dict[str, float]:
     """Return what a run chooses in a mode, by the names of parameters.
 
     Directions in which slip in space starts from rest, and what rows carry whose forces are not unique.
@@ -101,7 +108,7 @@ def is_direction(name: str) -> bool:
     return name.startswith(_DIRECTION)
 
 
-def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
+def rows_in_mode(element: LawElement, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
     """Yield the rows of an element: those of normals, with sliding friction, and those of friction that sticks."""
     acts = mode.acts(element)
     if (element.unilateral and not acts) or element.name in mode.idle:
@@ -143,7 +150,7 @@ def slip_of(part: FrictionPart, mode: Mode) -> int:
     return mode.slip(part) or mode.carried.get(part.name, STICKS)
 
 
-def _by_length(element: OneWay, part: FrictionPart, normal: Row, sliding: Sliding) -> Sliding:
+def _by_length(element: LawElement, part: FrictionPart, normal: Row, sliding: Sliding) -> Sliding:
     """Return friction that the length of a vector presses, of which one of its normals is a component."""
     return replace(sliding, beside=tuple(row.name for row in element.normals_of(part) if row is not normal))
 
@@ -179,7 +186,7 @@ def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
 
 
 @once
-def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
+def friction_parts(mechanism: Mechanism) -> tuple[tuple[LawElement, FrictionPart], ...]:
     """Return the friction parts that rub, with their elements."""
     pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
     return tuple((x, part) for x, part in pairs if part.rubs)
@@ -218,7 +225,7 @@ def functions(mechanism: Mechanism) -> tuple[str, ...]:
 def _functions(mechanism: Mechanism) -> Iterator[str]:
     for element in mechanism.one_way:
         if not element.unilateral:
-            yield from (f"turns {element.normals[k].name}" for k in sided(element))
+            yield from (f"turns {element.normals[k].name}" for k in sided_normals(element))
             continue
         yield f"normal {element.name}"
         if has_end(element):
@@ -249,19 +256,17 @@ def _pairs(group: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
     yield from ((row, other) for k, row in enumerate(group) for other in group[k:])
 
 
-def has_end(element: OneWay) -> bool:
+def has_end(element: LawElement) -> bool:
     """Return whether what touches may get past the end of a face."""
-    row = element.normals[0] if element.normals else None
-    return isinstance(row, ContactRow) and any(
-        isinstance(skin, Edge | Tip) or (isinstance(skin, Flat) and bool(skin.ends or skin.beside))
-        for skin in row.skins
+    return any(
+        isinstance(skin, Edge | Vertex) or (isinstance(skin, PlaneSurface) and bool(skin.ends or skin.beside))
+        for skin in element.surfaces or ()
     )
 
 
-def has_rim(element: OneWay) -> bool:
+def has_rim(element: LawElement) -> bool:
     """Return whether what touches is the rim of a disc in space, which may come to lie flat."""
-    row = element.normals[0] if element.normals else None
-    return isinstance(row, ContactRow) and row.rim is not None
+    return bool(element.normals) and element.normals[0].rim is not None
 
 
 _ACTS: Final = "some row acts"
@@ -311,7 +316,7 @@ class ModeNodes:
         """Return 1 where a row acts, else 0."""
         return self._node(_acts(row.name))
 
-    def side(self, element: OneWay, row: Row) -> Node:
+    def side(self, element: LawElement, row: Row) -> Node:
         """Return the sign of the force of a normal row, 0 where it does not press."""
         return ONE if element.unilateral else self._node(_side(row.name))
 
@@ -400,4 +405,4 @@ def _declared(mechanism: Mechanism) -> int:
 
 def _every_mode_sliding(rows: Iterable[Row]) -> Iterator[Sliding]:
     for row in rows:
-        yield from row.frictions if isinstance(row, SlidingRow) else ()
+        yield from row.sliding

@@ -92,7 +92,7 @@ def _moved(before: JointMotion, arm: Vec, way: Vec, along: Vec) -> JointMotion:
 
 
 @dataclass(frozen=True)
-class Way:
+class CurveDerivatives:
     """How a vector (or, in its last component, an angle) follows a parameter s and t: derivatives along s and in t."""
 
     s: Vec
@@ -110,7 +110,7 @@ class Way:
         return add(scale(u, add(scale(u, self.ss), scale(2, self.st))), self.tt)
 
 
-def followed(before: JointMotion, place: Vec, way: Way, u: S) -> JointMotion:
+def followed(before: JointMotion, place: Vec, way: CurveDerivatives, u: S) -> JointMotion:
     """Return the motion when M has moved on to a place on a curve, by its parameter, whose rate is u."""
     moved = _moved(before, place, way.s, way.rate(u))
     return replace(
@@ -118,7 +118,7 @@ def followed(before: JointMotion, place: Vec, way: Way, u: S) -> JointMotion:
     )
 
 
-def turned_along(moved: JointMotion, rotation: Mat, axis: Vec, angle: Way, u: S) -> JointMotion:
+def turned_along(moved: JointMotion, rotation: Mat, axis: Vec, angle: CurveDerivatives, u: S) -> JointMotion:
     """Return the motion when M, which its last step has moved by the speed u, has turned about an axis by an angle."""
     found = rotated(moved, rotation, (axis,), (angle.rate(u)[2],))
     given, bias = scale(angle.t[2], axis), scale(angle.bias(u)[2], axis)
@@ -253,9 +253,9 @@ def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: 
     return turned_along(moved, turned_by(axes[2], cosine, sine), axes[2], _way(step.turning, (_UP,), state, at), u[0])
 
 
-def _way(rates: Rates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> Way:
+def _way(rates: Rates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> CurveDerivatives:
     """Return derivatives with their components along axes."""
-    return Way(*(combination(axes, state.values(nodes, at)) for nodes in rates))
+    return CurveDerivatives(*(combination(axes, state.values(nodes, at)) for nodes in rates))
 
 
 def _axis(declared: Point, state: State) -> Vec:
@@ -642,7 +642,7 @@ def partial_velocities(motion: Motion) -> list[PartialVelocities]:
     return found
 
 
-def locked(motion: Motion, place: int) -> str | None:
+def why_locked(motion: Motion, place: int) -> str | None:
     """Return that the first and the third of a body's three successive turns have one axis, over floats; else None."""
     body, moved = motion.mechanism.bodies[place], motion.bodies[place]
     turns = [free for free in body.free_steps if free.step.is_hinge]

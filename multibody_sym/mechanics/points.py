@@ -85,24 +85,24 @@ def angular_acceleration(motion: Motion, body: int, bodies: Accelerations) -> Ve
 
 
 @dataclass(frozen=True)
-class Direction:
+class UnitVector:
     """A unit vector and its rate, in world axes."""
 
     vector: Vec
     rate: Vec
 
     @property
-    def reversed(self) -> Direction:
-        return Direction(negate(self.vector), negate(self.rate))
+    def reversed(self) -> UnitVector:
+        return UnitVector(negate(self.vector), negate(self.rate))
 
-    def cross(self, other: Direction) -> Direction:
+    def cross(self, other: UnitVector) -> UnitVector:
         """Return the vector product with another one, which is no unit vector, and its rate."""
         rate = add(cross(self.rate, other.vector), cross(self.vector, other.rate))
-        return Direction(cross(self.vector, other.vector), rate)
+        return UnitVector(cross(self.vector, other.vector), rate)
 
 
 @dataclass(frozen=True)
-class Seen:
+class RelativeMotion:
     """A point as a body sees it: how far it is from a frame's origin, its velocity and acceleration (world axes)."""
 
     distance: Vec
@@ -116,14 +116,14 @@ def separation(motion: Motion, first: Marker, second: Marker) -> tuple[Vec, Vec]
     return away, subtract(velocity(motion, first), velocity(motion, second))
 
 
-def seen(motion: Motion, frame: Marker, point: Marker, bodies: Accelerations) -> Seen:
+def relative_motion(motion: Motion, frame: Marker, point: Marker, bodies: Accelerations) -> RelativeMotion:
     """Return the motion of a marker relative to the body of a frame: v' = v - v_F - w x d, a' = a - a_F - ...."""
     w, alpha = angular_velocity(motion, frame.body), angular_acceleration(motion, frame.body, bodies)
     d = subtract(position(motion, point), position(motion, frame))
     v = subtract(subtract(velocity(motion, point), velocity(motion, frame)), cross(w, d))
     carried = add(cross(alpha, d), cross(w, add(cross(w, d), scale(2, v))))
     a = subtract(acceleration(motion, point, bodies), acceleration(motion, frame, bodies))
-    return Seen(d, v, subtract(a, carried))
+    return RelativeMotion(d, v, subtract(a, carried))
 
 
 def slip_velocity(sliding: Sliding, velocity: Sequence[S], motion: Motion) -> list[S]:
@@ -204,10 +204,10 @@ def add_pair(wrenches: Wrenches, motion: Motion, ends: Sequence[Marker], force: 
 
 def generalized_forces(motion: Motion, of_body: Sequence[Wrench]) -> list[S]:
     """Return the generalised forces of wrenches: Q_k = sum F . dv/du_k + M . domega/du_k."""
-    return joint_projection(motion, carried(motion, of_body))
+    return joint_projection(motion, carried_wrenches(motion, of_body))
 
 
-def carried(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
+def carried_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
     """Return, for each body, the sum of the wrenches on it and on all bodies it carries, about its origin.
 
     Rows act on few bodies: where none is carried it stays NO_WRENCH.

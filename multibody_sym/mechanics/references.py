@@ -9,7 +9,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.mechanism import Measure, ParameterVector, TreeBody
-from multibody_sym.mechanics.row_records import AngleRow, Bend, Drive, ExpressionRow, Marker, Row, VelocityRow
+from multibody_sym.mechanics.row_records import AngleRow, Drive, ExpressionRow, Marker, RopeBend, Row, VelocityRow
 from multibody_sym.mechanics.spanning_tree import body_part, rate_pairs, speed_names
 from multibody_sym.model.bodies import (
     COM,
@@ -70,7 +70,7 @@ def no_own_part(name: str, part: str, bodies: Mapping[str, Body], *, chosen: boo
 
 
 @dataclass(frozen=True)
-class Freedom:
+class JointFreedom:
     """A freedom of a joint: its coordinate (None: a ball has none for it) and its rate, which is linear in u."""
 
     joint: str
@@ -107,7 +107,7 @@ class References:
     doubles: Mapping[str, int] = field(default_factory=dict)
     constants: Mapping[str, StartConstant] = field(default_factory=dict)
     bodies: tuple[TreeBody, ...] = ()
-    pulleys: Mapping[str, Bend] = field(default_factory=dict)
+    pulleys: Mapping[str, RopeBend] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
         """Return the marker of a body's origin, or of a point or frame of it, `body.point`.
@@ -183,7 +183,7 @@ class References:
         assert freedom.coordinate is not None
         return freedom.coordinate
 
-    def freedom(self, joint: str, name: str | None) -> Freedom:
+    def freedom(self, joint: str, name: str | None) -> JointFreedom:
         """Return a joint's freedom; without a name, its only one."""
         with at("joint"):
             known = self.freedoms(joint) if name is not None else self._one_freedom(joint)
@@ -196,7 +196,7 @@ class References:
                 raise ModelError(f"joint {joint!r} has no freedom {name!r}", number="M106", word=name, known=named)
         return named[name]
 
-    def _one_freedom(self, joint: str) -> dict[str, Freedom]:
+    def _one_freedom(self, joint: str) -> dict[str, JointFreedom]:
         found = self.freedoms(joint)
         if len(found) != 1:
             raise ModelError(f"joint {joint!r} has {len(found)} degrees of freedom; one is needed here")
@@ -224,13 +224,13 @@ class References:
         declared = self.system.bodies[body]
         return declared.inertia is None and declared.shape is None
 
-    def freedoms(self, joint: str) -> dict[str, Freedom]:
+    def freedoms(self, joint: str) -> dict[str, JointFreedom]:
         """Return the freedoms of a joint by the names of their speeds."""
         self.verify_joint(joint)
         speeds = speed_names(joint, self.system.joints[joint])
-        found = {u: Freedom(joint, None, self._named(u)) for u in speeds}
+        found = {u: JointFreedom(joint, None, self._named(u)) for u in speeds}
         for q, u in rate_pairs(joint, self.system.joints[joint]):
-            found[u] = Freedom(joint, self._named(q), self._named(u))
+            found[u] = JointFreedom(joint, self._named(q), self._named(u))
         return found
 
     def _named(self, name: str) -> Node:

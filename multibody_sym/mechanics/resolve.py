@@ -23,7 +23,7 @@ from multibody_sym.mechanics.gears import with_withheld
 from multibody_sym.mechanics.impact_records import StruckImpacts
 from multibody_sym.mechanics.impacts import struck_impacts
 from multibody_sym.mechanics.joint_friction import joint_frictions, stops
-from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import (
     TIME,
     Coordinate,
@@ -39,7 +39,7 @@ from multibody_sym.mechanics.mode_words import possible_words
 from multibody_sym.mechanics.questions import verify_questions
 from multibody_sym.mechanics.references import BARE, References
 from multibody_sym.mechanics.ropes import rope_slips
-from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, RopeSlipRow, Row, leaves_wheel
+from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, RopeSlipRow, Row
 from multibody_sym.mechanics.spanning_tree import (
     SpanningTree,
     body_part,
@@ -113,7 +113,7 @@ def _ground(references: References) -> tuple[TreeBody, ...]:
 ROPE_WORDS = ("taut", "slack")
 
 
-def slackening(references: References) -> frozenset[str]:
+def slack_ropes(references: References) -> frozenset[str]:
     """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels.
 
     Raises ModelError for a rope that is always taut and is to rebound.
@@ -130,14 +130,14 @@ def slackening(references: References) -> frozenset[str]:
     return found
 
 
-def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneWay, ...]:
+def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[LawElement, ...]:
     """Return all one-way elements; `slack` are the rows of the ropes that may slacken."""
     found = (*contacts(references), *_ropes(references, slack), *stops(references), *joint_frictions(references))
     smooth = references.system.simulation.friction
     return found if smooth is None else tuple(_smoothed(element, smooth.regularised) for element in found)
 
 
-def _smoothed(element: OneWay, speed: Node) -> OneWay:
+def _smoothed(element: LawElement, speed: Node) -> LawElement:
     """Return an element whose friction is smooth below a speed, if it has none of its own and may slip at all."""
     exact = (x.enough or x.regularised is not None for x in element.frictions)
     parts = zip(element.frictions, exact, strict=True)
@@ -145,7 +145,7 @@ def _smoothed(element: OneWay, speed: Node) -> OneWay:
     return replace(element, frictions=tuple(smooth))
 
 
-def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
+def _ropes(references: References, rows: Sequence[Row]) -> Iterator[LawElement]:
     for row in rows:
         name = row.name.partition(".")[0]
         with at("constraints", name):
@@ -157,7 +157,7 @@ def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
         )
         path, rope = ("constraints", name), references.system.constraints[name]
         given = rope.restitution if isinstance(rope, Rope) else None
-        yield OneWay(
+        yield LawElement(
             row.name,
             "rope",
             path,
@@ -225,7 +225,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     bodies = tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = with_constants(replace(references, measured=told), bodies)
-    declared, slack = declared_rows(references), slackening(references)
+    declared, slack = declared_rows(references), slack_ropes(references)
     loose = [row for row in declared if row.name.partition(".")[0] in slack]
     rows = [row for row in declared if row not in loose]
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
@@ -321,10 +321,10 @@ def _wheels_left(rows: Sequence[Row]) -> dict[str, Node]:
     behind = {(row.rope, row.path[0].pulley) for row in ropes if row.path[0].pulley}
     passed += [(row.name, row.path[-1]) for row in ropes if (row.rope, row.path[-1].pulley) in behind]
     names = ((row, x.pulley) for row, x in passed if x.pulley and not x.turns and x.radius.shadow != 0)
-    return {leaves_wheel(*name): negate(quantity("wrap", name)) for name in names}
+    return {f"{row} leaves {pulley}": negate(quantity("wrap", (row, pulley))) for row, pulley in names}
 
 
-def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:
+def _state_stops(system: System, elements: Sequence[LawElement]) -> dict[str, StateCondition]:
     """Return the states that end a run. Raises ModelError for those of unknown elements."""
     known = possible_words(elements)
     found = {name: x for name, x in system.stop.items() if isinstance(x, StateCondition)}
@@ -335,7 +335,7 @@ def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateC
 
 
 def _verified(
-    system: System, elements: Sequence[OneWay], struck: StruckImpacts | None, cut: Sequence[str]
+    system: System, elements: Sequence[LawElement], struck: StruckImpacts | None, cut: Sequence[str]
 ) -> StruckImpacts | None:
     """Return impacts. Raises ModelError where expressions ask forces of what has none, nor impulses."""
     verify_forces(system, [*elements, *(() if struck is None else struck.meetings)], cut)

@@ -24,7 +24,7 @@ from multibody_sym.mechanics.points import (
 )
 from multibody_sym.mechanics.points import direction as world
 from multibody_sym.mechanics.references import References
-from multibody_sym.mechanics.row_records import Bend, Grip, Marker, RopeRow, RopeSlipRow
+from multibody_sym.mechanics.row_records import Marker, RopeBend, RopeRow, RopeSlipRow, RoughWheel
 from multibody_sym.model.bodies import GROUND, Pose, unit_vector
 from multibody_sym.model.constraints import Pulley, Rope, Roughness
 from multibody_sym.model.fields import Point
@@ -144,7 +144,7 @@ class _Place:
 
     step: str
     pulley: Pulley | None
-    bend: Bend
+    bend: RopeBend
 
 
 def _runs(references: References, name: str, rope: Rope) -> list[list[_Place]]:
@@ -230,12 +230,12 @@ def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
                     )
 
 
-def _bend(index: int, step: str, references: References) -> Bend:
+def _bend(index: int, step: str, references: References) -> RopeBend:
     if step in references.pulleys:
         return references.pulleys[step]
     with at("path", index):
         try:
-            return Bend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
+            return RopeBend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
         except ModelError as error:
             if not references.pulleys or not error.known or "." in step:
                 raise
@@ -250,19 +250,19 @@ def _bend(index: int, step: str, references: References) -> Bend:
 _PARALLEL: Final = 1e-12
 
 
-def pulley_bends(references: References) -> dict[str, Bend]:
+def pulley_bends(references: References) -> dict[str, RopeBend]:
     """Return every declared pulley; those that turn with their ropes with what turns them."""
     made = {}
     for name, pulley in references.system.pulleys.items():
         with at("pulleys", name, "at" if pulley.body is None else "body"):
             centre = references.marker(pulley.at or pulley.body or "")
-            bend = Bend(centre, pulley.radius, unit_vector(pulley.axis), name)
+            bend = RopeBend(centre, pulley.radius, unit_vector(pulley.axis), name)
             bend = replace(bend, massless=pulley.is_held, rough=pulley.rough is not None)
             made[name] = bend if pulley.body is None else replace(bend, grip=grip_of(references.bodies, bend))
     return made
 
 
-def grip_of(bodies: Sequence[TreeBody], wheel: Bend) -> Grip:
+def grip_of(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
     """Return how a wheel turns: the sum of the angles of all hinges about its axis between it and a body that keeps it.
 
     Raises ModelError where its own joint turns it otherwise, so that no coordinate tells whole turns.
@@ -284,7 +284,7 @@ def grip_of(bodies: Sequence[TreeBody], wheel: Bend) -> Grip:
             "counts its turns; join it by a revolute or planar joint about that axis",
             number="M115",
         )
-    return Grip(Marker(wheel.at.name, index, Pose()), axis, _across(axis), angle, ZERO)
+    return RoughWheel(Marker(wheel.at.name, index, Pose()), axis, _across(axis), angle, ZERO)
 
 
 def _turned(body: TreeBody, axis: Point) -> tuple[Node, Point] | None:
@@ -381,7 +381,9 @@ class Segment:
         return centre if wheel is None else add(centre, scale(-wheel.radius, cross(wheel.axis, self.direction)))
 
 
-def segments(motion: Motion, path: Sequence[Bend], straight: Sequence[Point | None] = ()) -> tuple[list[Segment], S]:
+def segments(
+    motion: Motion, path: Sequence[RopeBend], straight: Sequence[Point | None] = ()
+) -> tuple[list[Segment], S]:
     """Return the straight pieces of a rope's path and its length, arcs on wheels and what is wound on them included.
 
     `straight` are the directions (world) of pieces that keep them, None where a piece does not.
@@ -409,13 +411,13 @@ def segments(motion: Motion, path: Sequence[Bend], straight: Sequence[Point | No
     )
 
 
-def sides(motion: Motion, path: Sequence[Bend]) -> list[S | None]:
+def sides(motion: Motion, path: Sequence[RopeBend]) -> list[S | None]:
     """Return to which side (1, -1; 0: none) a rope turns about each wheel's axis; None for points."""
     wheels = [wheel_at(motion, path, k) for k in range(len(path))]
     return [None if wheel is None else wheel.side for wheel in wheels]
 
 
-def wheel_at(motion: Motion, path: Sequence[Bend], k: int) -> Wheel | None:
+def wheel_at(motion: Motion, path: Sequence[RopeBend], k: int) -> Wheel | None:
     """Return the wheel at bend k, None for a point; it has no radius where no side was found."""
     bend = path[k]
     if bend.radius.shadow == 0 or (k in (0, len(path) - 1) and bend.grip is None):
@@ -425,7 +427,7 @@ def wheel_at(motion: Motion, path: Sequence[Bend], k: int) -> Wheel | None:
     return Wheel(radius * side * side, scale(side, axis), side, axis, bend.at.body)
 
 
-def inner_side(motion: Motion, bend: Bend) -> S:
+def inner_side(motion: Motion, bend: RopeBend) -> S:
     """Return on which side of a wheel a rope has the centre inside its bend: 1 to the left about the axis, -1, or 0.
 
     Where the rope runs straight back (both ends hang below the centre) the bend has no inside.
@@ -518,7 +520,7 @@ def wrap_between(motion: Motion, before: RopeRow, after: RopeRow) -> S:
 
 
 @dataclass(frozen=True)
-class Pull:
+class TensionForces:
     """Segments under tensions: the sum of tension times d(length)/dt, of that times d^2(length)/dt^2, and wrenches."""
 
     stretching: S
@@ -526,7 +528,9 @@ class Pull:
     of_body: list[Wrench]
 
 
-def pull(motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]) -> Pull:
+def pull(
+    motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]
+) -> TensionForces:
     """Return what tensions in straight segments do.
 
     d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega
@@ -552,7 +556,7 @@ def pull(motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: 
             add_force_at(wrenches, motion, marker.body, part.touches(motion, end), force)
         stretching = stretching + tension * rate
         stretching_rate = stretching_rate + tension * further
-    return Pull(stretching, stretching_rate, wrenches.of_body)
+    return TensionForces(stretching, stretching_rate, wrenches.of_body)
 
 
 def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
@@ -570,7 +574,7 @@ def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
 # --- what is wound on a wheel ---------------------------------------------------------------------------------------
 
 
-def _wound(motion: Motion, bend: Bend, wheel: Wheel | None, piece: Segment) -> S:
+def _wound(motion: Motion, bend: RopeBend, wheel: Wheel | None, piece: Segment) -> S:
     """Return what a wheel that turns has wound up of the rope that comes to it along a piece, since it stood at zero.
 
     A point of the rim runs away from the tangent point, which turns about the centre as the piece does.
@@ -592,7 +596,7 @@ def tangent_direction(motion: Motion, row: RopeRow, end: int) -> S:
     return atan2(y, x)
 
 
-def _tangent_components(motion: Motion, bend: Bend, direction: Vec) -> tuple[S, S]:
+def _tangent_components(motion: Motion, bend: RopeBend, direction: Vec) -> tuple[S, S]:
     """Return a direction's components along `across` of a grip, and a quarter turn on about its axis."""
     assert bend.grip is not None
     along, axis = (world(motion, bend.grip.frame, v) for v in (bend.grip.across, bend.grip.axis))

@@ -18,7 +18,6 @@ import numpy as np
 
 from multibody_sym.errors import InputError, at
 from multibody_sym.mechanics.contact_geometry import contact_direction, touch
-from multibody_sym.mechanics.contact_rows import LOCAL, ContactRow, Edge, Flat, Level, Rim, Round, Skin, TurningRow
 from multibody_sym.mechanics.flat_rims import steepness
 from multibody_sym.mechanics.forces import span
 from multibody_sym.mechanics.impact_records import GivenRow, JumpRow, MeetingRow
@@ -37,24 +36,33 @@ from multibody_sym.mechanics.points import (
     direction,
     generalized_forces,
     position,
-    seen,
+    relative_motion,
     slip_velocity,
 )
 from multibody_sym.mechanics.ropes import Segment, pull, segments, wheel_at, wrap_angle
 from multibody_sym.mechanics.row_records import (
+    LOCAL,
     AngleRow,
+    ContactRow,
+    ContactSurface,
     DistanceRow,
+    Edge,
     ExpressionRow,
     GearRow,
+    Level,
     Marker,
     MeanTensionRow,
+    PlaneSurface,
     PositionRow,
     ReactionRow,
+    Rim,
     RopeRow,
     RopeSlipRow,
+    RoundSurface,
     Row,
     Sliding,
     SlidingRow,
+    TurningRow,
     VelocityRow,
 )
 from multibody_sym.model.bodies import IDENTITY
@@ -132,8 +140,7 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
     found, wrenches = list(rows), [row.of_body for row in rows]
     names = [row.name for row in motion.mechanism.rows]
     for k, row in enumerate(motion.mechanism.rows):
-        sliding = row.frictions if isinstance(row, SlidingRow) else ()
-        defining = row.normal if isinstance(row, SlidingRow) else row
+        defining = row.plain
         if isinstance(defining, MeanTensionRow):
             found[k] = replace(
                 found[k], coupling={**_mean_tension(defining, motion), k: -motion.state.values([ONE])[0]}
@@ -145,12 +152,12 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
         part = part_of_reaction(defining, motion, wrenches)
         share, rubbing = motion.state.values([defining.share, defining.rubbing])
         coupling = {j: x for j, x in enumerate(part.of_rows) if x is not ZERO and not is_exactly(x, 0)}
-        for friction in sliding if defining.rubbing is not ZERO else ():
+        for friction in row.sliding if defining.rubbing is not ZERO else ():
             along = [row_motion(direction, motion, ()) for direction in friction.rows]
             share = share + rubbing * friction_factors(friction, along, motion)[0]
         if defining.rubs in names:
             coupling[names.index(defining.rubs)] = -rubbing
-        beside = next((tuple(map(names.index, each.beside)) for each in sliding if each.beside), ())
+        beside = next((tuple(map(names.index, each.beside)) for each in row.sliding if each.beside), ())
         coupling[k] = -share
         found[k] = replace(found[k], jacobian=part.columns, gamma=-part.rest, coupling=coupling, beside=beside)
     return found
@@ -174,14 +181,14 @@ def friction_on(slip: str, motion: Motion) -> Iterator[tuple[int, S]]:
     for k, row in enumerate(motion.mechanism.rows):
         if row.name == slip:
             yield k, motion.state.values([ONE])[0]
-        for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+        for sliding in row.sliding:
             if sliding.rows[0].name == slip:
                 bias = accelerations(motion, [0] * len(motion.state.u)) if sliding.regularised is not None else []
                 along = [row_motion(direction, motion, bias) for direction in sliding.rows if bias]
                 yield k, friction_factors(sliding, along, motion)[0]
 
 
-def exerted(rows: Sequence[RowMotion]) -> Floats:
+def largest_wrenches(rows: Sequence[RowMotion]) -> Floats:
     """Return the largest component (s) of the wrenches of each row's unit multiplier, over floats."""
     largest = [
         max((abs(x) for wrench in row.of_body if wrench is not NO_WRENCH for part in wrench for x in part), default=0.0)
@@ -244,7 +251,7 @@ def _tension(
 @row_motion.register
 def _(row: PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     frame, point = row.frames
-    axis, found = direction(motion, frame, row.axis), seen(motion, frame, point, bias)
+    axis, found = direction(motion, frame, row.axis), relative_motion(motion, frame, point, bias)
     wrenches = Wrenches(len(motion.bodies))
     add_force(wrenches, motion, point, axis)
     add_force_at(wrenches, motion, frame.body, position(motion, point), negate(axis))
@@ -401,7 +408,7 @@ def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
     """Return H (s x n) of rows over floats, zero where a row moves nothing but by rounding of the forces it exerts."""
     size = len(rows[0].jacobian) if rows else 0
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)
-    return without_rounding(jacobian, exerted(rows))
+    return without_rounding(jacobian, largest_wrenches(rows))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -557,7 +564,8 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
         return _crossing_terms(row, motion, first, second)
     sizes = [_size(skin, motion) for skin in row.skins]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
-    arms = [place if isinstance(skin, (Flat, Edge)) else size for skin, size in zip(row.skins, sizes, strict=True)]
+    pairs = zip(row.skins, sizes, strict=True)
+    arms = [place if isinstance(skin, (PlaneSurface, Edge)) else size for skin, size in pairs]
     tilting, turning = _turning(row, motion, first, second)
     speeds = first.V + second.V
     slip = speeds + first.W * arms[0] + second.W * arms[1]
@@ -586,14 +594,14 @@ def _sine(row: ContactRow, motion: Motion) -> float:
     return hypot(*cross(*courses))
 
 
-def _size(skin: Skin, motion: Motion) -> float:
-    radius = skin.radius if isinstance(skin, (Round, Rim)) else ZERO
+def _size(skin: ContactSurface, motion: Motion) -> float:
+    radius = skin.radius if isinstance(skin, (RoundSurface, Rim)) else ZERO
     return abs(float(motion.state.values([radius])[0]))
 
 
 def _turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
     """Return how fast the normal turns, and the way from a centre to the place of contact, at most."""
-    flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if isinstance(skin, Flat)]
+    flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if isinstance(skin, PlaneSurface)]
     if flats:
         return flats[0].W, (first.W + second.W) * max(_steepness(row, motion), 1.0)
     length = float(span(motion, (row.skins[0].place, row.skins[1].place))[0])
@@ -602,7 +610,7 @@ def _turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tu
     return turning, turning
 
 
-def _bending(skin: Skin, motion: Motion, row: ContactRow) -> float:
+def _bending(skin: ContactSurface, motion: Motion, row: ContactRow) -> float:
     """Return how much the normal of a smooth surface turns along a metre, at most, where a row's point is."""
     if not isinstance(skin, Level):
         return 0.0

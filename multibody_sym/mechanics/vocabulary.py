@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, MultibodyError, at, joined
-from multibody_sym.mechanics.law_elements import PRESSING, OneWay, exerted_by
+from multibody_sym.mechanics.law_elements import PRESSING, LawElement, exerted_by
 from multibody_sym.mechanics.mechanism import NORMAL, Coordinate, Speed
 from multibody_sym.mechanics.references import BARE
 from multibody_sym.mechanics.ropes import run_names, tension_names
@@ -619,7 +619,7 @@ def _verify_mode(leaf: Node, section: str) -> None:
         raise ModelError(message, number="M112")
 
 
-def verify_forces(system: System, elements: Iterable[OneWay], cut: Iterable[str]) -> None:
+def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[str]) -> None:
     """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks.
 
     `cut`: the names of the rows that stand for cut joints, which have multipliers as those of constraints have.
@@ -638,7 +638,7 @@ def verify_forces(system: System, elements: Iterable[OneWay], cut: Iterable[str]
 _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "friction"}
 
 
-def _components(system: System, elements: Iterable[OneWay]) -> dict[str, tuple[str, Sequence[str]]]:
+def _components(system: System, elements: Iterable[LawElement]) -> dict[str, tuple[str, Sequence[str]]]:
     """Return by the names by which they are asked what exerts forces, in words, and its components."""
     one_way = {
         name: (_EXERTING[x.kind], (*rows, *(AT if x.kind == "contact" else ())))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from multibody_sym.mechanics.changes import Changes, with_settings
+from multibody_sym.mechanics.changes import Overrides, with_settings
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import callback, door, flag
 from multibody_sym.model.settings import Baumgarte
@@ -54,13 +54,13 @@ def simulate(
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
     or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters` ..
-    `project`, what the call changes of the system (`Changes`); `formalism` by name, None for the cheapest; `native` and
+    `project`, what the call changes (`Overrides`); `formalism` by name, None for the cheapest; `native` and
     `backend` ("c", "python") as for `program.loading.load`; `on_progress`, called about ten times a second with the
     samples that are new and the part of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
     """
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
     asked = run_by(changed, settings, constraints)
     native, on_progress = flag("native", native), callback("on_progress", on_progress)
@@ -90,7 +90,7 @@ def prepare(
 
     Arguments and errors as for `simulate`.
     """
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
     asked = run_by(changed, settings, constraints)
     prepared = Prepared(asked, formalism, flag("native", native), backend)
@@ -143,7 +143,7 @@ class Prepared:
             (one,) = self.runs(*found)
             return one(on_progress)
         if any(values is not None for values in (parameters, initial, inputs)):
-            changed = Changes(parameters, initial, inputs).of(self.system)
+            changed = Overrides(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
         return run(beginning(self), on_progress)
 
@@ -193,7 +193,7 @@ class Prepared:
             except FailedRunError as error:
                 failed = error
         own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
-        alone = replace(self, system=Changes(own, begun).of(self.system))
+        alone = replace(self, system=Overrides(own, begun).of(self.system))
         if member is None:
             return alone.run(on_progress=on_progress)
         alone.verify()  # which tells what is wrong with the start

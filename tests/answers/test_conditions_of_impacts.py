@@ -16,8 +16,8 @@ from multibody_sym.dynamics.contact.impact_problem import struck_rows
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
 from multibody_sym.errors import InputError, NoSolutionError
-from multibody_sym.mechanics.changes import Changes
-from multibody_sym.mechanics.impacts import resting
+from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.impacts import state_in_impact
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.parser import parse
@@ -63,12 +63,13 @@ def all_hold(conditions: tuple[str, ...], given: Mapping[str, float]) -> bool | 
 def is_same(told: ImpactFound, system: mbs.System, given: Mapping[str, float]) -> bool:
     """Return whether formulas of the speeds after are what the laws give at other parameters."""
     try:
-        posed = posed_impact(Changes(dict(given)).of(system))
+        posed = posed_impact(Overrides(dict(given)).of(system))
         there = outcome(posed)
     except (NoSolutionError, InputError):
         return False
     rows = struck_rows(posed.blow, there)
-    jumps = forward_dynamics(tree_dynamics_of(rows.mechanism, resting(posed.blow.motion.state, rows.jumps))).udot
+    state = state_in_impact(posed.blow.motion.state, rows.jumps)
+    jumps = forward_dynamics(tree_dynamics_of(rows.mechanism, state)).udot
     formulas = [told.after[speed.name].expression for speed in posed.mechanism.speeds]
     assert None not in formulas
     values = evaluate_float(formulas, {symbol(k): x for k, x in given.items()})
@@ -120,7 +121,7 @@ def test_energy_that_slip_takes_which_turns_round_has_a_formula(law: str, u: str
         if not all_hold(told.conditions, given):
             continue
         held += 1
-        there = outcome(posed_impact(Changes(given).of(mbs.loads(text))))
+        there = outcome(posed_impact(Overrides(given).of(mbs.loads(text))))
         value = evaluate_float([told.energy_lost.expression], {symbol(k): x for k, x in given.items()})[0]
         assert value == pytest.approx(float(np.nansum(there.lost)), rel=1e-9)
 

@@ -9,7 +9,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.answers.records import ImpactFound
 from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.text.printer import text
@@ -70,7 +70,7 @@ def test_a_rod_whose_tip_slips_back_has_rouths_formula(law: str) -> None:
         assert at(value, **NUMBERS | {"u": -0.3}) == pytest.approx(value.value, rel=1e-10)
     changed = {"v": 2.0, "u": -0.2, "e": 0.4}
     system = mbs.loads(HEAD + model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
-    again = outcome(posed_impact(Changes(changed).of(system)))
+    again = outcome(posed_impact(Overrides(changed).of(system)))
     assert at(normal, **NUMBERS | changed) == pytest.approx(again.impulses[0], rel=1e-10)
     assert back.conditions
 

@@ -19,7 +19,7 @@ import multibody_sym as mbs
 from multibody_sym.contact_laws.search import find
 from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 
 DIRECTIONS = 180
 INSIDE = math.cos(math.pi / DIRECTIONS)
@@ -160,7 +160,7 @@ def rests_up_to_the_circles(one: Stool, beyond: Sequence[float] = ()) -> None:
     ((low, high),) = mbs.range_of_rest(system, "F").rest
     assert (low, high) == (0.0, pytest.approx(one.limit(), rel=1e-9))
     for part in beyond:
-        declared = examined(Changes({"F": high * (1 + part)}).of(system))
+        declared = examined(Overrides({"F": high * (1 + part)}).of(system))
         state = state_at(declared, search=lambda posed: find(posed.problem, every=False))
         (found,) = state.found.states
         assert_holds(state.posed.problem, found)

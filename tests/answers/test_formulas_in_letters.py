@@ -20,7 +20,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.elementary import leaves
@@ -74,7 +74,7 @@ def values_of(solution: mbs.Solution) -> dict[str, Value]:
 
 def numbers_at(system: mbs.System, given: Mapping[str, float], start: Mapping[str, float]) -> dict[str, float]:
     """The state that a start leads to, its accelerations and reactions, in floats alone."""
-    mechanism, begin = examined_state(Changes(given, start).of(system)).in_joints
+    mechanism, begin = examined_state(Overrides(given, start).of(system)).in_joints
     state = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(composite_body(mechanism, state))
     instant = Instant(motion_of(mechanism, state), found.udot.tolist(), found.multipliers.tolist())

@@ -8,7 +8,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import ImpactFound
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.text.printer import text
 
 HEAD = "multibody_sym: 1\nname: struck\n"
@@ -207,7 +207,7 @@ joints: {P: {type: point, parent: ground, child: ball, axes: xy, initial: {u: [2
 impact: {between: [ball, ground], normal: y, static: mu, kinetic: mk, restitution: 0.5}
 """)
     with pytest.raises(mbs.ModelError, match=words) as caught:
-        mbs.solve(Changes(values).of(system))
+        mbs.solve(Overrides(values).of(system))
     assert caught.value.where.path == ("impact", under)
 
 

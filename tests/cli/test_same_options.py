@@ -16,7 +16,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.cli.options import COMMANDS, _parser
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 
 FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "check": (mbs.check,),
@@ -115,7 +115,7 @@ def test_options_and_arguments_are_the_same(name: str) -> None:
 def test_the_shared_options_are_those_of_every_function(name: str) -> None:
     for function in FUNCTIONS[name]:
         assert set(inspect.signature(function).parameters) >= SHARED
-    assert set(vars(Changes())) == SHARED - {"formalism"}
+    assert set(vars(Overrides())) == SHARED - {"formalism"}
 
 
 def test_what_is_left_out_of_the_comparison_exists() -> None:
@@ -176,7 +176,7 @@ CHOICES = [*({name: value} for name, (value, _) in SAME.items()), {name: value f
 
 @pytest.mark.parametrize("given", CHOICES, ids=[*SAME, "all"])
 def test_an_option_is_the_same_change_in_the_file(given: Mapping[str, Any]) -> None:
-    system = Changes(**given).of(mbs.loads(ASKED))
+    system = Overrides(**given).of(mbs.loads(ASKED))
     assert system == mbs.loads(written(given))
     assert system != mbs.loads(ASKED)
 
@@ -217,7 +217,7 @@ def asked(name: str, system: mbs.System, folder: Path, **given: Any) -> Any:
 def test_every_function_takes_them_all(name: str, tmp_path: Path) -> None:
     system = mbs.loads(ASKED)
     given = given_to(name)
-    changed = asked(name, Changes(**given).of(system), tmp_path / "changed")
+    changed = asked(name, Overrides(**given).of(system), tmp_path / "changed")
     assert asked(name, system, tmp_path / "asked", **given) == changed
     assert asked(name, system, tmp_path / "declared") != changed
 
@@ -226,7 +226,7 @@ def test_every_function_takes_them_all(name: str, tmp_path: Path) -> None:
 def test_every_command_takes_them_all(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "declared.yaml").write_text(ASKED, encoding="utf-8")
     given = given_to(name)
-    mbs.dump(Changes(**given).of(mbs.loads(ASKED)), tmp_path / "changed.yaml")
+    mbs.dump(Overrides(**given).of(mbs.loads(ASKED)), tmp_path / "changed.yaml")
     words = [*WORDS, *(("--coordinates", "absolute") if "coordinates" in given else ())]
     own = {"simulate": ("--method", "rk4", "--step", "0.01", "--backend", "python"), "export": ("--to", "python")}
     own["sweep"] = (*own["simulate"], "--vary", "l=.4")

@@ -15,10 +15,10 @@ from multibody_sym.dynamics.contact.impact_problem import Blow, pose, struck_row
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.impact_records import MeetingRow, StruckImpacts
-from multibody_sym.mechanics.impacts import resting
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.impacts import state_in_impact
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, from_parent, motion_of
@@ -56,7 +56,7 @@ def random_blow(rng: np.random.Generator, mechanism: Mechanism, state: State) ->
     normal /= np.linalg.norm(normal)
     for sign in (1.0, -1.0):
         row = MeetingRow("hit.normal", (place, ground), vector(sign * normal), ground)  # type: ignore[arg-type]
-        element = OneWay("hit", "contact", ("impact", "hit"), (row,), restitution=real(0.5))
+        element = LawElement("hit", "contact", ("impact", "hit"), (row,), restitution=real(0.5))
         blow = Blow(mechanism, state, StruckImpacts((element,), (), loads, {}, ()), (element,))
         if float(blow.rows[-1].phidot) < 0:
             break
@@ -85,7 +85,7 @@ class Found:
 
 def by_recursion(blow: Blow) -> Found:
     struck = struck_rows(blow, strike(pose(blow, "newton", "simultaneous", {"hit": (0.5, 0.0)})))
-    state = resting(blow.motion.state, struck.jumps)
+    state = state_in_impact(blow.motion.state, struck.jumps)
     solved = forward_dynamics(composite_body(struck.mechanism, state))
     motion = motion_of(struck.mechanism, state)
     rows = row_motions(motion)
@@ -129,7 +129,7 @@ def one_system(found: Found) -> tuple[Floats, Floats]:
     n, count, s = len(motion.state.u), len(motion.bodies), len(rows)
     w, R, p = n, n + 6 * count, n + 12 * count
     K, b = np.zeros((n + 12 * count + s, p + s)), np.zeros(n + 12 * count + s)
-    given = applied(motion).of_body
+    given = applied_forces(motion).of_body
     drives = [np.array(r.jacobian, dtype=float) - np.array(generalized_forces(motion, r.of_body), float) for r in rows]
     for i, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
         own, parent = slice(6 * i, 6 * i + 6), body.parent

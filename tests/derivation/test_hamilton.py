@@ -41,7 +41,7 @@ from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.dynamics.theorems.conserved import candidates
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates
 from multibody_sym.mechanics.state import State, state_of
@@ -239,7 +239,7 @@ def test_a_tree_whose_masses_lie_far_apart() -> None:
 
 def test_written_out_and_named_forms_agree() -> None:
     for system in (double_pendulum(), turning_hoop(driven=False), cart_pole()):
-        ready = prepared(system, Changes())
+        ready = prepared(system, Overrides())
         names = Subexpressions(ready.symbols.free_prefix, Budget())
         named = hamilton(ready, names, energies(ready.mechanism, ready.symbols, names))
         given = parameters(ready.mechanism)

@@ -30,7 +30,7 @@ from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import State, state_of
@@ -155,7 +155,7 @@ def test_projection_of_a_quaternions_terms_is_omega_cross_momentum() -> None:
 def assert_terms_agree(case: Case, found: EquationsOfMotion, expected: EquationsOfMotion, state: State) -> None:
     mass = np.array(expected.mass_matrix, dtype=float)
     square = max(1, *np.abs(state.u)) ** 2
-    wrenches = applied(motion_of(case.mechanism, state)).of_body
+    wrenches = applied_forces(motion_of(case.mechanism, state)).of_body
     largest = np.abs(mass).max()
     size = {"mass_matrix": largest, "velocity_terms": largest * square, "constraint_forcing": square}
     size["applied"] = np.abs(np.array(wrenches, dtype=float)).max()  # which cancel where a joint lets all move

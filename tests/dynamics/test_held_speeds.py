@@ -11,7 +11,7 @@ import multibody_sym as mbs
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_records import VelocityRow
@@ -37,7 +37,7 @@ def cart_with_pendulum(held):
     resolved = mechanism(system)
     along = VelocityRow("rub", slot("u", 0))
     part = FrictionPart("rub", (along,), as_node(1), as_node(1), enough=True, normals=())
-    rub = OneWay("rub", "friction", ("forces", "rub"), (), unilateral=False, frictions=(part,), restitution=ZERO)
+    rub = LawElement("rub", "friction", ("forces", "rub"), (), unilateral=False, frictions=(part,), restitution=ZERO)
     return in_mode(replace(resolved, one_way=(rub,)), Mode({"rub": 1}, {"rub": 0}), held)
 
 

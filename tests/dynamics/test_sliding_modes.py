@@ -13,7 +13,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_records import NOWHERE, PositionRow
@@ -40,7 +40,7 @@ def incline():
     ends = NOWHERE, replace(NOWHERE, body=0)
     rows = PositionRow("c.normal", ends, tuple(normal)), PositionRow("c.friction", ends, tuple(along))
     part = FrictionPart("c", (rows[1],), resolved.parameters.slot("mu"), resolved.parameters.slot("mu"))
-    contact = OneWay("c", "contact", ("contacts", "c"), (rows[0],), frictions=(part,), restitution=ZERO)
+    contact = LawElement("c", "contact", ("contacts", "c"), (rows[0],), frictions=(part,), restitution=ZERO)
     return replace(resolved, one_way=(contact,), parameters=resolved.parameters.with_rows(1))
 
 

@@ -14,14 +14,13 @@ from mechanisms import Case
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.contact_geometry import reach
-from multibody_sym.mechanics.contact_rows import Edge, Flat, Rim, TurningRow
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.points import generalized_forces, position
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions, row_terms
-from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.row_records import Edge, Marker, PlaneSurface, Rim, TurningRow
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Pose
 from multibody_sym.scalars.calculus import tangents
@@ -141,7 +140,7 @@ def test_h_is_the_power_of_the_wrenches_and_terms_bound_gamma(first: str, second
 def gap_by_hand(found: Case, motion) -> float:
     """Return the gap from places in world axes alone."""
     skins = found.mechanism.rows[0].skins
-    flat = next((k for k, skin in enumerate(skins) if isinstance(skin, Flat)), None)
+    flat = next((k for k, skin in enumerate(skins) if isinstance(skin, PlaneSurface)), None)
     if any(isinstance(skin, Edge) for skin in skins):
         return between_lines(skins, motion)
     if flat is None:

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.mechanics.contact_rows import Flat, Round
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.model_files import load_with_places
 from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.row_records import PlaneSurface, RoundSurface
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 
@@ -42,7 +42,7 @@ contacts:
 SAMPLES = (10, 0.4, 0.2, 0.2, 0.1)
 
 
-def found(contact: str) -> Sequence[OneWay]:
+def found(contact: str) -> Sequence[LawElement]:
     return mechanism(mbs.loads(FILE.format(contact=contact))).one_way
 
 
@@ -85,7 +85,7 @@ def test_the_tangent_may_be_turned_around() -> None:
 
 def test_the_normal_leads_to_the_first_of_between() -> None:
     (c,) = found("c1: {between: [ground.ramp, block], static: 0.1}")
-    assert isinstance(c.normals[0].skins[0], Flat)
+    assert isinstance(c.normals[0].skins[0], PlaneSurface)
     assert value(c.frictions[0].rows[0].across)[0] == pytest.approx(-0.921060994)
 
 
@@ -108,7 +108,7 @@ def test_what_of_a_body_touches(ends: str, names: list[str], places: list[list[f
     made = found(f"c1: {{between: [{ends}], static: mu{rolls}}}")
     assert [c.name for c in made] == names
     assert {c.group for c in made} == {"c1"}
-    skins = [next(skin for skin in c.normals[0].skins if isinstance(skin, Round)) for c in made]
+    skins = [next(skin for skin in c.normals[0].skins if isinstance(skin, RoundSurface)) for c in made]
     assert [value(skin.place.pose.position) for skin in skins] == [pytest.approx(place) for place in places]
     parts = [part.name for c in made for part in c.frictions]
     assert parts == (["c1", "c1.rolling"] if "wheel" in ends else names)
@@ -271,7 +271,7 @@ c1: {between: [block, ground.ramp], static: enough, kinetic: mu, restitution: 0.
 
 def test_ground_by_itself_is_its_only_surface() -> None:
     (c,) = found("c1: {between: [block, ground]}")
-    assert isinstance(c.normals[0].skins[1], Flat)
+    assert isinstance(c.normals[0].skins[1], PlaneSurface)
     wall = "{wall: {plane: [1, 0, 0], normal: -x}, ramp:"
     text = FILE.format(contact="c1: {between: [block, ground]}").replace("{ramp:", wall)
     with pytest.raises(mbs.ModelError, match=r"between.1: ground has several surfaces; say which: ground.wall, "):
@@ -289,7 +289,7 @@ contacts: {c: {between: [w, ground.floor]}}
     with pytest.raises(mbs.ModelError, match=r"between.1: ground.floor has the normal z, .*Give it .*normal: y"):
         mechanism(mbs.loads(text))
     (lying,) = mechanism(mbs.loads(text.replace("point,", "prismatic, axis: z,").replace("[x, y]", "z"))).one_way
-    assert isinstance(lying.normals[0].skins[1], Flat)
+    assert isinstance(lying.normals[0].skins[1], PlaneSurface)
 
 
 def test_a_contact_may_have_the_name_of_a_body_in_absolute_coordinates_too() -> None:

@@ -11,7 +11,7 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.load_records import JointForce, JointSpring, PointForce, PointSpring
 from multibody_sym.mechanics.motion import coordinate_rates
 from multibody_sym.mechanics.points import Wrenches, add_force, generalized_forces, velocity
@@ -42,7 +42,7 @@ def test_conservative_forces_are_the_gradient_of_the_potential(seed: int) -> Non
     stored, working = split(case.mechanism.loads)
     undamped = [replace(load, damping=as_node(0)) if load.spring is not None else load for load in stored]
     motion, exact = case.motion(t, q, u), Exact(case)
-    forces = np.array(applied_generalized_forces(motion, applied(motion, undamped)), dtype=float)
+    forces = np.array(applied_generalized_forces(motion, applied_forces(motion, undamped)), dtype=float)
     slope = exact.values(gradient(as_node(potential_energy(exact.motion)), exact.q), (t, q, u))
     for k in range(len(u)):
         column = np.array(coordinate_rates(case.mechanism, q, [float(j == k) for j in range(len(u))]), dtype=float)
@@ -78,7 +78,7 @@ def test_power_of_loads(seed: int) -> None:
     t, q, u = random_state(np.random.default_rng(seed), case)
     motion = case.motion(t, q, u)
     for load in case.mechanism.loads:
-        force = np.array(applied_generalized_forces(motion, applied(motion, [load], weight=False)), dtype=float)
+        force = np.array(applied_generalized_forces(motion, applied_forces(motion, [load], weight=False)), dtype=float)
         power = force @ np.array(u)
         if isinstance(load, PointForce):
             axes = np.array(motion.rotation(load.axes), dtype=float)

@@ -13,7 +13,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.model_files import dumps, loads
 from multibody_sym.mechanics.motion import motion_of
@@ -39,7 +39,7 @@ def resolved(joint: Any, forces: dict[str, Any], **declared: Any) -> Mechanism:
 
 def forces_at(found: Mechanism, q: list[float], u: list[float]) -> list[float]:
     motion = motion_of(found, state_of(found, float, 0.3, q, u, []))
-    return [float(x) for x in applied_generalized_forces(motion, applied(motion))]
+    return [float(x) for x in applied_generalized_forces(motion, applied_forces(motion))]
 
 
 def test_stone_falls_through_air_as_the_hyperbolic_tangent_tells() -> None:
@@ -63,7 +63,7 @@ def test_drag_opposes_the_velocity_of_its_point() -> None:
 def test_drag_at_rest_is_nothing_and_has_derivatives() -> None:
     found = resolved(Free("ground", "b"), {"air": Drag("b", "p", linear=3, quadratic=2)})
     motion = motion_of(found, slot_state(found))
-    nodes = [as_node(x) for x in applied_generalized_forces(motion, applied(motion))]
+    nodes = [as_node(x) for x in applied_generalized_forces(motion, applied_forces(motion))]
     rest = {slot("q", k): float(k == 3) for k in range(7)} | {slot("u", k): 0.0 for k in range(6)}
     assert evaluate_float(nodes, rest) == [0.0] * 6
     for k in range(6):
@@ -173,7 +173,7 @@ def test_forces_turn_with_the_axes_of_any_body() -> None:
     np.testing.assert_allclose(R, wanted, atol=1e-15)
     arm = np.array(motion.rotation(found.body_index("b")), dtype=float) @ [0.5, 0, 0]
     moment = np.cross(arm, wanted @ [1, 2, 3]) + wanted @ [4, 5, 6]
-    force = np.array(applied_generalized_forces(motion, applied(motion)), dtype=float)
+    force = np.array(applied_generalized_forces(motion, applied_forces(motion)), dtype=float)
     np.testing.assert_allclose(force[:3], wanted @ [1, 2, 3], atol=1e-14)
     assert force[3] == pytest.approx(moment[2], rel=1e-13)  # the first angle turns about the parent's z
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
@@ -50,7 +50,7 @@ def body_of_particles(**mass: Any) -> Body:
 
 
 def wrench(motion: Motion) -> tuple[Any, Any]:
-    force, moment = applied(motion, weight=False).of_body[0]
+    force, moment = applied_forces(motion, weight=False).of_body[0]
     return np.array(force), np.array(moment)
 
 

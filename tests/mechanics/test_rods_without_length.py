@@ -6,7 +6,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.model_files import located
+from multibody_sym.mechanics.model_files import locate_error
 from multibody_sym.model.system import system_from_tree
 from multibody_sym.text.yaml_tree import read_text
 
@@ -28,7 +28,7 @@ def test_a_literal_zero_is_told_with_its_line(value: str) -> None:
     tree = read_text(FILE.replace("value: 0", f"value: {value}"), "ridge.yaml")
     with pytest.raises(ModelError, match=r"a rod of no length has no direction .* joined by a joint") as caught:
         system_from_tree(tree.data)
-    assert located(caught.value, tree, "ridge.yaml").where.line == 9
+    assert locate_error(caught.value, tree, "ridge.yaml").where.line == 9
     assert caught.value.number == "M109"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.bodies import Body
@@ -81,7 +81,7 @@ def test_python_and_the_options_of_a_call_refuse_what_a_file_does(
         with pytest.raises(InputError, match=f"expected a quantity in {unit}$"):
             _joint(kind, start)
     with pytest.raises(InputError, match=f"expected a quantity in {unit}$"):
-        Changes(initial={names[key]: value for key, value in given.items()}).of(declared)
+        Overrides(initial={names[key]: value for key, value in given.items()}).of(declared)
 
 
 def _joint(kind: str, initial: Any) -> Any:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.system import system_from_tree, tree_from_system
@@ -54,7 +54,7 @@ def test_the_inputs_of_a_call_are_checked_like_those_of_a_file(given: Any) -> No
     declared = system_from_tree(model("tau + f", tau="2", f="1"))
     mechanism(declared)
     with pytest.raises(InputError, match="a quantity in N; here one in") as caught:
-        mechanism(Changes(inputs={"tau": given}).of(declared))
+        mechanism(Overrides(inputs={"tau": given}).of(declared))
     assert ".".join(map(str, caught.value.where.path)) == "forces.f.value"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.model_files import located
+from multibody_sym.mechanics.model_files import locate_error
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.system import system_from_tree
 from multibody_sym.text.yaml_tree import read_text
@@ -61,6 +61,6 @@ def test_a_rope_that_cannot_be_is_told_with_its_line(old: str, new: str, line: i
     tree = read_text(FILE.replace(old, new), "wrong.yaml")
     with pytest.raises(ModelError, match=message) as caught:
         mechanism(system_from_tree(tree.data))
-    where = located(caught.value, tree, "wrong.yaml").where
+    where = locate_error(caught.value, tree, "wrong.yaml").where
     assert where.line == line
     assert where.column

@@ -1,6 +1,6 @@
 """The words for what holds one way only in a mode: contacts, ropes, stops, rolling."""
 
-from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mode_words import mode_words
 from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.scalars.node import ONE, ZERO, slot
@@ -9,7 +9,7 @@ ROW = VelocityRow("row", slot("u", 0))
 
 
 def element(name, *parts, kind="contact", words=("closed", "open"), unilateral=True):
-    return OneWay(name, kind, (kind + "s", name), (ROW,), unilateral, parts, words=words)
+    return LawElement(name, kind, (kind + "s", name), (ROW,), unilateral, parts, words=words)
 
 
 def part(name, static=ONE, *, enough=False):

@@ -121,9 +121,9 @@ def test_motions_are_those_of_lagrange(name: str) -> None:
 
 
 def changed(system: mbs.System, initial: dict[str, float]) -> mbs.System:
-    from multibody_sym.mechanics.changes import Changes
+    from multibody_sym.mechanics.changes import Overrides
 
-    return Changes(None, initial or None, None, None, None).of(system)
+    return Overrides(None, initial or None, None, None, None).of(system)
 
 
 @pytest.mark.parametrize("backend", ["python", "c"])

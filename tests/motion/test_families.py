@@ -91,7 +91,7 @@ def test_most_of_them_are_examined_at_a_glance(
     def never(*_: Any, **__: Any) -> Any:
         raise AssertionError("again")
 
-    for name in ("runnable", "problem_of", "Changes"):
+    for name in ("runnable", "problem_of", "Overrides"):
         monkeypatch.setattr(simulating, name, never)
     runs = [run() for run in prepared.runs({"m": [1.0, 1.5, 2.0]}, {"phi": [0.1, 0.2, 0.3]})]
     assert [run["phi"][0] for run in runs] == [0.1, 0.2, 0.3]
@@ -177,7 +177,7 @@ def test_loops_with_other_numbers_are_resolved_no_more(
     def never(*_: Any, **__: Any) -> Any:
         raise AssertionError("again")
 
-    for name in ("runnable", "problem_of", "Changes"):
+    for name in ("runnable", "problem_of", "Overrides"):
         monkeypatch.setattr(simulating, name, never)
     runs = [run() for run in prepared.runs({"a": lengths}, {})]
     monkeypatch.undo()

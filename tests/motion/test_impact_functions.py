@@ -13,7 +13,7 @@ from multibody_sym.dynamics.contact.contact_problem import accelerations_of
 from multibody_sym.dynamics.contact.impact_problem import pose, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode, impact_program
 from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.node import slot
 
@@ -158,7 +158,7 @@ def test_one_program_follows_slip_that_sticks_or_turns_round_by_each_law(law: st
         changed = {"mu": rng.uniform(0.05, 1.2), "e": rng.uniform(0, 1), "b": (0.0, 0.0, 0.5)[k % 3]}
         start, told = dict(zip(("u_x", "u_y", "u_a"), u, strict=True)), None
         try:
-            posed = posed_impact(Changes(changed, start).of(system))
+            posed = posed_impact(Overrides(changed, start).of(system))
         except mbs.NoSolutionError:
             words.add(())
             after = u

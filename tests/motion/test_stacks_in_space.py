@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.contact.contact_problem import accelerations_of
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 
 FLOOR = """\
 multibody_sym: 1
@@ -132,7 +132,7 @@ def rests_or_moves_as_solved(seed: int) -> None:
     Where these have several states a run is in one of them.
     """
     system = mbs.loads(DRAWN)
-    state = examined_state(Changes(drawn(seed)).of(system))
+    state = examined_state(Overrides(drawn(seed)).of(system))
     assert state.found is not None
     assert state.posed is not None
     if not state.modes:  # nothing that slides is found, as where one corner hardly moves: a run says so as well

@@ -8,7 +8,7 @@ import pytest
 
 from multibody_sym.errors import ExpressionError, InputError, ModelError
 from multibody_sym.mechanics import row_kinematics
-from multibody_sym.mechanics.model_files import load, loads, located
+from multibody_sym.mechanics.model_files import load, loads, locate_error
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import slot_state
@@ -80,7 +80,7 @@ def test_place_is_that_of_the_file(name: str, path: str) -> None:
     tree = read_text(content, "m.yaml")
     with pytest.raises(ModelError, match="not declared") as caught:
         mechanism(system_from_tree(tree.data))
-    error = located(caught.value, tree, "m.yaml")
+    error = locate_error(caught.value, tree, "m.yaml")
     lines = content.splitlines()
     line = next(k for k, text in enumerate(lines, 1) if name in text)
     assert (".".join(error.where.path), error.where.line) == (path, line)

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.model_files import Places, dump, dumps, load, load_with_places, loads, yaml_text
+from multibody_sym.mechanics.model_files import ModelPlaces, dump, dumps, load, load_with_places, loads, yaml_text
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.yaml_tree import read_text
@@ -31,7 +31,7 @@ outputs:
 
 def check(text: str, name: str) -> None:
     system = loads(text, name)
-    with Places(name, read_text(text, name)).shown():
+    with ModelPlaces(name, read_text(text, name)).shown():
         mechanism(system)
 
 

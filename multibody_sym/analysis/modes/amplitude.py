@@ -18,7 +18,7 @@ from multibody_sym.analysis.modes.small_motion import named_with_time, period_of
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.energy import kinetic_energy, moved_by_time, potential_energy, working, works_unseen
+from multibody_sym.mechanics.energy import kinetic_energy, moved_by_time, potential_energy, working_names, works_unseen
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism
@@ -66,7 +66,7 @@ class Energy:
         one = len(mechanism.coordinates) == len(mechanism.speeds) == 1 and not mechanism.rows
         if not one or mechanism.coordinates[0].name != coordinate or state.declared.one_way or mechanism.inputs:
             return None
-        if working(mechanism) or works_unseen(mechanism) or moved_by_time(mechanism):
+        if working_names(mechanism) or works_unseen(mechanism) or moved_by_time(mechanism):
             return None
         found = cls(mechanism, begin)
         return found if found.parts(begin.q[0], 0.0)[0] == 0.0 else None

@@ -12,7 +12,7 @@ from multibody_sym.analysis.modes.record import Modes
 from multibody_sym.analysis.modes.small_motion import SmallMotion
 from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.errors import at as under
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import text
 from multibody_sym.model.system import System
 from multibody_sym.text.values import Value
@@ -39,10 +39,10 @@ def modes(
     held (Routh). Frequencies are ordered by size at the declared parameters. With dampers and more freedoms than one,
     frequencies are those without them. `period`: a coordinate whose period in the motion from the start is told too
     (`Modes.period`), whatever its amplitude: a number, whose accuracy is told. `parameters` .. `project`: what the call
-    changes of the system (`Changes`); `formalism` for the numbers.
+    changes of the system (`Overrides`); `formalism` for the numbers.
     Raises InputError, and NoSolutionError where there is no such state or nothing is free to move.
     """
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
         found = SmallMotion.of(asked, formalism, at).told()
         if period is None:

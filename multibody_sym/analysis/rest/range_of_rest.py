@@ -29,7 +29,7 @@ from multibody_sym.errors import (
     at,
     shown,
 )
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source
 from multibody_sym.mechanics.variable_mass import verify_kept
 from multibody_sym.model.system import System
@@ -122,10 +122,10 @@ def range_of_rest(
     """Return all values of the parameter `vary` at which rest is possible in the declared position, at t = 0.
 
     Speeds of the start are left out. What depends on the parameter moves with it: positions, masses, forces,
-    coefficients. `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism`: by whose
+    coefficients. `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism`: by whose
     equations forces balance. Raises InputError, and NoSolutionError where there is no start.
     """
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
     return _range_of_rest(changed, vary, formalism)
 
@@ -310,7 +310,7 @@ def least_for_motion(
     as `range_of_rest`. Raises InputError, and NoSolutionError where nothing holds, where rest never ends, or where an
     end falls as far as was looked.
     """
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
     return _least_for_motion(changed, least, vary, formalism)
 

@@ -27,12 +27,11 @@ from multibody_sym.analysis.rest.statics import (
     united,
 )
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.mechanics.contact_rows import ContactRow, Flat
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_kinematics import row_motion, row_motions
-from multibody_sym.mechanics.row_records import Marker, Row
+from multibody_sym.mechanics.row_records import Marker, PlaneSurface, Row
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
@@ -704,7 +703,10 @@ def _name(statics: Statics, body: int) -> str:
 
 
 def _tipping(
-    statics: Statics, motion: Motion, parts: tuple[Sequence[OneWay], Sequence[OneWay]], limits: Sequence[RestLimit]
+    statics: Statics,
+    motion: Motion,
+    parts: tuple[Sequence[LawElement], Sequence[LawElement]],
+    limits: Sequence[RestLimit],
 ) -> int:
     """Return which of the two bodies of a contact turns most where its parts open, of `parts` the first.
 
@@ -745,20 +747,20 @@ def _turning(motion: Motion, speeds: Sequence[float]) -> dict[int, float]:
     return {k: float(np.linalg.norm(np.array(w, dtype=float))) for k, w in found.items()}
 
 
-def _closed(statics: Statics, motion: Motion) -> list[OneWay]:
+def _closed(statics: Statics, motion: Motion) -> list[LawElement]:
     """Return what touches of what may open."""
     return [x for x, how in stands(statics, motion, row_motions(motion)) if how == "touching"]
 
 
-def _touches(element: OneWay) -> Marker:
+def _touches(element: LawElement) -> Marker:
     """Return the place of what is not flat, which is where its body touches."""
     row = element.normals[0]
-    if isinstance(row, ContactRow):
-        return next((skin.place for skin in row.skins if not isinstance(skin, Flat)), row.skins[0].place)
+    if row.surfaces is not None:
+        return next((x.place for x in row.surfaces if not isinstance(x, PlaneSurface)), row.surfaces[0].place)
     return row.points[0]
 
 
-def _middle(motion: Motion, elements: Sequence[OneWay]) -> Floats:
+def _middle(motion: Motion, elements: Sequence[LawElement]) -> Floats:
     """Return the middle of the places where elements touch (world axes)."""
     found = []
     for element in elements:

@@ -26,9 +26,8 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import MultibodyError, NoSolutionError, Where
 from multibody_sym.mechanics.contact_geometry import reach
-from multibody_sym.mechanics.contact_rows import ContactRow, Flat
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
-from multibody_sym.mechanics.law_elements import FrictionPart, OneWay, OneWayKind
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.law_elements import ElementKind, FrictionPart, LawElement
 from multibody_sym.mechanics.limits import taut_ropes
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row
@@ -36,7 +35,7 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.ropes import wrap_angle
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
-from multibody_sym.mechanics.row_records import Marker, RopeSlipRow, Row
+from multibody_sym.mechanics.row_records import Marker, PlaneSurface, RopeSlipRow, Row
 from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.bodies import Pose
 from multibody_sym.records import dataclass
@@ -75,7 +74,7 @@ class RestLimit:
     """
 
     kind: Kind
-    of: OneWayKind
+    of: ElementKind
     group: str
     part: str
     terms: tuple[tuple[int, Node], ...]
@@ -135,7 +134,7 @@ class Statics:
             found += self._of_element(element, choice, cuts or self.cuts)
         return tuple(found)
 
-    def _of_element(self, element: OneWay, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
+    def _of_element(self, element: LawElement, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
         group = element.group or element.name
         if element.unilateral:
             idle = tuple(self.place(row) for part in element.frictions for row in part.rows)
@@ -149,7 +148,7 @@ class Statics:
             if not part.enough:
                 yield from self._of_friction(element, part, choice, cuts)
 
-    def _of_friction(self, element: OneWay, part: FrictionPart, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
+    def _of_friction(self, element: LawElement, part: FrictionPart, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
         normals = [(k, most(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
@@ -163,7 +162,7 @@ class Statics:
             group, terms = element.group or element.name, (*normals, *against)
             yield RestLimit("cone", element.kind, group, part.name, terms, along, curve)
 
-    def _pressing(self, element: OneWay, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
+    def _pressing(self, element: LawElement, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
         """Yield the multipliers that make the normal force of friction, each with its factor."""
         places = list(map(self.place, element.normals_of(part)))
         direction = choice.directions.get(places[0])
@@ -194,7 +193,7 @@ class Statics:
 
     def balance(self, motion: Motion, limits: Sequence[RestLimit], rows: Sequence[RowMotion]) -> Balance:
         """Return the conditions at a state at rest; `rows` are all rows there, None for what is out of touch."""
-        forces = applied_generalized_forces(motion, applied(motion))
+        forces = applied_generalized_forces(motion, applied_forces(motion))
         needed = inverse_dynamics(motion, [0] * len(forces))
         equal = [[row.forces[k] for row in rows] for k in range(len(forces))]
         right = [c - q for q, c in zip(forces, needed, strict=True)]
@@ -243,7 +242,7 @@ def statics(mechanism: Mechanism) -> Statics:
     return Statics(whole, Numbered(mechanism), {id(row): k for k, row in enumerate(rows)}, cuts)
 
 
-def _verify_plane(element: OneWay) -> None:
+def _verify_plane(element: LawElement) -> None:
     for part in element.frictions:
         if len(part.rows) > 2 or (part.norm and len(part.normals) > 2):
             raise NoSolutionError(
@@ -284,11 +283,11 @@ def crossed(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> str 
 class _AtRest(OneWayRows):
     """The rows in a position at rest, where the ends of faces are told more sharply."""
 
-    def past_end(self, element: OneWay) -> float:
+    def past_end(self, element: LawElement) -> float:
         return _AT_END * self.allowed_gap(element)
 
 
-def stands(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[tuple[OneWay, str]]:
+def stands(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[tuple[LawElement, str]]:
     """Yield what may open, and how it stands in a position at rest."""
     there = _AtRest(statics.numbered, Scale(size_of(motion), 0.0), motion, tuple(rows))
     yield from ((x, "open" if x.open else there.standing(x)) for x in statics.mechanism.one_way if x.unilateral)
@@ -297,23 +296,23 @@ def stands(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Itera
 def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> tuple[Floats, Floats]:
     """Return the gaps (m) of what may open, and how far inside the ends of faces it is."""
     normals = [element.normals[0] for element in statics.mechanism.one_way if element.unilateral]
-    ends = [float(way) for row in normals if isinstance(row, ContactRow) for way in reach(row, motion)]
+    ends = [float(way) for row in normals for way in reach(row, motion)]
     return np.array([float(rows[statics.place(row)].phi) for row in normals]), np.array(ends)
 
 
-def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
+def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, PlaneSurface]]:
     """Yield for each contact with an endless plane the other body's centre of mass, named so, and the plane."""
     for element in mechanism.one_way:
         for row in element.normals:
-            if isinstance(row, ContactRow):
-                planes = [skin for skin in row.skins if isinstance(skin, Flat) and skin.ends is None]
-                others = [skin for skin in row.skins if not isinstance(skin, Flat)]
-                if planes and others and others[0].place.body >= 0:
-                    body = others[0].place.body
-                    yield Marker(element.group or element.name, body, Pose(mechanism.bodies[body].mass.com)), planes[0]
+            skins = row.surfaces or ()
+            planes = [skin for skin in skins if isinstance(skin, PlaneSurface) and skin.ends is None]
+            others = [skin for skin in skins if not isinstance(skin, PlaneSurface)]
+            if planes and others and others[0].place.body >= 0:
+                body = others[0].place.body
+                yield Marker(element.group or element.name, body, Pose(mechanism.bodies[body].mass.com)), planes[0]
 
 
-def height(motion: Motion, com: Marker, plane: Flat) -> float:
+def height(motion: Motion, com: Marker, plane: PlaneSurface) -> float:
     """Return how far a centre of mass is from a plane, along its normal (m)."""
     away = subtract(position(motion, com), position(motion, plane.place))
     return float(dot(direction(motion, plane.place, plane.normal), away))
@@ -353,7 +352,7 @@ class Position:
     def kinks(self) -> list[Node]:
         """Functions, over slots, at whose zeros loads bend or jump: those of parameters alone, too."""
         motion = motion_of(self.mechanism, slot_state(self.mechanism))
-        return switching_functions(map(as_node, applied_generalized_forces(motion, applied(motion))))
+        return switching_functions(map(as_node, applied_generalized_forces(motion, applied_forces(motion))))
 
     @cached_property
     def _moving(self) -> dict[str, bool]:
@@ -442,7 +441,7 @@ class Position:
             return None
 
     @cached_property
-    def sides(self) -> tuple[tuple[Marker, Flat], ...]:
+    def sides(self) -> tuple[tuple[Marker, PlaneSurface], ...]:
         """What is on the outer side of planes as declared: each body's centre of mass whose contact is with one."""
         motion = self.motion({}, moves=False)
         pairs = with_planes(self.mechanism)

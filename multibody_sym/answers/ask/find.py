@@ -24,7 +24,7 @@ from multibody_sym.answers.instant.instant import AGREEMENT, Solved
 from multibody_sym.answers.instant.letters import free_name
 from multibody_sym.derivation.symbolic_start import WORK, limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.questions import in_order, named_by
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.mechanics.vocabulary import Dimensions
@@ -558,7 +558,7 @@ class Search:
         """Return the system that is asked what the equation needs, at a value of what is looked for."""
         change = {self.name: value}
         is_parameter = self.name in self.solved.system.parameters
-        return (Changes(parameters=change) if is_parameter else Changes(initial=change)).of(self._posed)
+        return (Overrides(parameters=change) if is_parameter else Overrides(initial=change)).of(self._posed)
 
     @cached_property
     def _failed(self) -> dict[float, str]:
@@ -717,10 +717,10 @@ class Search:
     def _with_letter(self, value: float) -> tuple[System, Node]:
         """Return the system that is asked what the equation needs, at a value that a parameter has, and its symbol."""
         if self.name in self._posed.parameters:
-            return Changes(parameters={self.name: value}).of(self._posed), symbol(self.name)
+            return Overrides(parameters={self.name: value}).of(self._posed), symbol(self.name)
         name = free_name(f"{self.name}_0", {str(x.data) for x in self.solved.mechanism.symbols} | {*self._posed.ask})
         more = Names({**self._posed.parameters, name: Parameter(value=real(value))})
-        return Changes(initial={self.name: symbol(name)}).of(replace(self._posed, parameters=more)), symbol(name)
+        return Overrides(initial={self.name: symbol(name)}).of(replace(self._posed, parameters=more)), symbol(name)
 
     def _root(self, node: Node, unknown: Node, value: float, solved: Solved) -> Node | None:
         """Return the root as an expression, None where there is none whose value it is."""

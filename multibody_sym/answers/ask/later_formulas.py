@@ -31,7 +31,7 @@ from multibody_sym.answers.instant.instant import AGREEMENT, Solved
 from multibody_sym.derivation.symbolic_start import WORK, Acting
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.settings import Ask
@@ -516,7 +516,7 @@ def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
             yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
 
 
-def _beyond_limit(acting: Acting, element: OneWay, part: FrictionPart) -> Iterator[Node]:
+def _beyond_limit(acting: Acting, element: LawElement, part: FrictionPart) -> Iterator[Node]:
     """Yield what friction lacks to its limit either way."""
     force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
     yield from (subtract(force, most), add(force, most))

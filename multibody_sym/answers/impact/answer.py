@@ -34,7 +34,7 @@ from multibody_sym.dynamics.programs.quantities import Instant, quantities
 from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
 from multibody_sym.errors import ExpressionError, RunError, Where, at
 from multibody_sym.mechanics.energy import kinetic_energy
-from multibody_sym.mechanics.law_elements import OneWay, exerted_by
+from multibody_sym.mechanics.law_elements import LawElement, exerted_by
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, pose
 from multibody_sym.mechanics.points import velocity
@@ -310,7 +310,7 @@ class _Answer:
         found: dict[str, Values] = {}
         for element in self.rows.acting:
 
-            def of_element(instant: Instant, element: OneWay = element) -> Mapping[str, Any]:
+            def of_element(instant: Instant, element: LawElement = element) -> Mapping[str, Any]:
                 return _impulses_of(instant, element)
 
             units = dict.fromkeys(("normal", "friction", "friction_1", "friction_2"), "N*s")
@@ -334,14 +334,14 @@ class _Answer:
 
     def _impulses_of_groups(self) -> dict[str, Values]:
         """Return for each contact of several corners the sum of their impulses, which is unique where each is not."""
-        groups: dict[str, list[OneWay]] = {}
+        groups: dict[str, list[LawElement]] = {}
         for element in self.rows.acting:
             if element.kind == "contact" and element.group not in ("", element.name):
                 groups.setdefault(element.group, []).append(element)
         found: dict[str, Values] = {}
         for name, elements in groups.items():
 
-            def of_group(instant: Instant, elements: Sequence[OneWay] = elements) -> Mapping[str, Any]:
+            def of_group(instant: Instant, elements: Sequence[LawElement] = elements) -> Mapping[str, Any]:
                 every = [_impulses_of(instant, element) for element in elements]
                 return {part: sum((each[part] for each in every if part in each), 0) for part in every[0]}
 
@@ -518,7 +518,7 @@ def _impact(instant: Instant) -> ImpactInstant:
     return instant
 
 
-def _impulses_of(instant: Instant, element: OneWay) -> dict[str, Any]:
+def _impulses_of(instant: Instant, element: LawElement) -> dict[str, Any]:
     """Return the impulses of an element: normal, and along its rows of friction."""
     told = _impact(instant)
     found = {"normal": row_impulses(told, [element.normals[0].name])[0]}

@@ -22,7 +22,7 @@ from multibody_sym.answers.instant.states import least_coefficient
 from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
-from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.row_kinematics import coefficients
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
@@ -53,7 +53,7 @@ def impact_conditions(solved: Solved, rows: StruckRows, order: Order, course: Co
     return told_conditions(solved, found, given)
 
 
-def _possible(nodes: ImpactInstant, elements: Sequence[OneWay]) -> Iterator[Node]:
+def _possible(nodes: ImpactInstant, elements: Sequence[LawElement]) -> Iterator[Node]:
     """Yield what is not negative of coefficients anyway: none gives back more than all, nor rubs more as it slides."""
     for element in elements:
         e, back = nodes.before.state.values([element.restitution, element.tangential_restitution])
@@ -77,7 +77,7 @@ class _Mode:
         """The speeds of all rows as they strike, after what is given has pushed."""
         return {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()} | self.course.striking
 
-    def pressed(self, element: OneWay, part: FrictionPart) -> tuple[S, S]:
+    def pressed(self, element: LawElement, part: FrictionPart) -> tuple[S, S]:
         """Return the coefficient of a part that sticks, and the impulse that presses it."""
         (static,) = coefficients(self.nodes.before, part.rows, [part.static])
         return static, pressing(self.nodes, element, part, self.rows.mode.sides)
@@ -116,7 +116,7 @@ def _needed(mode: _Mode) -> Iterator[Needed]:
             yield from _of_friction(mode, element, part)
 
 
-def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Needed]:
+def _of_friction(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterator[Needed]:
     row = part.rows[0].name
     if row in mode.rows.given:
         return
@@ -131,7 +131,7 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[N
         yield Needed(as_node(along), f"{part.name} slips", limit=as_node(limits.most(*mode.pressed(element, part))))
 
 
-def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> Iterator[Needed]:
+def _slipping(mode: _Mode, element: LawElement, part: FrictionPart, slip: int) -> Iterator[Needed]:
     """Yield that what slips one way all the while does so: it is pressed, slips so at first and in the end."""
     row, broken = part.rows[0].name, f"{part.name} sticks or turns round"
     first, last = slip * mode.pushed[row], as_node(slip * mode.nodes.rows_after[row].phidot)
@@ -147,7 +147,7 @@ def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> It
         yield Needed(last + as_node(e) * first, broken)  # at the end of compression
 
 
-def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Needed]:
+def _in_space(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterator[Needed]:
     """Yield that what sticks in the end stays within its cone."""
     if not part.enough and mode.rows.mode.slip(part) == STICKS:
         along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
@@ -158,12 +158,14 @@ def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Need
 # How rough is enough in an impact: the least coefficient with which what never slips does not.
 
 
-def needed_friction(solved: Solved, elements: Sequence[OneWay]) -> Iterator[tuple[str, Value]]:
+def needed_friction(solved: Solved, elements: Sequence[LawElement]) -> Iterator[tuple[str, Value]]:
     """Yield for each part that is rough `enough` the least coefficient that suffices: |p_t| / p_n."""
     for element in elements:
         for part in element.frictions if element.unilateral else ():
 
-            def impulses(instant: Instant, element: OneWay = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+            def impulses(
+                instant: Instant, element: LawElement = element, part: FrictionPart = part
+            ) -> tuple[S, list[S]]:
                 assert isinstance(instant, ImpactInstant)
                 return pressing(instant, element, part, {}), row_impulses(instant, [row.name for row in part.rows])
 

@@ -34,12 +34,11 @@ from multibody_sym.dynamics.start.declared_impact import PosedImpact
 from multibody_sym.dynamics.start.number_checks import blame_numbers
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.mechanics.impact_records import JumpRow, jump_leaf
-from multibody_sym.mechanics.impacts import after_impact, before_leaf, resting
-from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.impacts import after_impact, before_leaf, state_in_impact
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
-from multibody_sym.mechanics.row_records import SlidingRow
 from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
@@ -125,7 +124,7 @@ def solved_at_rest(
 
     Raises InputError, and NoSolutionError where there is no inertia or rows contradict each other.
     """
-    state = resting(given.numbers.state, jumps)
+    state = state_in_impact(given.numbers.state, jumps)
     dynamics = FORMALISMS[formalism_name(formalism, mechanism)](mechanism, state)
     found = forward_dynamics(dynamics, minimum_norm=mechanism.minimum_norm)
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
@@ -142,10 +141,10 @@ def solved_at_rest(
     )
     told = formula(given.nodes)
     known = {k: told[k] for k in jumps} if told is not None else {k: jump_leaf(k) for k in jumps}
-    symbolic = SymbolicState(resting(given.nodes.state, known), given.symbolic.letters)
+    symbolic = SymbolicState(state_in_impact(given.nodes.state, known), given.symbolic.letters)
     leaves = {k: jump_leaf(k) for k in jumps}
     nodes = ImpactInstant(motion_of(mechanism, symbolic.state), *unknowns(mechanism), given.nodes)
-    at_slots = motion_of(mechanism, resting(given.slots.state, leaves))
+    at_slots = motion_of(mechanism, state_in_impact(given.slots.state, leaves))
     slots = ImpactInstant(at_slots, *unknowns(mechanism), given.slots)
     forms = None if told is None else forms_of(mechanism, symbolic, posed.sides, reasons)
     return Solved(posed.system, mechanism, posed.begin, numbers, others, symbolic, nodes, slots, forms, reasons)
@@ -178,7 +177,7 @@ def friction_along(told: ImpactInstant, row: str) -> S:
     places = by_name(told.motion.mechanism)
     for k, jumping in enumerate(told.motion.mechanism.rows):
         acting = jumping.row if isinstance(jumping, JumpRow) else jumping
-        for friction in acting.frictions if isinstance(acting, SlidingRow) else ():
+        for friction in acting.sliding:
             along = [told.rows_before[x.name] for x in friction.rows]
             names = [x.name for x in friction.rows]
             factors = dict(zip(names, friction_factors(friction, along, told.motion), strict=True))
@@ -195,7 +194,7 @@ def length(components: Sequence[S]) -> S:
     return limits.length([x for x in components if as_node(x) is not ZERO] or [0])
 
 
-def pressing(told: ImpactInstant, element: OneWay, part: FrictionPart, sides: Mapping[str, int]) -> S:
+def pressing(told: ImpactInstant, element: LawElement, part: FrictionPart, sides: Mapping[str, int]) -> S:
     """Return the impulse that presses where a part rubs; `sides` are those of reactions in joints."""
     names = [row.name for row in element.normals_of(part)]
     return limits.pressing(row_impulses(told, names), [sides.get(name, 1) for name in names], norm=part.norm)
@@ -245,7 +244,7 @@ class Order:
     `sample` gives the value of a speed at the start.
     """
 
-    elements: Sequence[OneWay]
+    elements: Sequence[LawElement]
     restitution: Mapping[str, Node]
     cluster: Mapping[str, int]
     one_by_one: bool
@@ -303,7 +302,7 @@ _MOST: Final = 12
 """Through how many impacts formulas are led, which grow with each."""
 
 
-def impact_steps(elements: Sequence[OneWay], names: Sequence[str], struck: Struck) -> list[ImpactStep]:
+def impact_steps(elements: Sequence[LawElement], names: Sequence[str], struck: Struck) -> list[ImpactStep]:
     """Return the impacts in their order."""
     owners = {names.index(element.normals[0].name): element.name for element in elements}
     found = []
@@ -365,7 +364,7 @@ class Course:
 
     def _solved(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> tuple[Motion, list[Node]]:
         """Return the motion after jumps of rows, and the impulses."""
-        forms = closed_forms(mechanism, SymbolicState(resting(before.state, jumps), self.letters))
+        forms = closed_forms(mechanism, SymbolicState(state_in_impact(before.state, jumps), self.letters))
         return self.mode.pushed(before, [book_form(x) for x in forms.udot]), [book_form(x) for x in forms.multipliers]
 
     def _note(
@@ -375,7 +374,7 @@ class Course:
         speeds = [{name: each[row] for name, row in normals.items()} for each in (before, after)]
         self.steps.append(Blows(struck, dict(zip(struck, impulses, strict=True)), speeds[0], speeds[1]))
 
-    def _along_plane(self, element: OneWay, before: Motion, pushed: Motion) -> dict[int, Node]:
+    def _along_plane(self, element: LawElement, before: Motion, pushed: Motion) -> dict[int, Node]:
         """Return the jumps of the mechanism's own rows, and the impulses of a contact whose slip changes on the way."""
         blow, decided = self.mode.blow, Deciding()
 
@@ -388,7 +387,7 @@ class Course:
         numbers = blow.motion
         if self.mode.pushes:
             own = {k: float(x) for k, x in self.mode.joined(numbers).items()}
-            numbers = self.mode.pushed(numbers, in_floats(self.mode.alone, resting(numbers.state, own)))
+            numbers = self.mode.pushed(numbers, in_floats(self.mode.alone, state_in_impact(numbers.state, own)))
         plane_course(plane_contact(blow, element, self.law, (blow.motion, numbers), in_floats), decided)
         follows = Following(decided.taken)
         contact = plane_contact(blow, element, self.law, (before, pushed), in_symbols, in_numbers=False)

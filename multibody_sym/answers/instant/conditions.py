@@ -18,14 +18,13 @@ from multibody_sym.derivation.symbolic_start import WORK, Acting, ClosedForms, c
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
 from multibody_sym.errors import NoSolutionError, Where
-from multibody_sym.mechanics.contact_rows import ContactRow, Flat, Skin
 from multibody_sym.mechanics.law_elements import (
     ALONG_VELOCITY,
     FRICTION,
     PRESSING,
     STICKS,
     FrictionPart,
-    OneWay,
+    LawElement,
     component_names,
     components_of,
 )
@@ -35,7 +34,7 @@ from multibody_sym.mechanics.modes import with_coefficients
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import direction
 from multibody_sym.mechanics.row_kinematics import coefficients
-from multibody_sym.mechanics.row_records import RopeSlipRow, Sliding
+from multibody_sym.mechanics.row_records import PlaneSurface, RopeSlipRow, Sliding
 from multibody_sym.model.states import WAYS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import postorder
@@ -108,7 +107,7 @@ def _of_normal(acting: Acting, limit: Limit, touching: Collection[str]) -> Itera
     yield Inequality("least", _nodes(acting.value(limit, acting.acceleration)), told, broken, (row.name,))
 
 
-def _begun(element: OneWay) -> str:
+def _begun(element: LawElement) -> str:
     """Return what happens where an element begins to act."""
     if element.kind == "stop":
         return f"{element.group} rests at its {element.words[0]} stop"
@@ -147,7 +146,7 @@ def _asked(rope: str) -> str:
     return text(quantity("tension", (rope,)))
 
 
-def _sticking(acting: Acting, element: OneWay, part: FrictionPart) -> Inequality:
+def _sticking(acting: Acting, element: LawElement, part: FrictionPart) -> Inequality:
     (static,) = coefficients(acting.motion, part.rows, [part.static])
     if element.unilateral:
         told = _limited(element.name, component_names(element, part), static)
@@ -230,9 +229,9 @@ def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
         yield name, as_node(sum((f * m for f, m in zip(force, moment, strict=True)), 0))
 
 
-def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[OneWay]]]:
+def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[LawElement]]]:
     """Yield the declared contacts that have several corners, with those that act."""
-    groups: dict[str, list[OneWay]] = {}
+    groups: dict[str, list[LawElement]] = {}
     for element in acting.mechanism.one_way:
         is_corner = element.kind == "contact" and element.group not in ("", element.name)
         if is_corner and is_active(acting.mechanism, element):
@@ -241,7 +240,7 @@ def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[OneWay]]]:
 
 
 def _sticking_together(
-    acting: Acting, name: str, elements: Sequence[OneWay], parts: Sequence[FrictionPart]
+    acting: Acting, name: str, elements: Sequence[LawElement], parts: Sequence[FrictionPart]
 ) -> Inequality:
     most = sum(map(acting.most, elements, parts), 0)
     forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
@@ -257,7 +256,7 @@ def _between_corners(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
     `numbers` are the same start in floats, which tell the outline.
     """
     for name, elements in _corner_groups(acting):
-        face = next((skin for skin in _skins(elements[0]) if isinstance(skin, Flat)), None)
+        face = next((skin for skin in elements[0].surfaces or () if isinstance(skin, PlaneSurface)), None)
         places = [numbers.place(element) for element in elements]
         if face is None or any(place is None for place in places):
             continue
@@ -272,7 +271,7 @@ def _between_corners(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
 
 
 def _inside(
-    acting: Acting, name: str, elements: Sequence[OneWay], face: Flat | None, side: tuple[int, int]
+    acting: Acting, name: str, elements: Sequence[LawElement], face: PlaneSurface | None, side: tuple[int, int]
 ) -> Inequality:
     """Return that the moment of normal forces about a side of the outline of corners presses inward.
 
@@ -287,11 +286,6 @@ def _inside(
     told = f"the normal force of {name} acts on the inner side of {about}"
     rows = tuple(element.normals[0].name for element in elements)
     return Inequality("least", _nodes(moment), told, f"{name} tips about {about}", rows)
-
-
-def _skins(element: OneWay) -> tuple[Skin, ...]:
-    row = element.normals[0]
-    return row.skins if isinstance(row, ContactRow) else ()
 
 
 def slipping(solved: Solved) -> Iterator[Condition]:

@@ -33,12 +33,12 @@ from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, m
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.row_kinematics import row_motion
-from multibody_sym.mechanics.row_records import DistanceRow, PositionRow, Row, SlidingRow
+from multibody_sym.mechanics.row_records import DistanceRow, PositionRow, Row
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -83,7 +83,7 @@ def closings(motion: Motion, name: Callable[[str], Node]) -> tuple[list[Closing]
     bias = accelerations(motion, [0] * len(motion.state.u))
     spread: dict[object, list[Closing]] = {}
     for row in rows:
-        if not row.restricts or isinstance(row, SlidingRow):
+        if not row.restricts or row.sliding:
             raise NoClosedFormError("forces that rub or press in loops are numbers")
         together = [x for x in rows if isinstance(x, PositionRow) and x.frames == row.points]
         if isinstance(row, PositionRow) and len(together) > 1 and _fill_space(together):
@@ -337,7 +337,7 @@ class Reduced:
         motion, letters = self.coordinates.motion, self.letters
         turned, rest = self._changes
         needed = inverse_dynamics(motion, rest)
-        forces = applied_generalized_forces(motion, applied(motion))
+        forces = applied_generalized_forces(motion, applied_forces(motion))
         left = letters.of(as_node(q) - as_node(c) for q, c in zip(forces, needed, strict=True))
         zero = letters.field.constant(0)
         return [sum((left[k] * n for k, n in column.items()), zero) for column in turned]

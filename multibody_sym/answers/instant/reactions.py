@@ -14,7 +14,7 @@ from multibody_sym.answers.records import Definition
 from multibody_sym.derivation.symbolic_start import Acting
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import held_pulleys
-from multibody_sym.mechanics.law_elements import PRESSING, OneWay, component_names
+from multibody_sym.mechanics.law_elements import PRESSING, LawElement, component_names
 from multibody_sym.mechanics.mechanism import NORMAL, Mechanism
 from multibody_sym.mechanics.row_records import ExpressionRow, RopeRow, Row
 from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
@@ -160,7 +160,7 @@ def _of_one_way(solved: Solved) -> dict[str, Components]:
     found: dict[str, Components] = {}
     for element in solved.mechanism.one_way:
 
-        def of_element(instant: Instant, element: OneWay = element) -> Mapping[str, Any]:
+        def of_element(instant: Instant, element: LawElement = element) -> Mapping[str, Any]:
             return Acting.at(instant).of(element)
 
         rope = element.normals[0] if element.kind == "rope" else None
@@ -180,7 +180,7 @@ def _of_rope(solved: Solved, rope: RopeRow) -> Components:
     return told(solved, of_rope, dict.fromkeys(rope.components, "N"))
 
 
-def _units(mechanism: Mechanism, element: OneWay) -> dict[str, str]:
+def _units(mechanism: Mechanism, element: LawElement) -> dict[str, str]:
     told = dict.fromkeys(PRESSING.values(), "N")
     for part in element.frictions:
         named = zip(component_names(element, part), part.rows, strict=True)
@@ -201,17 +201,17 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
 
     One of nothing acts nowhere.
     """
-    groups: dict[str, list[OneWay]] = {}
+    groups: dict[str, list[LawElement]] = {}
     for element in solved.mechanism.one_way:
         if element.kind == "contact" and element.group not in ("", element.name):
             groups.setdefault(element.group, []).append(element)
     found: dict[str, Components] = {}
     for name, elements in groups.items():
 
-        def of_group(instant: Instant, elements: list[OneWay] = elements) -> Mapping[str, Any]:
+        def of_group(instant: Instant, elements: list[LawElement] = elements) -> Mapping[str, Any]:
             return _summed(Acting.at(instant), elements)
 
-        def places(instant: Instant, elements: list[OneWay] = elements) -> Mapping[str, Any]:
+        def places(instant: Instant, elements: list[LawElement] = elements) -> Mapping[str, Any]:
             return Acting.at(instant).middle(elements)
 
         acting = Acting.at(solved.numbers)
@@ -225,7 +225,7 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
     return found
 
 
-def _summed(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
+def _summed(acting: Acting, elements: list[LawElement]) -> dict[str, Any]:
     every = [acting.of(element) for element in elements]
     return {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
 
@@ -237,7 +237,7 @@ def _summed(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
 _MOST: Final = 4
 """How many forces are added at most: with either sign, and fewer of them where all together are not unique."""
 
-Signed = tuple[tuple[OneWay, int], ...]
+Signed = tuple[tuple[LawElement, int], ...]
 
 
 def unique_sums(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> dict[str, Value]:
@@ -253,7 +253,7 @@ def unique_sums(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) ->
     return found
 
 
-def _is_open(reactions: Mapping[str, Mapping[str, Value]], element: OneWay, word: str) -> bool:
+def _is_open(reactions: Mapping[str, Mapping[str, Value]], element: LawElement, word: str) -> bool:
     """Return whether an element has a force that is not unique, and is no part of several that are told together."""
     value = reactions.get(element.name, {}).get(word)
     together = element.group != element.name and word in reactions.get(element.group, {})
@@ -261,7 +261,7 @@ def _is_open(reactions: Mapping[str, Mapping[str, Value]], element: OneWay, word
 
 
 def _of_word(
-    solved: Solved, elements: list[OneWay], word: str, reactions: Mapping[str, Mapping[str, Value]]
+    solved: Solved, elements: list[LawElement], word: str, reactions: Mapping[str, Mapping[str, Value]]
 ) -> dict[str, Value]:
     found: dict[str, Value] = {}
     told: set[str] = set()
@@ -277,7 +277,7 @@ def _of_word(
 
 
 def _unique(
-    solved: Solved, chosen: tuple[OneWay, ...], word: str, reactions: Mapping[str, Mapping[str, Value]]
+    solved: Solved, chosen: tuple[LawElement, ...], word: str, reactions: Mapping[str, Mapping[str, Value]]
 ) -> Iterator[tuple[str, Value]]:
     """Yield the sums and differences of forces that are unique."""
     for signs in product((1, -1), repeat=len(chosen) - 1):

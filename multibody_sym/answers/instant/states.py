@@ -15,7 +15,7 @@ from multibody_sym.answers.instant.reactions import unit_of
 from multibody_sym.derivation.symbolic_start import Acting
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
-from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.mode_words import mode_words
 from multibody_sym.mechanics.row_records import BrakingRow, ReactionRow, RopeSlipRow, VelocityRow
 from multibody_sym.model.bodies import ORIGIN
@@ -82,7 +82,7 @@ def _closing(solved: Solved) -> dict[str, Value]:
 
 
 def _lines(
-    solved: Solved, acting: Acting, element: OneWay, words: Mapping[str, str], needed: Mapping[str, Value]
+    solved: Solved, acting: Acting, element: LawElement, words: Mapping[str, str], needed: Mapping[str, Value]
 ) -> Iterator[str]:
     """Yield `c1 slides backward: ...` for an element and its parts."""
     acts = is_active(acting.mechanism, element)
@@ -96,7 +96,7 @@ def _lines(
             yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
 
 
-def _state_line(element: OneWay, word: str) -> str:
+def _state_line(element: LawElement, word: str) -> str:
     """Return in which state an element is that does not rub: `c is open`, `j rests at its upper stop`."""
     if element.kind == "stop" and word == element.words[0]:
         return f"{element.group} rests at its {word} stop"
@@ -109,7 +109,7 @@ def _verb(word: str) -> str:
     return f"{plain}s {WAYS.get(word[len(plain) :], '')}".rstrip()
 
 
-def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, needed: Mapping[str, Value]) -> str:
+def _why(solved: Solved, acting: Acting, element: LawElement, part: FrictionPart, needed: Mapping[str, Value]) -> str:
     slip = acting.mode.slip(part)
     if slip != STICKS:
         moving = part.name in solved.decided.moving
@@ -168,7 +168,7 @@ def _unique(solved: Solved, row: str) -> bool:
 
 def _tipping(solved: Solved) -> Iterator[str]:
     """Yield about which corners a body tips of which others lift off."""
-    groups: dict[str, list[OneWay]] = {}
+    groups: dict[str, list[LawElement]] = {}
     for element in solved.mechanism.one_way:
         if element.name in solved.decided.touching and element.group not in ("", element.name):
             groups.setdefault(element.group, []).append(element)
@@ -196,7 +196,7 @@ def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
     for element in solved.mechanism.one_way:
         for part in element.frictions if is_active(solved.mechanism, element) else ():
 
-            def forces(instant: Instant, element: OneWay = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+            def forces(instant: Instant, element: LawElement = element, part: FrictionPart = part) -> tuple[S, list[S]]:
                 acting = Acting.at(instant)
                 return acting.pressing(element, part), acting.friction(part)
 
@@ -294,7 +294,7 @@ def _clamped(solved: Solved) -> Iterator[str]:
             )
 
 
-def _notes(solved: Solved, element: OneWay) -> Iterator[str]:
+def _notes(solved: Solved, element: LawElement) -> Iterator[str]:
     normals = [row for row in element.normals if isinstance(row, ReactionRow)]
     body = next(body for body in solved.mechanism.bodies if body.joint_name == element.joint)
     turns, slides = any(step.turns for step in body.steps), any(step.slides for step in body.steps)
@@ -332,7 +332,7 @@ class _Held:
         return np.asarray(along / np.linalg.norm(along), dtype=float)
 
 
-def _of_plate(held: _Held, element: OneWay, row: ReactionRow, *, turns: bool) -> Iterator[str]:
+def _of_plate(held: _Held, element: LawElement, row: ReactionRow, *, turns: bool) -> Iterator[str]:
     """Yield the couple that moves the normal force away from the joint's point."""
     normal = held.unit(row.force)
     couple = float(np.linalg.norm(held.moment - (held.moment @ normal) * normal))
@@ -348,7 +348,7 @@ def _of_plate(held: _Held, element: OneWay, row: ReactionRow, *, turns: bool) ->
         yield f"{element.name} rubs with its force alone; the couple of {twist:.6g} N*m about its normal is left out"
 
 
-def _of_pins(held: _Held, element: OneWay) -> Iterator[str]:
+def _of_pins(held: _Held, element: LawElement) -> Iterator[str]:
     """Yield the couple that pins and guides one on the other transmit, and the forces along the pins."""
     pins: dict[str, Floats] = {}
     for part in element.frictions:

@@ -12,7 +12,7 @@ import sympy
 
 from multibody_sym.derivation.force_letters import FRICTION, MOMENT, SPRING, TENSION, Lettered, force_unit, row_elements
 from multibody_sym.derivation.notation import Symbols
-from multibody_sym.mechanics.forces import Applied, applied, exert, span, span_rate
+from multibody_sym.mechanics.forces import AppliedForces, applied_forces, exert, span, span_rate
 from multibody_sym.mechanics.law_elements import FrictionPart
 from multibody_sym.mechanics.load_records import Load, MassFlow, PointPull, PointSpring, span_leaves
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -27,7 +27,6 @@ from multibody_sym.mechanics.row_records import (
     RopeSlipRow,
     Row,
     Sliding,
-    SlidingRow,
 )
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import tension_ratio
@@ -63,7 +62,7 @@ class Grip:
 
 def rubbing(mechanism: Mechanism) -> Collection[str]:
     """Return the ropes that rub on wheels; their runs have a tension each, and one more for each rough wheel."""
-    plain = (row.normal if isinstance(row, SlidingRow) else row for row in mechanism.rows)
+    plain = (row.plain for row in mechanism.rows)
     return {row.told[0] for row in plain if isinstance(row, RopeRow) and row.rubs}
 
 
@@ -85,8 +84,8 @@ def slipping_ratio(slip: str, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -
 
     None where it grips. Where friction is smooth near rest the tension before it is told by that behind it.
     """
-    rows = (row for row in motion.mechanism.rows if isinstance(row, SlidingRow))
-    for sliding in (each for row in rows for each in row.frictions if each.rows[0].name == slip):
+    every = (each for row in motion.mechanism.rows for each in row.sliding)
+    for sliding in (each for each in every if each.rows[0].name == slip):
         along = [row_motion(row, motion, bias) for row in sliding.rows]
         (coefficient,) = friction_factors(replace(sliding, sense=-1), along, motion)
         return sliding.sense < 0 or sliding.regularised is not None, tension_ratio(coefficient)
@@ -167,7 +166,7 @@ class Actions:
         self._rubbing: dict[str, Law] = {}
         self.bias = accelerations(motion, [0] * len(motion.state.u))
         self._add_weight()
-        known = applied(motion, [], weight=False)
+        known = applied_forces(motion, [], weight=False)
         for load in motion.mechanism.loads:
             self._add_load(load, known)
         self.of_speed = known.of_speed
@@ -192,7 +191,7 @@ class Actions:
             force = scale(mass.mass, moved.gravity)
             self.of_body[index].append(Action(None, "weight", "", (force, cross(mass.com, force))))
 
-    def _add_load(self, load: Load, known: Applied) -> None:
+    def _add_load(self, load: Load, known: AppliedForces) -> None:
         wrenches = Wrenches(len(self.motion.bodies))
         if isinstance(load, (PointSpring, PointPull)) and load.line is not None:
             length, direction = span(self.motion, load.ends)
@@ -258,7 +257,7 @@ class Actions:
         return {**told, **{each.symbol: each.element for each in self.further}}
 
     def _add_row(self, row: Row, moved: RowMotion, symbol: Any) -> None:
-        normal = without_friction(row)
+        normal = row.plain
         if isinstance(normal, RopeRow) and normal.told[0] in self._rubbing_ropes:
             self._add_tensions(normal)
             return
@@ -272,7 +271,7 @@ class Actions:
             self._add_unit(symbol, "row", name, bare.of_body, [] if bare.all_told else bare.forces)
             if row.name in self._touching:
                 self.contacts.append((name, bare.of_body))
-        for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+        for sliding in row.sliding:
             self._add_sliding(sliding, symbol, moved, normal)
 
     def _add_tensions(self, rope: RopeRow) -> None:
@@ -345,11 +344,6 @@ class Actions:
         right = [(self.symbols.multipliers[j], x) for j, x in found.coupling.items() if j != k]
         moving = list(zip(self.symbols.accelerations, found.jacobian, strict=True))
         return Law(self.element(row.name), [(symbol, -found.coupling[k])], [*moving, *right], -found.gamma)
-
-
-def without_friction(row: Row) -> Row:
-    """Return the row of what slides without its friction."""
-    return row.normal if isinstance(row, SlidingRow) else row
 
 
 def _scaled(wrench: Wrench, factor: S) -> Wrench:

@@ -18,11 +18,11 @@ from multibody_sym.answers.worked.actions import gripping_ratio, is_grip
 from multibody_sym.answers.worked.elimination import Linear, linear, shown
 from multibody_sym.answers.worked.equations import Equations, with_parameters
 from multibody_sym.derivation.notation import Notation
-from multibody_sym.mechanics.contact_rows import ContactRow, TurningRow
-from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motion
+from multibody_sym.mechanics.row_records import TurningRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, as_node
@@ -36,7 +36,7 @@ _AT_REST: Final = 1e-12
 class Part:
     """Friction of an element that is active, along one row."""
 
-    element: OneWay
+    element: LawElement
     friction: FrictionPart
 
 
@@ -236,7 +236,7 @@ class _Rejected:
         """Return where the first of two bodies slides to, or how a joint's coordinate changes."""
         row, equations = part.friction.rows[0], self.equations
         moved = row_motion(row, equations.actions.motion, equations.actions.bias)
-        if not isinstance(row, ContactRow):
+        if row.surfaces is None:
             moving = [k for k, x in enumerate(moved.jacobian) if as_node(x) is not ZERO]
             names = [coordinate_of(equations.mechanism, k) for k in moving]
             if len(names) > 1:
@@ -244,7 +244,7 @@ class _Rejected:
             return f"so that {names[0]} {'grows' if slip > 0 else 'falls'}"
         if isinstance(row, TurningRow):
             return "forward" if slip > 0 else "backward"
-        first, second = (skin.place.body for skin in row.skins)
+        first, second = (skin.place.body for skin in row.surfaces)
         index, sign = (first, slip) if first >= 0 else (second, -slip)
         world = apply(equations.actions.motion.rotation(index), moved.of_body[index][0])
         vector = equations.exactly.quotients(world if sign > 0 else negate(world))

@@ -27,8 +27,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics, massless_speeds
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
-from multibody_sym.mechanics.contact_rows import ContactRow
-from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
@@ -116,7 +115,7 @@ class Numbered:
         """The names of the elements that do not only press: they may act at any time."""
         return tuple(element.name for element in self.mechanism.one_way if not element.unilateral)
 
-    def named(self, names: Iterable[str]) -> list[OneWay]:
+    def named(self, names: Iterable[str]) -> list[LawElement]:
         """Return the elements of these names, in order."""
         numbers = {self.elements[name] for name in names if name in self.elements}
         return [self.mechanism.one_way[k] for k in sorted(numbers)]
@@ -162,11 +161,11 @@ class RowNumbers(ABC):
         """Return H (nu,) of a row."""
 
     @abstractmethod
-    def reach(self, element: OneWay) -> float:
+    def reach(self, element: LawElement) -> float:
         """Return how far what may touch is inside the end of a face, negative beyond it."""
 
     @abstractmethod
-    def past_end(self, element: OneWay) -> float:
+    def past_end(self, element: LawElement) -> float:
         """Return how far (m) beyond the end of a face counts as there at most."""
 
     @abstractmethod
@@ -174,22 +173,22 @@ class RowNumbers(ABC):
         """Return the static and the kinetic coefficient of a part; of one that creeps both are what it has now."""
 
     @abstractmethod
-    def restitution(self, element: OneWay) -> float:
+    def restitution(self, element: LawElement) -> float:
         """Return how much of its impulse of compression an element gives back."""
 
     @abstractmethod
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
         """Return A, C, D and r of the rows at some places."""
 
-    def gap(self, element: OneWay) -> float:
+    def gap(self, element: LawElement) -> float:
         """Return phi of an element that holds one way only."""
         return self.phi(element.normals[0])
 
-    def rate(self, element: OneWay) -> float:
+    def rate(self, element: LawElement) -> float:
         """Return the speed at which an element opens."""
         return self.phidot(element.normals[0])
 
-    def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
+    def allowed_gap(self, element: LawElement, part: float = TOUCHING) -> float:
         """Return the gap up to which an element counts as closed; of stops of turning joints it is an angle."""
         return part * (1.0 if element.name in self.laws.turning else self.scale.length)
 
@@ -204,11 +203,11 @@ class RowNumbers(ABC):
         seen = self.scale.unseen if len(part.rows) > 1 else 0.0
         return max(seen, *(self.allowed_speed(row, of_speed) for row in part.rows))
 
-    def reaches(self, element: OneWay) -> bool:
+    def reaches(self, element: LawElement) -> bool:
         """Return whether what may touch is above the part of a face that there is, or as near as to touch its end."""
         return self.reach(element) >= -min(self.allowed_gap(element), self.past_end(element))
 
-    def standing(self, element: OneWay) -> str:
+    def standing(self, element: LawElement) -> str:
         """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
         gap, allowed = self.gap(element), self.allowed_gap(element)
         if gap > allowed or not self.reaches(element):
@@ -217,7 +216,7 @@ class RowNumbers(ABC):
             return "inside"
         return ("closing", "touching", "leaving")[1 + self.sense(element)]
 
-    def sense(self, element: OneWay) -> int:
+    def sense(self, element: LawElement) -> int:
         """Return 1 where the gap of an element opens, -1 where it closes, 0 at rest."""
         rate = self.rate(element)
         return 0 if abs(rate) <= self.allowed_speed(element.normals[0]) else 1 if rate > 0.0 else -1
@@ -228,7 +227,7 @@ class RowNumbers(ABC):
         stays = {"touching", "closing"}
         return [x for x, how in standing.items() if how in stays or (x in closed and how != "leaving")]
 
-    def wedged(self, touching: Iterable[OneWay], found: Found) -> bool:
+    def wedged(self, touching: Iterable[LawElement], found: Found) -> bool:
         """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.
 
         Some of it collides, and each can be moved: impulses may stop its slip.
@@ -253,7 +252,7 @@ class RowNumbers(ABC):
         problem = LawProblem(*self.matrices([self.laws.places[name] for name in names]), *laws)
         return PosedLaws(mechanism, problem, elements, tuple(part for parts in rubbing for part in parts), tuple(names))
 
-    def _friction_law(self, element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
+    def _friction_law(self, element: LawElement, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
         law = friction_law(element, part, places, self.coefficients(part))
         return replace(law, velocity=self._slip(part), held=part.enough and not element.unilateral)
 
@@ -265,9 +264,9 @@ class RowNumbers(ABC):
 
 
 def element_laws(
-    elements: Iterable[tuple[OneWay, Sequence[FrictionPart]]],
+    elements: Iterable[tuple[LawElement, Sequence[FrictionPart]]],
     places: Mapping[str, int],
-    friction: Callable[[OneWay, FrictionPart, Mapping[str, int]], FrictionLaw],
+    friction: Callable[[LawElement, FrictionPart, Mapping[str, int]], FrictionLaw],
 ) -> tuple[tuple[Law, ...], tuple[FrictionLaw, ...]]:
     """Return the laws of rows, by their places, and those of the friction of elements, of the given parts."""
     laws: list[Law] = [Equality() for _ in places]
@@ -283,7 +282,7 @@ def element_laws(
 
 
 def friction_law(
-    element: OneWay, part: FrictionPart, places: Mapping[str, int], coefficients: tuple[float, float]
+    element: LawElement, part: FrictionPart, places: Mapping[str, int], coefficients: tuple[float, float]
 ) -> FrictionLaw:
     """Return the law of a part at rest, of rows at some places."""
     return FrictionLaw(
@@ -326,14 +325,12 @@ class OneWayRows(RowNumbers):
     def jacobian(self, row: Row) -> Floats:
         return np.array(self.of([row])[0].jacobian, dtype=float)
 
-    def reach(self, element: OneWay) -> float:
-        row = element.normals[0]
-        ways = reach(row, self.motion) if isinstance(row, ContactRow) else []
+    def reach(self, element: LawElement) -> float:
+        ways = reach(element.normals[0], self.motion)
         return min(map(float, ways), default=np.inf)
 
-    def past_end(self, element: OneWay) -> float:
-        row = element.normals[0]
-        found = allowed_past_end(row, self.motion) if isinstance(row, ContactRow) else []
+    def past_end(self, element: LawElement) -> float:
+        found = allowed_past_end(element.normals[0], self.motion)
         return min(map(float, found), default=np.inf)
 
     def coefficients(self, part: FrictionPart) -> tuple[float, float]:
@@ -344,7 +341,7 @@ class OneWayRows(RowNumbers):
         now = float(creeping(kinetic, velocity, *self.motion.state.values([part.regularised])))
         return now, now
 
-    def restitution(self, element: OneWay) -> float:
+    def restitution(self, element: LawElement) -> float:
         return float(*self.motion.state.values([element.restitution]))
 
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
@@ -380,7 +377,7 @@ class PosedLaws:
 
     mechanism: Mechanism
     problem: LawProblem
-    elements: tuple[OneWay, ...]
+    elements: tuple[LawElement, ...]
     parts: tuple[FrictionPart, ...]
     names: tuple[str, ...]
 
@@ -438,7 +435,7 @@ class Posed(PosedLaws):
         return self.rows.dynamics
 
     @property
-    def without_freedom(self) -> list[OneWay]:
+    def without_freedom(self) -> list[LawElement]:
         """The unilateral elements that no motion opens or closes, since joints and constraints determine their gaps."""
         speeds = self.mechanism.speeds
         sizes = np.array([1.0 if speed.unit == "m/s" else 1.0 / self.rows.scale.length for speed in speeds])

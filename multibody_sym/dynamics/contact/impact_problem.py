@@ -20,8 +20,8 @@ from multibody_sym.contact_laws.routh_method import AT_REST
 from multibody_sym.dynamics.contact.contact_problem import element_laws, friction_law, tree_dynamics_of, weighted_rows
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.mechanics.impact_records import StruckImpacts
-from multibody_sym.mechanics.impacts import at_rest, jumping_motions, resting, with_meetings
-from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.impacts import impact_mechanism, jumping_motions, state_in_impact, with_meetings
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import rows_in_mode
 from multibody_sym.mechanics.motion import Motion, motion_of
@@ -45,7 +45,7 @@ _NOTHING: Final = 1e-13
 """The part of the largest impulse below which one is rounding."""
 
 
-def rubbing(element: OneWay) -> tuple[FrictionPart, ...]:
+def rubbing(element: LawElement) -> tuple[FrictionPart, ...]:
     """Return the friction parts of an element that rub at all."""
     return tuple(part for part in element.frictions if part.rubs)
 
@@ -60,7 +60,7 @@ class Blow:
     mechanism: Mechanism
     state: State
     impact: StruckImpacts
-    elements: tuple[OneWay, ...]
+    elements: tuple[LawElement, ...]
 
     @property
     def jumping(self) -> tuple[str, ...]:
@@ -74,7 +74,7 @@ class Blow:
         return {jump.joint: jump.by for jump in self.impact.jumps if jump.joint}
 
     @cached_property
-    def rough(self) -> tuple[OneWay, ...]:
+    def rough(self) -> tuple[LawElement, ...]:
         """The friction in joints, which the impulses in them press."""
         return tuple(x for x in self.mechanism.one_way if not x.unilateral and rubbing(x))
 
@@ -92,7 +92,7 @@ class Blow:
 
     def resting(self, striking: Sequence[Row], given: Collection[str] = ()) -> Mechanism:
         """Return the mechanism of the impact in which some rows strike, and the impulses of some are `given`."""
-        return at_rest(
+        return impact_mechanism(
             self.mechanism,
             striking,
             self.impact.loads,
@@ -104,7 +104,7 @@ class Blow:
 
     def bare(self, row: Row) -> Mechanism:
         """Return the mechanism at rest in which one row alone strikes."""
-        return at_rest(self.mechanism, [row], elements=self.impact.meetings)
+        return impact_mechanism(self.mechanism, [row], elements=self.impact.meetings)
 
     @cached_property
     def motion(self) -> Motion:
@@ -125,7 +125,7 @@ class Blow:
     def dynamics(self) -> TreeDynamics:
         """The dynamics of the mechanism at rest with all rows, none of which jumps."""
         none = dict.fromkeys(range(len(self.names)), 0.0)
-        return tree_dynamics_of(self.resting(self.striking), resting(self.motion.state, none))
+        return tree_dynamics_of(self.resting(self.striking), state_in_impact(self.motion.state, none))
 
     @cached_property
     def wanted(self) -> Floats:
@@ -158,7 +158,7 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
             e[places[element.normals[0].name]], given_back = coefficients_of[element.name]
         tangential += [given_back if k == 0 else 0.0 for k in range(len(rubbing(element)))]
 
-    def friction(element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
+    def friction(element: LawElement, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
         static, kinetic = map(float, coefficients(blow.motion, part.rows, [part.static, part.kinetic]))
         return friction_law(element, part, places, (static, kinetic))
 
@@ -166,7 +166,7 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
     return ImpactProblem(rows, e, tuple(tangential), law, order, names=blow.names, pushed=pushed)
 
 
-def plane_element(blow: Blow) -> OneWay | None:
+def plane_element(blow: Blow) -> LawElement | None:
     """Return the one contact of an impact that rubs along one tangent and nowhere else; None where it is not so."""
     if len(blow.elements) != 1 or blow.rough:
         return None
@@ -190,9 +190,9 @@ class StruckRows:
 
     mechanism: Mechanism
     jumps: Mapping[int, float]
-    acting: tuple[OneWay, ...]
+    acting: tuple[LawElement, ...]
     mode: Mode
-    rough: tuple[OneWay, ...] = ()
+    rough: tuple[LawElement, ...] = ()
     joints: tuple[Row, ...] = ()
     given: frozenset[str] = frozenset()
 
@@ -248,7 +248,7 @@ def _given(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[st
     return frozenset(found)
 
 
-def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[OneWay, ...]]:
+def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[LawElement, ...]]:
     """Return the mode of friction in joints, and the elements that rub with more than a `small` impulse.
 
     What does not slide one way all the while, pressed from one side, sticks in it: it has an impulse of its own.
@@ -257,7 +257,7 @@ def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[O
     numbers = {part.name: k for k, part in enumerate(p for x in (*blow.elements, *blow.rough) for p in rubbing(x))}
     sides: dict[str, int] = {}
     slips: dict[str, int] = {}
-    rough: list[OneWay] = []
+    rough: list[LawElement] = []
     for element in blow.rough:
         own = [places[row.name] for part in rubbing(element) for row in part.rows]
         if not (np.abs(struck.impulses[own]) > small).any():
@@ -385,7 +385,7 @@ class PlaneContact:
 
 def plane_contact(
     blow: Blow,
-    element: OneWay,
+    element: LawElement,
     law: ImpactLaw,
     motions: tuple[Motion, Motion],
     solve: Callable[[Mechanism, State], Sequence[S]],
@@ -397,12 +397,12 @@ def plane_contact(
     (part,) = rubbing(element)
     rows, own = (element.normals[0], part.rows[0]), len(blow.mechanism.rows)
     names = [row.name for row in rows]
-    resting_ = at_rest(blow.mechanism, rows, elements=blow.impact.meetings, given=names)
+    resting_ = impact_mechanism(blow.mechanism, rows, elements=blow.impact.meetings, given=names)
     found = {row.name: moved for row, moved in zip(pushed.mechanism.rows, row_motions(pushed), strict=True)}
     columns = []
     for unit in ((1, 0), (0, 1)):
         jumps: dict[int, S] = dict.fromkeys(range(own), 0) | dict(enumerate(unit, own))
-        du = solve(resting_, resting(before.state, jumps))
+        du = solve(resting_, state_in_impact(before.state, jumps))
         columns.append([sum((h * x for h, x in zip(found[name].jacobian, du, strict=True)), 0) for name in names])
     state = before.state
     static, kinetic = coefficients(before, part.rows, [part.static, part.kinetic])

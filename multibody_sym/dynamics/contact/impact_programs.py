@@ -31,8 +31,8 @@ from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.repeated_bodies import Kind, packed, unpacked, vectors, worth_scanning
 from multibody_sym.dynamics.programs.system import friction_of
 from multibody_sym.mechanics.impact_records import JumpRow, MeetingRow
-from multibody_sym.mechanics.impacts import after_impact, at_rest, resting
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.impacts import after_impact, impact_mechanism, state_in_impact
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import (
@@ -48,7 +48,7 @@ from multibody_sym.mechanics.motion import (
 )
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, to_parent
 from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
-from multibody_sym.mechanics.row_records import Row, SlidingRow
+from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import State, arrays, slot_state
 from multibody_sym.model.fields import Point
 from multibody_sym.program.program import Program
@@ -112,7 +112,7 @@ def scanned_impact(blow: Blow, struck: StruckRows, judge: Judge) -> Program | No
     """
     if blow.mechanism.rows or blow.impact.jumps or struck.joints or struck.given:
         return None
-    like = worth_scanning(replace(at_rest(blow.mechanism, ()), bodies=blow.mechanism.bodies))
+    like = worth_scanning(replace(impact_mechanism(blow.mechanism, ()), bodies=blow.mechanism.bodies))
     rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]
     seen = watched(blow, struck)
     pushes = _pushes(blow, rows, seen) if like is not None else None
@@ -143,9 +143,8 @@ def _pushes(blow: Blow, rows: Sequence[Row], seen: Mapping[str, Row]) -> dict[in
         else:
             return None
     for k, row in enumerate((*rows, *seen.values())):
-        sliding = row.frictions if isinstance(row, SlidingRow) else ()
-        parts: list[tuple[Row, Node, int | None]] = [(row.normal if isinstance(row, SlidingRow) else row, ONE, k)]
-        for friction in sliding:
+        parts: list[tuple[Row, Node, int | None]] = [(row.plain, ONE, k)]
+        for friction in row.sliding:
             parts += [(along, as_node(-friction.sense * friction.coefficient), None) for along in friction.rows]
         for part, factor, measured in parts:
             if not isinstance(part, MeetingRow) or part.frame.body >= 0:
@@ -439,7 +438,7 @@ class StruckMode:
 
     def _slipping(
         self,
-        element: OneWay,
+        element: LawElement,
         impulses: Mapping[str, S],
         after: Mapping[str, S],
         motion: Motion | None,
@@ -533,13 +532,13 @@ def impact_program(mode: StruckMode) -> Program:
     return _in_mode(mode) if element is None else _all_ways(mode, element)
 
 
-def _all_ways(mode: StruckMode, element: OneWay) -> Program:
+def _all_ways(mode: StruckMode, element: LawElement) -> Program:
     """Return the Program of one contact that rubs in a plane."""
     blow, base = mode.blow, mode.blow.mechanism
     trace = Trace("impact", arrays(base))
     before = pushed = blow.before(slot_state(base))
     if mode.pushes:
-        alone = composite_body(blow.resting(()), resting(before.state, mode.own(before)))
+        alone = composite_body(blow.resting(()), state_in_impact(before.state, mode.own(before)))
         pushed = mode.pushed(before, _solved(trace, alone)[0])
 
     def jumps_of(mechanism: Mechanism, state: State) -> list[Node]:
@@ -549,7 +548,7 @@ def _all_ways(mode: StruckMode, element: OneWay) -> Program:
     closes = less(as_node(contact.v[0]), ZERO)
     pair = [where(closes, as_node(p), ZERO) for p in plane_course(contact, both_ways)]
     mechanism = blow.resting(blow.striking, blow.names[mode.first :])
-    state = resting(before.state, mode.own(before) | dict(enumerate(pair, mode.first)))
+    state = state_in_impact(before.state, mode.own(before) | dict(enumerate(pair, mode.first)))
     return _program_told(trace, mode, before, mechanism, state)
 
 
@@ -559,9 +558,9 @@ def _in_mode(mode: StruckMode) -> Program:
     trace = Trace("impact", arrays(base))
     before = pushed = mode.blow.before(slot_state(base))
     if mode.pushes:
-        alone = composite_body(mode.alone, resting(before.state, mode.joined(before)))
+        alone = composite_body(mode.alone, state_in_impact(before.state, mode.joined(before)))
         pushed = mode.pushed(before, _solved(trace, alone)[0])
-    return _program_told(trace, mode, before, mechanism, resting(before.state, mode.wanted(before, pushed)))
+    return _program_told(trace, mode, before, mechanism, state_in_impact(before.state, mode.wanted(before, pushed)))
 
 
 def _program_told(trace: Trace, mode: StruckMode, before: Motion, mechanism: Mechanism, state: State) -> Program:

@@ -16,7 +16,7 @@ import numpy as np
 
 from multibody_sym.contact_laws.problem import FrictionLaw, LawState
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
-from multibody_sym.mechanics.law_elements import STICKS, Mode, OneWay, Share, Shares
+from multibody_sym.mechanics.law_elements import STICKS, LawElement, Mode, Share, Shares
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.limits import most, sliding
@@ -99,11 +99,11 @@ def _along(law: FrictionLaw, slip: int, direction: tuple[float, ...] | None) -> 
     return np.array(sliding(law.kinetic, way, max(float(np.linalg.norm(way)), 1e-300)))
 
 
-def _elements(posed: PosedLaws, mode: Mode) -> list[OneWay]:
+def _elements(posed: PosedLaws, mode: Mode) -> list[LawElement]:
     return [x for x in posed.elements if x.unilateral and mode.acts(x) and x.name not in mode.idle]
 
 
-def _parts(posed: PosedLaws, mode: Mode) -> Iterator[tuple[OneWay, str, FrictionLaw]]:
+def _parts(posed: PosedLaws, mode: Mode) -> Iterator[tuple[LawElement, str, FrictionLaw]]:
     laws = {part.name: law for part, law in zip(posed.parts, posed.problem.parts, strict=True)}
     for element in _elements(posed, mode):
         yield from ((element, part.name, laws[part.name]) for part in element.frictions if part.name in laws)

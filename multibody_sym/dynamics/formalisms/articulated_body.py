@@ -32,7 +32,7 @@ from multibody_sym.dynamics.formalisms.equations import (
 )
 from multibody_sym.dynamics.formalisms.inertia import Inertia, articulated, base_inertias, rigid_inertia
 from multibody_sym.mechanics.alignment import economical_motion
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import BodyMotion, Motion, from_parent
 from multibody_sym.mechanics.points import Wrench, generalized_forces, joint_projection, to_parent
@@ -84,7 +84,7 @@ class RecursiveDynamics(TreeDynamics):
 
 def recursive_dynamics(motion: Motion, factors: TreeRecursion) -> RecursiveDynamics:
     """Return the dynamics of a mechanism at a state by a recursion."""
-    given = applied(motion, weight=False)
+    given = applied_forces(motion, weight=False)
     left = [(negate(force), negate(moment)) for force, moment in bias_wrenches(motion, given.of_body)]
     forcing = [q + x for q, x in zip(given.of_speed, generalized_forces(motion, left), strict=True)]
     tree = tree_dynamics(motion, factors, forcing, row_motions(motion))
@@ -112,7 +112,7 @@ def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -
     """
     held = {k for index in given for k in motion.mechanism.bodies[index].u}
     begin = [x if k in held else 0 for k, x in enumerate(udot)]
-    forces = applied(motion)
+    forces = applied_forces(motion)
     found, wrenches = Sweep(motion, swept_joints(motion, given)).swept(
         unbalanced_wrenches(motion, begin, forces.of_body), forces.of_speed
     )

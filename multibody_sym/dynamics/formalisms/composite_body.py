@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
 from multibody_sym.dynamics.formalisms.inertia import RigidInertia, base_inertias
 from multibody_sym.mechanics.alignment import economical_motion
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import (
     BodyMass,
@@ -23,7 +23,7 @@ from multibody_sym.mechanics.motion import (
     partial_velocities,
     spread,
 )
-from multibody_sym.mechanics.points import Wrench, carried, joint_projection, to_parent
+from multibody_sym.mechanics.points import Wrench, carried_wrenches, joint_projection, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import State
 from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, negate, scale, subtract
@@ -50,13 +50,13 @@ def inertia_wrench(moved: BodyMotion, mass: BodyMass, a: Vec, alpha: Vec) -> Wre
 
 def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
     """Return M udot + c (nu): the generalised forces that the accelerations need."""
-    return joint_projection(motion, carried(motion, inertia_wrenches(motion, udot)))
+    return joint_projection(motion, carried_wrenches(motion, inertia_wrenches(motion, udot)))
 
 
 def forcing(motion: Motion) -> list[S]:
     """Return f = Q - c (nu) in one pass: applied forces less inertia forces without udot."""
-    forces = applied(motion, weight=False)
-    needed = joint_projection(motion, carried(motion, bias_wrenches(motion, forces.of_body)))
+    forces = applied_forces(motion, weight=False)
+    needed = joint_projection(motion, carried_wrenches(motion, bias_wrenches(motion, forces.of_body)))
     return [q - c for q, c in zip(forces.of_speed, needed, strict=True)]
 
 
@@ -76,7 +76,7 @@ def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench])
     `of_body` holds everything else that acts on the bodies: applied wrenches and those of rows.
     """
     left = unbalanced_wrenches(motion, udot, of_body)
-    return carried(motion, [(negate(force), negate(moment)) for force, moment in left])
+    return carried_wrenches(motion, [(negate(force), negate(moment)) for force, moment in left])
 
 
 def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
@@ -90,7 +90,7 @@ def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wre
 def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state."""
     motion = economical_motion(mechanism, state)
-    forces = applied_generalized_forces(motion, applied(motion))
+    forces = applied_generalized_forces(motion, applied_forces(motion))
     velocity_terms = inverse_dynamics(motion, [0] * len(state.u))
     return equations(motion, mass_matrix(motion), forces, velocity_terms, row_motions(motion), forcing(motion))
 
@@ -157,7 +157,7 @@ def dalembert_lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     motion = motion_of(mechanism, state)
     count = len(state.u)
     matrix: list[list[S]] = [[0] * count for _ in range(count)]
-    forces = applied(motion)
+    forces = applied_forces(motion)
     active, inertial = list(forces.of_speed), [0] * count
     needed = inertia_wrenches(motion, [0] * count)
     for index, partials in enumerate(partial_velocities(motion)):

@@ -34,7 +34,7 @@ from multibody_sym.dynamics.formalisms.equations import (
 )
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.joint_friction import along_reactions
-from multibody_sym.mechanics.motion import Motion, locked
+from multibody_sym.mechanics.motion import Motion, why_locked
 from multibody_sym.mechanics.row_kinematics import constraint_jacobian, row_motions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -353,7 +353,7 @@ def verify_inertia(motion: Motion) -> None:
         speed = motion.mechanism.speeds[index]
         place, body = next((k, body.name) for k, body in enumerate(motion.mechanism.bodies) if index in body.u)
         if mass_diagonal(motion)[index] > 0:
-            told = locked(motion, place) if speed.unit == "rad/s" else None
+            told = why_locked(motion, place) if speed.unit == "rad/s" else None
             if told:
                 raise NoSolutionError(
                     f"no inertia resists the speed {speed.name} in this position: {told}",

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from multibody_sym.dynamics.formalisms.composite_body import inertia_wrenches
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
 from multibody_sym.dynamics.formalisms.inertia import rigid_inertia
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import BodyMotion, Motion, motion_of, partial_velocities
 from multibody_sym.mechanics.points import Wrench, to_parent
@@ -27,7 +27,7 @@ from multibody_sym.scalars.vectors import S, add, dot
 def newton_euler(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state."""
     motion = motion_of(mechanism, state)
-    forces = applied_generalized_forces(motion, applied(motion))
+    forces = applied_generalized_forces(motion, applied_forces(motion))
     matrix, velocity_terms = without_reactions(motion)
     return equations(motion, matrix, forces, velocity_terms, row_motions(motion))
 

@@ -36,7 +36,7 @@ from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind
 from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
 from multibody_sym.mechanics.law_elements import FrictionPart
-from multibody_sym.mechanics.limits import sided
+from multibody_sym.mechanics.limits import sided_normals
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import (
     ModeNodes,
@@ -112,7 +112,7 @@ class ModeValues:
         for element in self.motion.mechanism.one_way:
             normal = element.normals[0]
             if not element.unilateral:
-                for k in sided(element):
+                for k in sided_normals(element):
                     row = element.normals[k]
                     side, force = self.modes.side(element, row), values.multiplier(row.name)
                     found[f"turns {row.name}"] = -towards(side, force)

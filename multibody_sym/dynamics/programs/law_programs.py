@@ -18,14 +18,14 @@ from multibody_sym.dynamics.formalisms.equations import Formalism, massless_spee
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind, LikeContacts, Weighted, like_contacts
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
-from multibody_sym.mechanics.contact_rows import ContactRow
 from multibody_sym.mechanics.energy import kinetic_energy, split
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
-from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, coefficients, row_motions
+from multibody_sym.mechanics.row_records import Row as ConstraintRow
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.mechanics.variable_mass import carried_by_flows
 from multibody_sym.program.loops import rolled
@@ -417,10 +417,9 @@ def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion])
     return [creeping(kinetic, velocity, *motion.state.values([part.regularised]))] * 2
 
 
-def _least(measure: Callable[[ContactRow, Motion], list[S]], element: OneWay, motion: Motion) -> S:
+def _least(measure: Callable[[ConstraintRow, Motion], list[S]], element: LawElement, motion: Motion) -> S:
     """Return the least of what is measured of a contact."""
-    row = element.normals[0] if element.normals else None
-    found = measure(row, motion) if isinstance(row, ContactRow) else []
+    found = [x for row in element.normals[:1] for x in measure(row, motion)]
     return reduce(minimum, found) if found else _ENDLESS
 
 
@@ -456,7 +455,7 @@ def friction_power_program(mechanism: Mechanism) -> Program:
     )
 
 
-def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
+def _of_part(values: SwitchingValues, element: LawElement, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
     """Return N, the forces along the rows, the power and that on each body."""
     forces, rows = values.friction(part), [values.row(row) for row in part.rows]
     return values.pressing(element, part), forces, _power(forces, rows), _shares(values.motion, forces, rows)
@@ -469,7 +468,7 @@ def _power(forces: Sequence[S], rows: Sequence[RowMotion]) -> S:
 def _of_loads(motion: Motion) -> S:
     """Return the power of the loads that do work instead of storing energy, that of masses that come and go too."""
     loads = split(motion.mechanism.loads)[1]
-    forces = applied_generalized_forces(motion, applied(motion, loads, weight=False))
+    forces = applied_generalized_forces(motion, applied_forces(motion, loads, weight=False))
     gained = as_node(carried_by_flows(motion, loads))
     return sum((force * speed for force, speed in zip(forces, motion.state.u, strict=True)), start=gained)
 

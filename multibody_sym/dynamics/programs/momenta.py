@@ -14,7 +14,7 @@ from typing import Final
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
 from multibody_sym.dynamics.programs.reactions import acting
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.motion import Motion
@@ -126,10 +126,10 @@ def exertions(
     motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
 ) -> list[Exertion]:
     """Return what acts at a state with its accelerations (nu) and multipliers (ns), element by element."""
-    weighed = applied(motion, ()).of_body
+    weighed = applied_forces(motion, ()).of_body
     found = [Exertion(("gravity", WEIGHT), weighed, power_of(motion, weighed))]
     for load in motion.mechanism.loads:
-        forces = applied(motion, [load], weight=False)
+        forces = applied_forces(motion, [load], weight=False)
         along = sum((force * u for force, u in zip(forces.of_speed, motion.state.u, strict=True)), 0)
         own = Exertion(load.path, forces.of_body, power_of(motion, forces.of_body) + along)
         found.append(_with_mass(motion, load, own) if isinstance(load, MassFlow) else own)

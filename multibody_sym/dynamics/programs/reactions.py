@@ -9,17 +9,16 @@ from typing import Final, Literal
 
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
 from multibody_sym.mechanics.contact_geometry import gap, reach, touch
-from multibody_sym.mechanics.contact_rows import ContactRow, is_point
 from multibody_sym.mechanics.flat_rims import flattened
-from multibody_sym.mechanics.forces import add_drive, applied, force_across
+from multibody_sym.mechanics.forces import add_drive, applied_forces, force_across
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.law_elements import (
     ACTIVE,
     FRICTION,
     PRESSING,
     FrictionPart,
+    LawElement,
     Mode,
-    OneWay,
     component_names,
     components_of,
     exerted_by,
@@ -38,7 +37,7 @@ from multibody_sym.mechanics.row_kinematics import (
     row_motion,
     tooth_wrenches,
 )
-from multibody_sym.mechanics.row_records import CutJoint, RopeRow, Row, Sliding, SlidingRow
+from multibody_sym.mechanics.row_records import CutJoint, RopeRow, Row, Sliding, is_point
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.functions import maximum, minimum, where
@@ -111,7 +110,7 @@ def _driven(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multiplier
     one_way = _one_way_in(motion.mechanism, cut.name)
     if not loads and not cut.drives and not one_way:
         return NO_WRENCH
-    of_speed = applied(motion, loads, weight=False).of_speed
+    of_speed = applied_forces(motion, loads, weight=False).of_speed
     beside = {k: others for k in one_way if (others := rows[k].beside)}
     exerted = along_reactions([row.forces for row in rows], beside, multipliers) if one_way else []
     for k in one_way:
@@ -134,7 +133,7 @@ def _one_way_in(mechanism: Mechanism, joint: str) -> list[int]:
 
 def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:
     """Return all wrenches on the bodies except the joints': applied ones, weight, and those of the rows."""
-    total = list(applied(motion).of_body)
+    total = list(applied_forces(motion).of_body)
     for row, multiplier in zip(rows, multipliers, strict=True):
         for index, (force, moment) in enumerate(row.of_body):
             known = total[index]
@@ -148,7 +147,7 @@ def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) 
 
 def ropes(mechanism: Mechanism) -> Iterator[RopeRow]:
     """Yield the rows of all runs of ropes, those too that are slack in the mechanism's mode."""
-    plain = [row.normal if isinstance(row, SlidingRow) else row for row in mechanism.rows]
+    plain = [row.plain for row in mechanism.rows]
     slack = [row for element in mechanism.one_way for row in element.normals]
     named = {row.name: row for row in (*plain, *slack) if isinstance(row, RopeRow)}
     yield from named.values()
@@ -231,7 +230,7 @@ def mode_of(mechanism: Mechanism) -> Mode:
     return mechanism.mode or Mode({})
 
 
-def is_active(mechanism: Mechanism, element: OneWay) -> bool:
+def is_active(mechanism: Mechanism, element: LawElement) -> bool:
     """Return whether an element acts: friction in joints always does, and any may `in_every_mode`."""
     if mechanism.mode_numbers or not element.unilateral:
         return True
@@ -264,11 +263,11 @@ class OneWayForces:
         place = self._places.get(row)
         return 0 if place is None else self.multipliers[place]
 
-    def normal(self, element: OneWay) -> S:
+    def normal(self, element: LawElement) -> S:
         """Return the force with which an element presses, pulls or stops."""
         return self.multiplier(element.normals[0].name)
 
-    def pressing(self, element: OneWay, part: FrictionPart) -> S:
+    def pressing(self, element: LawElement, part: FrictionPart) -> S:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
         normals = element.normals_of(part)
         forces = [self.multiplier(row.name) for row in normals]
@@ -276,7 +275,7 @@ class OneWayForces:
         side = ModeNodes(self.mechanism).side if in_programs and not part.norm else self.side
         return limits.pressing(forces, [side(element, row) for row in normals], norm=part.norm)
 
-    def side(self, element: OneWay, normal: Row) -> int:
+    def side(self, element: LawElement, normal: Row) -> int:
         """Return the sign with which the force of a normal row counts."""
         return ACTIVE if element.unilateral else self.mode.side(element, normal) or ACTIVE
 
@@ -297,11 +296,11 @@ class OneWayForces:
             total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
         return total
 
-    def most(self, element: OneWay, part: FrictionPart) -> S:
+    def most(self, element: LawElement, part: FrictionPart) -> S:
         """Return how large the friction of a part can be while it sticks."""
         return limits.most(self._static(part), self.pressing(element, part))
 
-    def room(self, element: OneWay, part: FrictionPart) -> S:
+    def room(self, element: LawElement, part: FrictionPart) -> S:
         """Return by how much the friction of a part is below that, negative beyond it."""
         return limits.room(self._static(part), self.pressing(element, part), self.friction(part))
 
@@ -341,11 +340,11 @@ class OneWayForces:
     def slidings(self, part: FrictionPart) -> Iterator[tuple[str, Sliding]]:
         """Yield how a part slides, with the name of each row whose multiplier it follows."""
         for row in self.mechanism.rows:
-            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+            for sliding in row.sliding:
                 if sliding.rows == part.rows:
                     yield row.name, sliding
 
-    def _element_of(self, part: FrictionPart) -> OneWay:
+    def _element_of(self, part: FrictionPart) -> LawElement:
         return next(element for element in self.mechanism.one_way if part in element.frictions)
 
     def row(self, row: Row) -> RowMotion:
@@ -362,7 +361,7 @@ class OneWayForces:
     def _bias(self) -> Sequence[tuple[Vec, Vec]]:
         return accelerations(self.motion, [0] * len(self.motion.state.u))
 
-    def of(self, element: OneWay) -> dict[str, S]:
+    def of(self, element: LawElement) -> dict[str, S]:
         """Return the forces of an element by component: what presses, then friction, of two parts in space."""
         parts = [part for part in element.frictions if part.rubs]
         found: dict[str, S] = {}
@@ -376,21 +375,21 @@ class OneWayForces:
             found |= dict(zip(component_names(element, part), forces, strict=True))
         return found
 
-    def presses_at(self, elements: Iterable[OneWay]) -> list[tuple[S, Vec]]:
+    def presses_at(self, elements: Iterable[LawElement]) -> list[tuple[S, Vec]]:
         """Return the normal force of each element that acts, and where; nothing where one of them is at no point."""
         acts = [element for element in elements if is_active(self.mechanism, element)]
         found = [(self.normal(x), at) for x in acts if (at := self.place(x)) is not None]
         return found if len(found) == len(acts) else []
 
-    def place(self, element: OneWay) -> Vec | None:
+    def place(self, element: LawElement) -> Vec | None:
         """Return where a contact's force acts (m, world axes): at its point, or where its round skin is nearest."""
-        row = element.normals[0]
-        if not isinstance(row, ContactRow):
+        skins = element.normals[0].surfaces
+        if skins is None:
             return None
-        point = next((skin.place for skin in row.skins if is_point(skin)), None)
-        return touch(row.skins, self.motion, self._bias).place if point is None else position(self.motion, point)
+        point = next((skin.place for skin in skins if is_point(skin)), None)
+        return touch(skins, self.motion, self._bias).place if point is None else position(self.motion, point)
 
-    def middle(self, elements: Sequence[OneWay]) -> dict[str, S]:
+    def middle(self, elements: Sequence[LawElement]) -> dict[str, S]:
         """Return where the sum of normal forces acts, the middle of elements that do not press; nothing without points.
 
         Normal forces whose sum vanishes as an expression alone have no place, and a division by zero there.
@@ -404,7 +403,7 @@ class OneWayForces:
         sums = (reduce(operator.add, (force * at[k] for force, at in pairs)) for k in range(len(AT)) if pairs)
         return {name: x / total for name, x in zip(AT, sums, strict=False)}
 
-    def _or_middle(self, elements: Sequence[OneWay], pairs: list[tuple[S, Vec]]) -> list[tuple[S, Vec]]:
+    def _or_middle(self, elements: Sequence[LawElement], pairs: list[tuple[S, Vec]]) -> list[tuple[S, Vec]]:
         """Return normal forces and places, ones where none of the elements acts."""
         acts = [ModeNodes(self.mechanism).acts(element.normals[0]) for element in elements]
         some = reduce(maximum, acts, ZERO)
@@ -419,7 +418,7 @@ class OneWayForces:
             return limits.length([self.asked(name, f"{component}_{k}") for k in range(1, rows + 1)])
         return reduce(operator.add, (self._asked(element, name, component) for element in self.mechanism.one_way), 0)
 
-    def _asked(self, element: OneWay, name: str, component: str) -> S:
+    def _asked(self, element: LawElement, name: str, component: str) -> S:
         if name not in exerted_by(element):
             return 0
         part = next((x for x in element.frictions if x.name == name and not element.unilateral), None)
@@ -493,7 +492,7 @@ def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
     return tuple(sorted(found, key=lambda one: not one.shortens))
 
 
-def _of(mode: Mode, element: OneWay) -> Iterator[Switching]:
+def _of(mode: Mode, element: LawElement) -> Iterator[Switching]:
     if element.unilateral and element.name in mode.idle and not mode.acts(element):  # it takes no part
         return
     for limit in limits_in(mode, element):
@@ -525,26 +524,26 @@ class SwitchingValues(OneWayForces):
             return self._in_space(one.ends, one.part)
         return -self.value(one, lambda row: self.row(row).phidot)
 
-    def side(self, element: OneWay, normal: Row) -> int:
+    def side(self, element: LawElement, normal: Row) -> int:
         """Return the sign of the force of a normal row, 0 where it has none yet: it may press either way."""
         return ACTIVE if element.unilateral else self.mode.side(element, normal)
 
     def closes(self, row: Row) -> S:
         """Return what becomes positive where a row touches that does not act."""
-        if isinstance(row, ContactRow) and row.tip is not None:
-            away, rate = separation(self.motion, row.skins[0].place, row.skins[1].place)
+        skins = row.surfaces
+        if skins is not None and row.tip is not None:
+            away, rate = separation(self.motion, skins[0].place, skins[1].place)
             parting = dot(away, rate)
             return parting - _STILL * dot(away, away) if row.tip.corner else parting
-        phi = gap(row.skins, self.motion) if isinstance(row, ContactRow) else self.row(row).phi
-        return reduce(minimum, self._reach(row), -phi)
+        phi = self.row(row).phi if skins is None else gap(skins, self.motion)
+        return reduce(minimum, reach(row, self.motion), -phi)
 
     def leaves(self, row: Row) -> S:
         """Return what becomes positive where what touches gets past an edge."""
-        return -reduce(minimum, self._reach(row))
+        return -reduce(minimum, reach(row, self.motion))
 
     def lies_flat(self, row: Row) -> S:
         """Return what becomes positive where a rim that touches has come as near to lying flat as it does."""
-        assert isinstance(row, ContactRow)
         return flattened(row, self.motion)
 
     def _in_space(self, ends: Ends, part: FrictionPart) -> S:
@@ -553,6 +552,3 @@ class SwitchingValues(OneWayForces):
             sliding = next((sliding for _, sliding in self.slidings(part)), None)
             return -length(speeds if sliding is None else slip_velocity(sliding, speeds, self.motion))
         return (1 if ends == "moves on" else -1) * along(self.begins(part), speeds)
-
-    def _reach(self, row: Row) -> list[S]:
-        return reach(row, self.motion) if isinstance(row, ContactRow) else []

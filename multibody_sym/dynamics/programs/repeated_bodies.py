@@ -13,7 +13,7 @@ from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated
 from multibody_sym.dynamics.programs.quantities import Sources
 from multibody_sym.mechanics.energy import body_kinetic_energy, springs_energy, weight_energy
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import (
@@ -208,7 +208,7 @@ def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     w, a, alpha = vectors(read["motion"])
     moved, mass = body_motion(body, moving_parent(w, ZERO_VECTOR, ZERO_VECTOR), state), body_mass(body, state)
     reached = body_acceleration(moved, w, (a, alpha), [0] * len(body.u))
-    forces = applied(Motion(kind.mechanism, state, (moved,), (mass,), ZERO_VECTOR), weight=False)
+    forces = applied_forces(Motion(kind.mechanism, state, (moved,), (mass,), ZERO_VECTOR), weight=False)
     rigid = about_origin(mass)
     needed = rigid.rate_of_momentum(reached[0], spread(reached[1], moved.w_WB))
     missing = [subtract(given, need) for given, need in zip(forces.of_body[0], needed, strict=True)]

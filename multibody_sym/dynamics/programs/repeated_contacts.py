@@ -16,12 +16,11 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.dynamics.programs.repeated_bodies import vectors
-from multibody_sym.mechanics.contact_rows import Bent, ContactRow, Level, Tip
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import MODES, every_row, in_every_mode
 from multibody_sym.mechanics.motion import BodyMotion, Motion, PlacedMotion, accelerations
-from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.row_records import Bent, Level, Marker, Vertex
 from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import ORIGIN, Pose
 from multibody_sym.program.statements import Integers
@@ -196,7 +195,7 @@ def alike_rows(mechanism: Mechanism) -> int:
     kinds, contacts, count = set[Any](), 0, 0
     for element in mechanism.one_way:
         if _may_be_alike(element):
-            skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
+            skins = element.surfaces or ()
             own = [ways[x.place.body] if x.place.body >= 0 else frozenset() for x in skins]
             rows = len(list(element.rows))
             kinds.add((rows, *map(type, skins), *map(len, own), len(own[0] & own[1])))
@@ -204,12 +203,12 @@ def alike_rows(mechanism: Mechanism) -> int:
     return count if contacts >= _FEW * len(kinds) else 0
 
 
-def _may_be_alike(element: OneWay) -> bool:
+def _may_be_alike(element: LawElement) -> bool:
     """Return whether a kind can name what touches in an element."""
-    if not all(isinstance(row, ContactRow) for row in element.rows) or not element.unilateral:
+    if any(row.surfaces is None for row in element.rows) or not element.unilateral:
         return False
-    skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
-    return len(element.normals) == 1 and not any(isinstance(skin, Bent | Level | Tip) for skin in skins)
+    skins = element.surfaces or ()
+    return len(element.normals) == 1 and not any(isinstance(skin, Bent | Level | Vertex) for skin in skins)
 
 
 # --- what contacts read of their bodies ---------------------------------------------------------------------------
@@ -301,7 +300,7 @@ class _Local:
         element = mechanism.one_way[place]
         if not _may_be_alike(element):
             raise _UnlikeError
-        skins = [skin for row in element.normals if isinstance(row, ContactRow) for skin in row.skins]
+        skins = element.surfaces or ()
         self.place, self.numbers = place, numbers
         self.slots: dict[Node, Node] = {}
         self._done: dict[Any, Any] = {}
@@ -309,7 +308,7 @@ class _Local:
         self._bodies = list(dict.fromkeys(skin.place.body for skin in skins if skin.place.body >= 0))
         self.touched = [bodies.of(body) for body in self._bodies]
         self._places = self._local_numbers("place")
-        self.element: OneWay = self._renamed(_unnamed(element))
+        self.element: LawElement = self._renamed(_unnamed(element))
         self.speeds = list(dict.fromkeys(speed for body in self.touched for speed in body.speeds))
         for name in bodies.values:
             counts = [sum(not _in_text(x) for x in body.numbers[name]) for body in self.touched]
@@ -401,7 +400,7 @@ def _in_text(node: Node) -> bool:
     return node.shadow in _IN_TEXT
 
 
-def _unnamed(element: OneWay) -> OneWay:
+def _unnamed(element: LawElement) -> LawElement:
     """Return a contact with names that tell its rows and parts apart, and no others."""
     normals = tuple(replace(row, name=f"normal {k}") for k, row in enumerate(element.normals))
     frictions = tuple(

@@ -15,7 +15,7 @@ from multibody_sym.dynamics.programs.system import constrained_motion, inputs_pr
 from multibody_sym.errors import ModelError, NoSolutionError, at
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
 from multibody_sym.mechanics.points import joint_projection
@@ -46,7 +46,7 @@ def inverse_dynamics_program(mechanism: Mechanism) -> Program:
     _verify_tree(mechanism)
     trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
     motion = motion_of(mechanism, slot_state(mechanism))
-    loads = applied(motion)
+    loads = applied_forces(motion)
     transmitted = joint_projection(motion, joint_wrenches(motion, trace["udot"], loads.of_body))
     forces = [x - drive for x, drive in zip(transmitted, loads.of_speed, strict=True)]
     return trace.finish({"forces": ((len(forces),), forces)})
@@ -179,7 +179,7 @@ class _Canonical:
         """Return p' without rows, in slots of q and u."""
         q, u = self.motion.state.q, self.motion.state.u
         slopes = gradient(as_node(kinetic_energy(self.motion)), q)
-        found = [as_node(x) for x in applied_generalized_forces(self.motion, applied(self.motion))]
+        found = [as_node(x) for x in applied_generalized_forces(self.motion, applied_forces(self.motion))]
         for body in self.mechanism.bodies:
             for k in body.u:
                 column = joint_rates(body, q, [int(j == k) for j in range(len(u))])

@@ -19,10 +19,10 @@ from multibody_sym.dynamics.start.parameters import verify_lengths
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
 from multibody_sym.errors import ModelError, NoSolutionError, Where, at
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.impact_records import MEETING, MeetingRow, StruckImpacts
-from multibody_sym.mechanics.impacts import resting
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.impacts import state_in_impact
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import direction, position
@@ -118,7 +118,7 @@ def without(mechanism: Mechanism, impact: StruckImpacts) -> Mechanism:
 # --- what takes part -----------------------------------------------------------------------------------------------
 
 
-def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> list[OneWay]:
+def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> list[LawElement]:
     """Return the elements that touch and may strike, with the coefficients that the section `impact` gives them."""
     found = list(impact.meetings)
     named, touching = impact.contacts, rows.touching()
@@ -144,7 +144,7 @@ def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> 
     return found
 
 
-def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
+def coefficients_of(blow: Blow, element: LawElement) -> tuple[float, float]:
     """Return both coefficients of restitution of an element; raises ModelError for impossible ones."""
     words = "restitution", "tangential_restitution"
     values = blow.state.values([element.restitution, element.tangential_restitution])
@@ -237,7 +237,7 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
         )
 
 
-def _opening(blow: Blow, element: OneWay) -> float:
+def _opening(blow: Blow, element: LawElement) -> float:
     """Return the speed at which an element opens before the impact."""
     return float(blow.rows[blow.names.index(element.normals[0].name)].phidot)
 
@@ -282,7 +282,7 @@ def from_impact(system: System) -> FromImpact:
         )
     struck = outcome(posed)
     rows = struck_rows(posed.blow, struck)
-    dynamics = tree_dynamics_of(rows.mechanism, resting(posed.blow.motion.state, rows.jumps))
+    dynamics = tree_dynamics_of(rows.mechanism, state_in_impact(posed.blow.motion.state, rows.jumps))
     jumps, places = forward_dynamics(dynamics).udot, {name: k for k, name in enumerate(posed.blow.names)}
     before, units = np.array(posed.begin.u, dtype=float), [speed.unit for speed in posed.mechanism.speeds]
     sizes = np.maximum(np.abs(before), np.abs(jumps))
@@ -299,4 +299,4 @@ def from_impact(system: System) -> FromImpact:
     for name, begun in posed.blow.impact.begins.items():
         lost = float(struck.lost[[places[row] for row in begun]].sum())
         events.append({"t": 0.0, "kind": "impact", "element": name, "lost": lost})
-    return FromImpact(Changes(initial=after).of(replace(system, impact=None)), tuple(events))
+    return FromImpact(Overrides(initial=after).of(replace(system, impact=None)), tuple(events))

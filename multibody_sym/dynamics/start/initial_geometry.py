@@ -17,10 +17,9 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, MultibodyError, at, gathered
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, fits, reach, touch
-from multibody_sym.mechanics.contact_rows import Bent, ContactRow, Flat, Round, Skin, is_point
 from multibody_sym.mechanics.flat_rims import ON_POINTS, flat_rims
 from multibody_sym.mechanics.forces import apart
-from multibody_sym.mechanics.law_elements import FrictionPart, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.load_records import Load, PointPull, PointSpring
 from multibody_sym.mechanics.mechanism import (
     Measure,
@@ -43,14 +42,20 @@ from multibody_sym.mechanics.ropes import (
     wrap_angle,
 )
 from multibody_sym.mechanics.row_records import (
-    Bend,
+    Bent,
+    ContactRow,
+    ContactSurface,
     DistanceRow,
     Marker,
+    PlaneSurface,
     PositionRow,
+    RopeBend,
     RopeRow,
     RopeSlipRow,
+    RoundSurface,
     Row,
     SlidingRow,
+    is_point,
 )
 from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.bodies import IDENTITY
@@ -78,7 +83,7 @@ def value_at(motion: Motion, node: Node) -> float:
     return float(motion.state.values([node])[0])
 
 
-def verify_contact_values(elements: Iterable[OneWay], value: Value) -> None:
+def verify_contact_values(elements: Iterable[LawElement], value: Value) -> None:
     """Raise ModelError for negative coefficients and radii, and for more friction in sliding than in sticking.
 
     Literal numbers were checked when they were read; these are values of parameters.
@@ -133,7 +138,9 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
     wrong.told()
 
 
-def _start_inside(element: OneWay, row: ContactRow, gap: float, motion: Motion, tolerance: float) -> ModelError | None:
+def _start_inside(
+    element: LawElement, row: ContactRow, gap: float, motion: Motion, tolerance: float
+) -> ModelError | None:
     """Return the error of a contact that cannot begin with its gap (m); None where it can."""
     first, second = (skin.place.name for skin in row.skins)
     if gap < -tolerance:
@@ -154,7 +161,7 @@ def _start_inside(element: OneWay, row: ContactRow, gap: float, motion: Motion, 
     return None if flat is None else ModelError(f"{flat}: {ON_POINTS}, or tilt it", number="M114")
 
 
-def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, ContactRow, float]]:
+def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[LawElement, ContactRow, float]]:
     """Yield each contact with its normal row and the gap (m) at a state in floats, negative inside.
 
     Contacts whose face ends before, by more than a tolerance (m), are left out: they do not hold there.
@@ -230,7 +237,7 @@ class _Decider:
             return replace(row, normal=self.row(row.normal), frictions=frictions)
         return self.line(row) if isinstance(row, DistanceRow) else row
 
-    def element(self, element: OneWay) -> OneWay:
+    def element(self, element: LawElement) -> LawElement:
         """Return a one-way element; a rope with its sides and directions."""
         if element.kind != "rope":
             return element
@@ -537,10 +544,10 @@ def _nearest(motion: Motion, frames: tuple[Marker, Marker], *, farthest: bool = 
     return along.lowest(-away if farthest else away)
 
 
-def _on_curve(motion: Motion, bent: Bent, other: Skin) -> _FootPlace | None:
+def _on_curve(motion: Motion, bent: Bent, other: ContactSurface) -> _FootPlace | None:
     """Return where an outline is lowest over a plane, or a curve nearest to a centre, or farthest from a hollow's."""
-    if not isinstance(other, Flat):
-        return _nearest(motion, (bent.foot, other.place), farthest=isinstance(other, Round) and other.inside)
+    if not isinstance(other, PlaneSurface):
+        return _nearest(motion, (bent.foot, other.place), farthest=isinstance(other, RoundSurface) and other.inside)
     normal = np.array(direction(motion, other.place, other.normal), dtype=float)
     along = _along(motion, bent.foot, np.array(position(motion, other.place), dtype=float))
     return None if along is None else along.lowest(along.places @ normal)
@@ -631,7 +638,7 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
     ]
 
 
-def _turning_coordinates(motion: Motion, bend: Bend) -> Iterator[int]:
+def _turning_coordinates(motion: Motion, bend: RopeBend) -> Iterator[int]:
     """Yield the last coordinate of each joint step that turns a pulley's body about the pulley's axis."""
     body, moved = motion.mechanism.bodies[bend.at.body], motion.bodies[bend.at.body]
     centre = np.array(motion.point(bend.at), dtype=float)

@@ -43,7 +43,7 @@ from multibody_sym.dynamics.start.parameters import (
     verify_values,
 )
 from multibody_sym.errors import ModelError, MultibodyError, Where, at
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import INDEPENDENT, TIME, Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.row_kinematics import row_motions
@@ -194,7 +194,7 @@ def _closed(
             with at(*load.path):
                 verify_direction(motion, load)
                 with valued():
-                    applied(motion, [load])
+                    applied_forces(motion, [load])
         verify_fits(motion)
     return Start(
         tuple(parameters),
@@ -329,7 +329,7 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, close
     sizes = worth(_kinematic_rows(motion)[0])
     if ((sizes > ROUNDED) & (sizes < GROWING)).any():
         raise ValueError("a nearly singular position")
-    applied(motion)
+    applied_forces(motion)
     dynamics = composite_body(motion.mechanism, motion.state)
     if dynamics.friction is not None and dynamics.friction.beside and not forward_dynamics(dynamics).settled:
         raise ValueError("friction jams")

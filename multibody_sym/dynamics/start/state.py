@@ -31,7 +31,7 @@ from multibody_sym.dynamics.start.initial_geometry import value_at, verify_conta
 from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
 from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
-from multibody_sym.mechanics.law_elements import Mode, OneWay
+from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
 from multibody_sym.mechanics.mode_words import mode_words
 from multibody_sym.mechanics.modes import in_mode
@@ -111,7 +111,7 @@ class StartState:
         """The state from which a run begins, which decides the first mode: nothing acts where all is `wedged`."""
         return replace(self, modes=(Mode({}),)) if self.wedged else self
 
-    def _blamed(self) -> Sequence[OneWay]:
+    def _blamed(self) -> Sequence[LawElement]:
         """Return a smallest set of closed elements for which no state fulfils the laws; all after many attempts."""
         assert self.posed is not None
         closed = [x for x in self.posed.elements if x.unilateral]
@@ -299,14 +299,14 @@ def _nearly_touching(
 
 def closed_at(
     base: Mechanism, begin: Start, overrides: Mapping[str, float] | None = None, *, project: bool = False
-) -> tuple[list[OneWay], Start]:
+) -> tuple[list[LawElement], Start]:
     """Return the contacts and ropes that a start nearly closes, and the start with them closed and its own speeds."""
     return _nearly_closed(rows_at(base, begin), begin, overrides, project)
 
 
 def _nearly_closed(
     rows: OneWayRows, begin: Start, overrides: Mapping[str, float] | None, project: bool
-) -> tuple[list[OneWay], Start]:
+) -> tuple[list[LawElement], Start]:
     base, found = rows.mechanism, begin
     near = [element for element in base.one_way if _is_near(rows, element)]
     left = [gap for gap in map(rows.gap, near) if abs(gap) > _CLOSED * rows.scale.length]
@@ -323,14 +323,14 @@ def _nearly_closed(
     return near, found
 
 
-def _is_near(rows: OneWayRows, element: OneWay) -> bool:
+def _is_near(rows: OneWayRows, element: LawElement) -> bool:
     """Return whether a small change of the start closes a contact or rope."""
     if not element.unilateral or element.open or element.kind == "stop":
         return False
     return abs(rows.gap(element)) <= rows.allowed_gap(element, NEAR) and rows.reaches(element)
 
 
-def _closing(base: Mechanism, near: Sequence[OneWay]) -> Mechanism:
+def _closing(base: Mechanism, near: Sequence[LawElement]) -> Mechanism:
     """Return the mechanism in which these elements hold both ways."""
     rows = (*base.rows, *(element.normals[0] for element in near))
     return replace(base, rows=rows, parameters=base.parameters.with_rows(len(rows)))

@@ -31,7 +31,7 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.theorems.conserved import rates_of_state
 from multibody_sym.errors import MultibodyError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import Load, MassFlow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
@@ -183,7 +183,7 @@ def _powers(motion: Motion, found: Accelerations) -> Floats:
     """Return the power of each load outside V, of each row, and of each joint's prescribed motion."""
     u = np.array(motion.state.u, dtype=float)
     _, working = split(motion.mechanism.loads)
-    loads = [applied(motion, [load], weight=False) for load in working]
+    loads = [applied_forces(motion, [load], weight=False) for load in working]
     powers = [_power(motion, forces.of_body) + np.array(forces.of_speed, dtype=float) @ u for forces in loads]
     powers.append(carried_by_flows(motion, working))
     rows = row_motions(motion)
@@ -288,7 +288,7 @@ def _reactions(mechanism: Mechanism, rng: np.random.Generator) -> tuple[Floats, 
             force, moment = turned @ values[:3], turned @ values[3:]
             at = np.array(position(motion, Marker("", k, body.frame_on_body)), dtype=float)
             found.append(np.concatenate([force, moment + np.cross(at, force)]))
-    acting = [abs(float(x)) for wrench in applied(motion).of_body for vector in wrench for x in vector]
+    acting = [abs(float(x)) for wrench in applied_forces(motion).of_body for vector in wrench for x in vector]
     return np.array(found).reshape(len(found), len(COMPONENTS)), max(acting, default=0.0)
 
 

@@ -30,9 +30,9 @@ from multibody_sym.dynamics.programs.momenta import (
 from multibody_sym.dynamics.start.start import Start, sampled_states
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import MultibodyError, NoSolutionError, UndefinedValueError
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import Load, PointForce, PointPull, span_leaves
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
@@ -105,7 +105,7 @@ def candidates(mechanism: Mechanism) -> list[Candidate]:
 
 def _with_potentials(motion: Motion, energy: Candidate, loads: Sequence[Load]) -> Candidate:
     """Return the energy less the work of forces that have a potential, though V does not hold it."""
-    power = power_of(motion, applied(motion, loads, weight=False).of_body)
+    power = power_of(motion, applied_forces(motion, loads, weight=False).of_body)
     name = " - ".join([energy.name, *(in_model_language(quantity("work", [load.name])) for load in loads)])
     return replace(energy, name=name, place=1, rate=energy.rate - power)
 
@@ -481,9 +481,9 @@ def conserved_quantities(
 ) -> list[Conserved]:
     """Return what a system conserves, from its start on; nothing where it has no start.
 
-    `parameters` .. `project`: what the call changes of the system (`Changes`); the formalism makes no difference.
+    `parameters` .. `project`: what the call changes of the system (`Overrides`); the formalism makes no difference.
     """
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     try:
         state = examined_state(asked)
     except NoSolutionError:

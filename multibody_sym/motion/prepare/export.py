@@ -17,7 +17,7 @@ from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
 from multibody_sym.errors import InputError, OutputError, Where, at, shown
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.units import MechanismUnits
@@ -133,7 +133,7 @@ def export(
     Neither C nor Python needs this package then; `integrate.py` beside the latter shows a loop that integrates it.
 
     Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters` .. `project`, what the call changes of
-    the system (`Changes`); `formalism` by name, None for the cheapest; `fold` puts the values of all parameters into
+    the system (`Overrides`); `formalism` by name, None for the cheapest; `fold` puts the values of all parameters into
     the code, which then reads none.
     Raises InputError for what the model contradicts and for files in the folder that no export wrote, NoSolutionError
     without a start, OutputError.
@@ -142,7 +142,7 @@ def export(
     if text_of("to", to) not in LANGUAGES:
         with at("to"):
             raise InputError(f"there is no language {shown(to)}", number="M104", word=to, known=LANGUAGES)
-    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
     placed = with_numbers_as_data(examined_state(asked))
     resolved, begin = placed.mechanism, placed.start

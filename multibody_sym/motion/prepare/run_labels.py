@@ -108,16 +108,16 @@ class Told:
     @cached_property
     def working(self) -> Names:
         """The loads and rows that may change the total energy."""
-        from multibody_sym.mechanics.energy import working
+        from multibody_sym.mechanics.energy import working_names
 
-        return working(self.mechanism)
+        return working_names(self.mechanism)
 
     @cached_property
     def driven(self) -> bool:
         """Whether loads or rows may raise the total energy."""
-        from multibody_sym.mechanics.energy import driving
+        from multibody_sym.mechanics.energy import driving_names
 
-        return bool(driving(self.mechanism))
+        return bool(driving_names(self.mechanism))
 
     @cached_property
     def moved_by_time(self) -> bool:
@@ -179,7 +179,7 @@ class Told:
     @cached_property
     def boxes(self) -> bool:
         """Whether two boxes in space touch, of which edges may pass into each other."""
-        from multibody_sym.mechanics.contact_rows import boxes_that_touch
+        from multibody_sym.mechanics.law_elements import boxes_that_touch
 
         return bool(boxes_that_touch(self.mechanism.one_way))
 

@@ -8,9 +8,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.mechanics.contact_rows import Face, boxes_that_touch
+from multibody_sym.mechanics.law_elements import boxes_that_touch
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import position
+from multibody_sym.mechanics.row_records import Face
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.motion.results.remarks import EDGES_CROSS
 from multibody_sym.motion.results.samples import Samples

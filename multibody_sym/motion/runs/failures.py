@@ -18,10 +18,10 @@ from multibody_sym.dynamics.programs.reactions import ropes
 from multibody_sym.errors import InputError
 from multibody_sym.mechanics.contact_geometry import Fit, fits
 from multibody_sym.mechanics.flat_rims import ON_POINTS, flat_rims
-from multibody_sym.mechanics.forces import apart, applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, locked
-from multibody_sym.mechanics.row_records import Marker, RopeRow, SlidingRow, VelocityRow
+from multibody_sym.mechanics.motion import Motion, why_locked
+from multibody_sym.mechanics.row_records import Marker, RopeRow, VelocityRow
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.model.bodies import GROUND, used_up
@@ -236,7 +236,10 @@ def _load_grown(run: Trajectory, time: float, last: Motion) -> str | None:
     for load in mechanism.loads:
         try:
             before, now = (
-                max(map(abs, applied_generalized_forces(motion, applied(motion, [load], weight=False))), default=0.0)
+                max(
+                    map(abs, applied_generalized_forces(motion, applied_forces(motion, [load], weight=False))),
+                    default=0.0,
+                )
                 for motion in (middle, last)
             )
         except (*UNDEFINED, InputError):
@@ -256,7 +259,7 @@ def _lies_flat(run: Trajectory, last: Motion) -> str | None:
 
 def _locked(last: Motion) -> str | None:
     """Return that the first and the third angle of a body have one axis at the end of a run; None for nothing."""
-    turned = (locked(last, place) for place in range(len(last.mechanism.bodies)))
+    turned = (why_locked(last, place) for place in range(len(last.mechanism.bodies)))
     return next((told for told in turned if told), None)
 
 
@@ -320,7 +323,7 @@ def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
     if not 0.0 < doubling < _SUDDEN * gone or abs(u[k]) * gone < _GROWN * np.abs(q - begun.q0).max():
         return None
     powers = {
-        load.name: float(np.dot(u, applied_generalized_forces(last, applied(last, [load], weight=False))))
+        load.name: float(np.dot(u, applied_generalized_forces(last, applied_forces(last, [load], weight=False))))
         for load in mechanism.loads
     }
     most = max(powers, key=lambda name: powers[name], default=None)
@@ -563,7 +566,7 @@ def _singular(run: Trajectory, time: float) -> Reason:
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
     if run.modes is not None and run.modes.legs and _jams(run, time):
-        sliding = [row.name for row in mechanism.rows if isinstance(row, SlidingRow)]
+        sliding = [row.name for row in mechanism.rows if row.sliding]
         return Reason(
             f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly move "
             "what they press (Painleve's paradox), and no change of their sign was found behind which the motion goes "

@@ -24,7 +24,7 @@ from multibody_sym.dynamics.start.start import Start, start_from
 from multibody_sym.dynamics.start.state import StartState
 from multibody_sym.dynamics.start.time_functions import motions
 from multibody_sym.errors import MultibodyError
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.resolve import mechanism
@@ -357,7 +357,7 @@ class Family:
     def _changed(self) -> System:
         """The system with values given to what is varied, whatever they are: what stands where is what counts."""
         given = dict.fromkeys(self.parameters, 1.0), dict.fromkeys(self.initial, 0.0)
-        return Changes(*given).of(self.system)
+        return Overrides(*given).of(self.system)
 
     @cached_property
     def _is_plain(self) -> bool:
@@ -432,7 +432,7 @@ def _begun(varied: _Varied, own: Numbers, begin: Start | None) -> tuple[System, 
     places = {each.name: x for each, x in zip(base.coordinates, own.q0.tolist(), strict=True)}
     places |= {each.name: x for each, x in zip(base.speeds, own.u0.tolist(), strict=True)}
     values = {name: own.parameters[base.parameters.places[name]].item() for name in parameters}
-    changed = Changes(values, {name: places[name] for name in initial}).of(system)
+    changed = Overrides(values, {name: places[name] for name in initial}).of(system)
     resolved = with_constants(mechanism(changed))
     if begin is None:
         vector, q, u = (tuple(x.tolist()) for x in own)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, at, shown
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.system import System
@@ -120,7 +120,7 @@ def _reader(system: System, name: str, kind: str) -> Any:
             raise ModelError(f"{shown(given)} is no number, and a study varies numbers")
         if isinstance(given, str) and parse_scalar(given)[1] is not None:
             changed = {name: given}
-            changes = Changes(parameters=changed) if kind == "parameters" else Changes(initial=changed)
+            changes = Overrides(parameters=changed) if kind == "parameters" else Overrides(initial=changed)
             changes.of(system)  # which says if it is of another dimension
         return float(node.shadow)
 

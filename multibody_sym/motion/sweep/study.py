@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
-from multibody_sym.mechanics.changes import Changes
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import callback, door, flag, names, text
 from multibody_sym.model.system import System
 from multibody_sym.motion.simulate import run_by
@@ -385,7 +385,7 @@ def sweep(
     Raises InputError for what cannot be run at all, and OutputError. A run that fails is a row with its reason, and so
     is one for which `reduce` does, unless no other is among the first 20 runs: that ends the study with InputError.
     """
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
     asked = run_by(changed, settings, constraints)
     plan = plan_of(axes_of(asked, vary), sample, seed, flag("sobol", sobol))

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.contact.contact_problem import PosedLaws
 from multibody_sym.dynamics.contact.indeterminate_forces import CLEAR
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.flat_rims import ON_POINTS
-from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, Mode, OneWay
+from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, LawElement, Mode
 from multibody_sym.mechanics.mode_words import mode_words
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.loop.problem import Reason
@@ -110,7 +110,7 @@ class NextState:
         largest = max(float(x.max(initial=0.0)) for x in (np.abs(forces), causes, facts.weights(rows)))
         return rounded_up(largest or 1e-3 * scale.speed / scale.time)
 
-    def carried(self, element: OneWay) -> float:
+    def carried(self, element: LawElement) -> float:
         """Return the normal force (N) of an element in the first state that was found, 0 where it takes no part."""
         place = None if self.posed is None else self.posed.places.get(element.normals[0].name)
         states = () if self.found is None else self.found.states
@@ -135,7 +135,7 @@ class Before:
         """The elements that act in the mode."""
         return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
 
-    def late(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
+    def late(self, facts: Facts, closing: Collection[LawElement]) -> dict[str, float]:
         """Return how much longer (s) each element would strike that comes to rest now, or collapses with others.
 
         What bounces by itself does not rest if another one strikes before.
@@ -323,7 +323,7 @@ def _connected(facts: Facts, low: Collection[str], strikes: Collection[str]) -> 
     return {name for name, number in own.items() if number in {own.get(x) for x in strikes}}
 
 
-def _rubs(facts: Facts, element: OneWay) -> bool:
+def _rubs(facts: Facts, element: LawElement) -> bool:
     return any(part.name in facts.laws.parts for part in element.frictions)
 
 
@@ -400,7 +400,7 @@ def _with_hidden(mode: Mode | None, hidden: tuple[str, ...]) -> Mode | None:
     return mode if mode is None or not hidden else replace(mode, idle=(*mode.idle, *hidden))
 
 
-def _leaves(facts: Facts, element: OneWay, before: Before | None) -> bool:
+def _leaves(facts: Facts, element: LawElement, before: Before | None) -> bool:
     """Return whether an element leaves after an impact; not where others rest, `before`, if it hardly gets off."""
     low = before is not None and low_bounce(facts, element, facts.falling(element, before.udot), facts.rate(element))
     return facts.standing(element) == "leaving" and not low

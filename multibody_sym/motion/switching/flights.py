@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.motion import coordinate_rates
 from multibody_sym.motion.switching.impact import named
 from multibody_sym.motion.switching.law_values import Facts
@@ -82,7 +82,7 @@ class Fall:
     falling: float
 
     @staticmethod
-    def of(facts: Facts, element: OneWay, gap: float, udot: Floats) -> Fall:
+    def of(facts: Facts, element: LawElement, gap: float, udot: Floats) -> Fall:
         """Return how an element flies from a gap (m) on, under accelerations (nu,)."""
         return Fall(gap, facts.rate(element), facts.falling(element, udot))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from multibody_sym.contact_laws.problem import Equality, FrictionLaw
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
-from multibody_sym.mechanics.law_elements import OneWay
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
@@ -55,12 +55,12 @@ def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> 
     return facts.laws.at(facts.t, *there, facts.scale)
 
 
-def named(facts: Facts, names: Collection[str]) -> list[OneWay]:
+def named(facts: Facts, names: Collection[str]) -> list[LawElement]:
     """Return the elements of these names."""
     return facts.laws.named(names)
 
 
-def closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
+def closing(facts: Facts, touching: Collection[str]) -> list[LawElement]:
     """Return what closes with a speed."""
     return [x for x in named(facts, touching) if facts.sense(x) < 0]
 
@@ -456,7 +456,7 @@ class Bounces:
     _first: float = np.inf
     _left: dict[str, float] = field(default_factory=dict)
 
-    def leaving(self, facts: Facts, element: OneWay) -> Floats | None:
+    def leaving(self, facts: Facts, element: LawElement) -> Floats | None:
         """Return the coordinates (nq,) from which what is only leaving goes on; None where it is not.
 
         A gap may cross zero by rounding, once a time; what is beyond its face is put onto it.
@@ -496,7 +496,7 @@ class Bounces:
         self._hits.extend((now.time, name) for name in now.names)
 
     def limit(
-        self, facts: Facts, closing: Collection[OneWay], late: Mapping[str, float], resting: frozenset[str]
+        self, facts: Facts, closing: Collection[LawElement], late: Mapping[str, float], resting: frozenset[str]
     ) -> Facts | None:
         """Return what holds once all impacts have struck after which elements rest that are `late` (s).
 
@@ -529,7 +529,7 @@ class Bounces:
         many = len(self._hits) > _endless(contacts)
         return frozenset(name for _, name in self._hits) if many else frozenset()
 
-    def dying(self, facts: Facts, closing: Collection[OneWay]) -> dict[str, float]:
+    def dying(self, facts: Facts, closing: Collection[LawElement]) -> dict[str, float]:
         """Return how much longer (s) elements would strike in turn, in cycles that shrink; none where they go on.
 
         They all touch, and none gets further away in a cycle than is lost in rounding, or what is left is less than
@@ -551,7 +551,7 @@ class Bounces:
     def _unseen(self, time: float) -> float:
         return max(_REMAINING * (time - self._first), _TICKS * abs(time)) if self._first <= time else 0.0
 
-    def remaining(self, facts: Facts, element: OneWay, udot: Floats) -> float | None:
+    def remaining(self, facts: Facts, element: LawElement, udot: Floats) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
 
         A bouncing point with a rebound speed v that closes with an acceleration a under `udot` (nu,) has 2 v/(a (1-e))
@@ -576,7 +576,7 @@ def _ahead(facts: Facts, closed: Collection[str]) -> float:
     return max((-facts.gap(x) / facts.rate(x) for x in closing(facts, closed) if facts.gap(x) > 0.0), default=0.0)
 
 
-def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float, steps: float = 0.0) -> bool:
+def low_bounce(facts: Facts, element: LawElement, falling: float, rebound: float, steps: float = 0.0) -> bool:
     """Return whether the height of a bounce is lost in rounding, or in the errors of steps (`lost_height`)."""
     return rebound * rebound < 2.0 * falling * lost_height(facts, element, steps)
 
@@ -593,7 +593,7 @@ def low_together(facts: Facts, touching: Collection[str], apart: Collection[str]
     return names if names.issuperset(touching) else set()
 
 
-def lost_height(facts: Facts, element: OneWay, steps: float = 0.0) -> float:
+def lost_height(facts: Facts, element: LawElement, steps: float = 0.0) -> float:
     """Return the height (m, or rad) below which a bounce is lost in rounding, or in errors of steps.
 
     These are the tolerances of another library, and the part `steps` of the farthest that is moved.
@@ -602,12 +602,12 @@ def lost_height(facts: Facts, element: OneWay, steps: float = 0.0) -> float:
     return max(_HEIGHT * farthest, scale.atol + scale.rtol * farthest, steps * farthest)
 
 
-def ceases(facts: Facts, element: OneWay) -> bool:
+def ceases(facts: Facts, element: LawElement) -> bool:
     """Return whether bounces of an element get lower and lower."""
     return 0.0 < facts.restitution(element) < 1.0
 
 
-def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> ImpactOutcome | None:
+def bounced(facts: Facts, element: LawElement, hidden: Collection[str] = ()) -> ImpactOutcome | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
 
     That of a rim that lies flat has no place. What is `hidden` takes no part; what does not close strikes nothing,
@@ -634,7 +634,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Impa
     return ImpactOutcome(jump, {element.name: impulse}, lost, *at, rows, facts.laws.parameters, gives_back=e == 1.0)
 
 
-def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
+def _strikes(facts: Facts, element: LawElement, after: Floats) -> bool:
     """Return whether an element touches and closes before or after the impact of another one."""
     place = facts.place(element.normals[0])
     if facts.known["phi"][place] > facts.allowed_gap(element):
@@ -748,7 +748,7 @@ def _returned(facts: Facts, problem: PosedLaws) -> tuple[float, ...]:
     return tuple(float(returns[places[firsts[p.name]]]) if p.name in firsts else 0.0 for p in problem.parts)
 
 
-def _places(places: Mapping[str, int], element: OneWay) -> list[int]:
+def _places(places: Mapping[str, int], element: LawElement) -> list[int]:
     return [places[row.name] for row in element.rows if row.name in places]
 
 

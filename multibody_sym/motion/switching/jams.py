@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.mechanics.row_records import SlidingRow
+from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.switching.impact import ImpactOutcome
@@ -82,7 +82,7 @@ def _way_from(now: Leg, facts: Facts) -> _Way | None:
     """Return the way in s from an instant of a mode on, by what slides and pushes most; None where nothing does."""
     rows = now.program.mechanism.rows
     _, pushes, _ = now.of.pushed(facts.t, _state(facts)[1:])
-    slides = {row.name: row for row in now.program.entered.rows if isinstance(row, SlidingRow)}
+    slides = {row.name: row for row in now.program.entered.rows if row.sliding}
     sliding = [k for k, row in enumerate(rows) if row.name in slides]
     if not sliding or not np.isfinite(pushes).all():
         return None
@@ -98,9 +98,9 @@ def _state(facts: Facts) -> Floats:
     return np.concatenate([[facts.t], facts.q, facts.u])
 
 
-def _slip(facts: Facts, row: SlidingRow) -> float:
+def _slip(facts: Facts, row: Row) -> float:
     """Return the speed of slip where a row slides, as a part of the largest speeds: no step may lead far beyond it."""
-    along = [each for friction in row.frictions for each in friction.rows if each.name in facts.laws.places]
+    along = [each for friction in row.sliding for each in friction.rows if each.name in facts.laws.places]
     parts = [abs(facts.phidot(each)) / size for each in along if (size := facts.allowed_speed(each, 1.0)) > 0.0]
     return min(1.0, max(_SLOWEST, *parts)) if parts else 1.0
 
@@ -110,7 +110,7 @@ def jams(now: Leg, t: float, x: Floats) -> bool:
     from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # brings scipy
 
     mechanism, parameters = now.program.entered, now.parameters
-    if not any(isinstance(row, SlidingRow) for row in mechanism.rows):
+    if not any(row.sliding for row in mechanism.rows):
         return False
     q, u = np.split(x, [len(now.of.q0)])
     state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters)

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.programs.reactions import Switching
-from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.modes import has_rim
 from multibody_sym.motion.loop.problem import ActiveRows, Rub
 from multibody_sym.motion.switching import impact
@@ -100,7 +100,7 @@ def _flips(before: Mode, after: Mode, cause: Switching) -> bool:
     return before.sides == after.sides and {**before.slips, cause.part.name: slip} == after.slips and slip != STICKS
 
 
-def plain(element: OneWay) -> bool:
+def plain(element: LawElement) -> bool:
     """Return whether an element touches or not, and rubs in lines if it does, with no rim that may come to lie flat."""
     lines = all(len(p.rows) == 1 and not (p.norm or p.enough) and p.regularised is None for p in element.frictions)
     return element.unilateral and len(element.normals) == 1 and lines and not (is_tip(element) or has_rim(element))
@@ -112,7 +112,9 @@ def _sign(facts: Facts, part: FrictionPart) -> int:
     return 0 if abs(speed) <= facts.allowed_slip(part) else 1 if speed > 0.0 else -1
 
 
-def _acting(laws: Laws, mode: Mode, touching: Sequence[OneWay], signs: Mapping[FrictionPart, int]) -> ActiveRows | None:
+def _acting(
+    laws: Laws, mode: Mode, touching: Sequence[LawElement], signs: Mapping[FrictionPart, int]
+) -> ActiveRows | None:
     """Return what acts in a mode; None if it does not go with the signs of what slides."""
     active, slides, sticks = [laws.places[row.name] for row in laws.mechanism.rows], list[Rub](), list[Rub]()
     pressing, apart = list[int](), list[int]()

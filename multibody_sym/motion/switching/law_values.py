@@ -17,12 +17,11 @@ from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, solve_mode, sticking
 from multibody_sym.dynamics.contact.contact_problem import TOUCHING, ULPS, Numbered, PosedLaws, RowNumbers, Scale
 from multibody_sym.dynamics.contact.indeterminate_forces import shared
-from multibody_sym.mechanics.contact_rows import ContactRow
 from multibody_sym.mechanics.flat_rims import flat_rims
-from multibody_sym.mechanics.law_elements import FrictionPart, Mode, OneWay
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
-from multibody_sym.mechanics.row_records import Row, SlidingRow
+from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
@@ -50,7 +49,7 @@ class Laws(Numbered):
     parameters: Floats
 
     @cached_property
-    def unilateral(self) -> tuple[OneWay, ...]:
+    def unilateral(self) -> tuple[LawElement, ...]:
         """The elements that may close."""
         return tuple(element for element in self.mechanism.one_way if element.unilateral)
 
@@ -151,17 +150,17 @@ class Facts(RowNumbers):
     def jacobian(self, row: Row) -> Floats:
         return self.by_speeds[self.laws.places[row.name]]
 
-    def reach(self, element: OneWay) -> float:
+    def reach(self, element: LawElement) -> float:
         return float(self.known["reaches"][self.laws.elements[element.name]])
 
-    def past_end(self, element: OneWay) -> float:
+    def past_end(self, element: LawElement) -> float:
         return float(self.known["past_ends"][self.laws.elements[element.name]])
 
     def coefficients(self, part: FrictionPart) -> tuple[float, float]:
         static, kinetic = self.known["coefficients"][self.laws.parts[part.name]].tolist()
         return static, kinetic
 
-    def restitution(self, element: OneWay) -> float:
+    def restitution(self, element: LawElement) -> float:
         return float(self.known["bounces"][self.laws.elements[element.name]])
 
     def matrices(self, places: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
@@ -177,18 +176,17 @@ class Facts(RowNumbers):
         return np.concatenate([[scale.time], lengths, slides * scale.speed + (1.0 - slides) * scale.turning])
 
     @cached_property
-    def near(self) -> list[OneWay]:
+    def near(self) -> list[LawElement]:
         """The unilateral elements whose gaps are no larger than what counts as closed."""
         places, turns = self.laws.unilateral_places
         gaps: Floats = self.known["phi"][places]
         sizes = self.scale.length if turns is None else np.where(turns, 1.0, self.scale.length)
         return [self.laws.unilateral[k] for k in (gaps <= TOUCHING * sizes).nonzero()[0].tolist()]
 
-    def lying(self, elements: Iterable[OneWay]) -> str:
+    def lying(self, elements: Iterable[LawElement]) -> str:
         """Return which rim of some elements lies flat on its plane, in words; empty where none does."""
         rows = ((x.name, x.normals[0]) for x in elements)
-        rims = [(name, row) for name, row in rows if isinstance(row, ContactRow) and row.rim is not None]
-        return next((f"{name}: {flat}" for name, row in rims for flat in flat_rims([row], self.motion)), "")
+        return next((f"{name}: {flat}" for name, row in rows for flat in flat_rims([row], self.motion)), "")
 
     @cached_property
     def motion(self) -> Motion:
@@ -196,15 +194,15 @@ class Facts(RowNumbers):
         mechanism, known = self.laws.mechanism, (self.q.tolist(), self.u.tolist(), self.laws.parameters.tolist())
         return motion_of(mechanism, state_of(mechanism, float, self.t, *known))
 
-    def rounding_of_gap(self, element: OneWay) -> float:
+    def rounding_of_gap(self, element: LawElement) -> float:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
         return ULPS * EPSILON * float(self._reaches[self.place(element.normals[0])])
 
-    def rounded_gap(self, element: OneWay) -> float:
+    def rounded_gap(self, element: LawElement) -> float:
         """Return by how much an element may be off its face by rounding: a mode ends where it has got in so far."""
         return max(self.allowed_gap(element, ROUNDED_GAP), rounded_up(self.rounding_of_gap(element)))
 
-    def rounded_idle_gap(self, element: OneWay) -> float:
+    def rounded_idle_gap(self, element: LawElement) -> float:
         """Return the same of one that carries nothing, where others may hold its gap: all lengths cancel in it."""
         return max(self.rounded_gap(element), rounded_up(ULPS * EPSILON * self.farthest(element)))
 
@@ -222,7 +220,7 @@ class Facts(RowNumbers):
                 reached[speed] = abs(self.q[coordinate])
         return reached
 
-    def taken_over(self, element: OneWay, active: Collection[str]) -> list[str]:
+    def taken_over(self, element: LawElement, active: Collection[str]) -> list[str]:
         """Return those `active` that an element replaces as it closes: a corner beside the face that begins there.
 
         Their rows, of one contact, are alike there; that of the corner is at rest, and the face has begun to turn.
@@ -232,14 +230,14 @@ class Facts(RowNumbers):
         alike = (x for x in others if x is not element and x.group == element.group and x.group)
         return [x.name for x in alike if np.abs(self.jacobian(x.normals[0]) - own).max() <= near]
 
-    def farthest(self, element: OneWay) -> float:
+    def farthest(self, element: LawElement) -> float:
         """Return the largest length (m), or angle where the gap is one, of which the gap of an element is made."""
         turns = element.name in self.laws.turning
         pairs = zip(self.laws.mechanism.coordinates, np.abs(self.q).tolist(), strict=True)
         own = (q for coordinate, q in pairs if (coordinate.unit == "rad") == turns)
         return float(max([self.allowed_gap(element, 1.0), *own]))
 
-    def falling(self, element: OneWay, udot: Floats) -> float:
+    def falling(self, element: LawElement, udot: Floats) -> float:
         """Return the acceleration (m/s^2) with which an element closes under accelerations (nu,)."""
         return -float(self.accelerations([self.place(element.normals[0])], udot)[0])
 
@@ -276,7 +274,7 @@ def larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
 
 def rubs(facts: Facts, entered: Mechanism) -> bool:
     """Return whether anything slides with friction at an instant in a mode that is `entered`: coefficients may be 0."""
-    sliding = [each for row in entered.rows if isinstance(row, SlidingRow) for each in row.frictions]
+    sliding = [each for row in entered.rows for each in row.sliding]
     along = {row.name for each in sliding for row in each.rows}
     parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
     return any(max(facts.coefficients(part)) > 0.0 for part in parts if along & {row.name for row in part.rows})
@@ -435,7 +433,7 @@ class _Forces:
         for slip, row in zip((1, -1), part.cone(bound, np.array([[-1.0], [1.0]])), strict=True):
             yield _Bound(row, element, carried={self.posed.parts[part.number].name: slip})
 
-    def _is_bare(self, element: OneWay, z: Floats) -> bool:
+    def _is_bare(self, element: LawElement, z: Floats) -> bool:
         """Return whether an element exerts nothing."""
         places = [self.posed.places[row.name] for row in element.rows if row.name in self.posed.places]
         return bool((np.abs(z[places]) <= _FLAT).all())

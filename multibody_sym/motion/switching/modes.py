@@ -15,7 +15,7 @@ from multibody_sym.dynamics.programs.reactions import Switching, switchings
 from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.mode_words import mode_words
-from multibody_sym.mechanics.modes import chosen, direction_names, functions, in_mode, mode_numbers
+from multibody_sym.mechanics.modes import chosen_parameters, direction_names, functions, in_mode, mode_numbers
 from multibody_sym.mechanics.points import STARTING
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.switching.decision import NextState
@@ -94,7 +94,7 @@ class ModeProgram:
     def numbers(self, mode: Mode) -> Floats:
         """Return the numbers (nm,) by which its Programs know the mode, with what this one chooses."""
         found = self._numbers.copy()
-        for name, x in chosen(mode).items() if len(found) else ():
+        for name, x in chosen_parameters(mode).items() if len(found) else ():
             found[self._places[name]] = x
         return found
 
@@ -176,7 +176,7 @@ class Modes:
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
         base = self.mechanism.parameters.places
-        own = chosen(mode)
+        own = chosen_parameters(mode)
         found = []
         for entry in entered.parameters:
             if entry.name == INDEPENDENT:

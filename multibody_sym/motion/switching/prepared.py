@@ -14,7 +14,7 @@ import numpy as np
 from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.mechanics.law_elements import Mode, OneWay
+from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.loop.problem import (
     ANGLE,
@@ -330,7 +330,7 @@ class Switches:
         return Within(after, facts=facts, cause=Cause(blow.t, blow, late, collapsed))
 
     @staticmethod
-    def _fits(now: Leg, facts: Facts, element: OneWay) -> bool:
+    def _fits(now: Leg, facts: Facts, element: LawElement) -> bool:
         """Return whether the margin of a mode is that of two points as fast as they meet now."""
         pairs = zip(now.program.switchings, now.problem.margins, strict=True)
         margins = {one.element.name: -margin for one, margin in pairs if one is not None and one.ends == "closes"}
@@ -377,7 +377,7 @@ class Switches:
         closed += [cause.element.name] if touches else []
         return self._touched(now, facts, cause.element) if touches else facts, closed
 
-    def _touched(self, now: Leg, facts: Facts, element: OneWay) -> Facts:
+    def _touched(self, now: Leg, facts: Facts, element: LawElement) -> Facts:
         """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
 
         That is late by a large part of a short flight; its parabola tells when it touched, after the last impact. Two

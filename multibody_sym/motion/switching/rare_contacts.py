@@ -16,12 +16,20 @@ import numpy as np
 from multibody_sym.dynamics.contact.contact_problem import TOUCHING
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contact_geometry import corners_of
-from multibody_sym.mechanics.contact_rows import ContactRow, Flat, Round, Skin, Tip, is_point
-from multibody_sym.mechanics.law_elements import INACTIVE, Mode, OneWay
+from multibody_sym.mechanics.law_elements import INACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, ParameterEntry, ParameterVector, Source
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import direction, position, separation
-from multibody_sym.mechanics.row_records import Marker, Row
+from multibody_sym.mechanics.row_records import (
+    ContactRow,
+    ContactSurface,
+    Marker,
+    PlaneSurface,
+    RoundSurface,
+    Row,
+    Vertex,
+    is_point,
+)
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.motion.switching.decision import NextState
@@ -48,14 +56,12 @@ _CURE: Final = "say on which side it strikes (surfaces: {..: {segment: [..], nor
 class ThinBar:
     """A point and the two sides of a bar without thickness, as the elements of their contact."""
 
-    sides: tuple[OneWay, OneWay]
+    sides: tuple[LawElement, LawElement]
 
     @property
     def told(self) -> str:
         """What passes through what."""
-        row = self.sides[0].normals[0]
-        assert isinstance(row, ContactRow)
-        point, bar = sorted((skin for skin in row.skins), key=lambda skin: isinstance(skin, Flat))
+        point, bar = sorted(self.sides[0].surfaces or (), key=lambda skin: isinstance(skin, PlaneSurface))
         return f"{point.place.name} is a point and {bar.place.name} a bar without thickness"
 
     def side(self, facts: Facts) -> int | None:
@@ -67,7 +73,7 @@ class ThinBar:
         beyond = all(_reaches(facts, element) < -facts.allowed_gap(element) for element in self.sides)
         return 0 if beyond else None
 
-    def hidden(self, facts: Facts) -> OneWay | None:
+    def hidden(self, facts: Facts) -> LawElement | None:
         """Return the side on which the point is not; None where it is at the bar."""
         side = self.side(facts)
         if side == 0:  # past the ends: whichever it comes in from behind will be exchanged
@@ -99,14 +105,14 @@ def with_one_side(mechanism: Mechanism) -> tuple[Mechanism, tuple[ThinBar, ...]]
     )
 
 
-def _one_sided(element: OneWay) -> OneWay:
+def _one_sided(element: LawElement) -> LawElement:
     """Return a side of a bar that is touched wherever it is within reach, and at its very ends."""
 
     def row_of(row: Row) -> Row:
         if not isinstance(row, ContactRow):
             return row
         first, second = (
-            replace(skin, beside=(), at_end=True) if isinstance(skin, Flat) else skin for skin in row.skins
+            replace(skin, beside=(), at_end=True) if isinstance(skin, PlaneSurface) else skin for skin in row.skins
         )
         return replace(row, skins=(first, second))
 
@@ -129,7 +135,7 @@ def hidden_sides(
     return tuple(hidden)
 
 
-def turned_round(bars: Sequence[ThinBar], element: OneWay, hidden: Sequence[str]) -> list[str] | None:
+def turned_round(bars: Sequence[ThinBar], element: LawElement, hidden: Sequence[str]) -> list[str] | None:
     """Return the hidden sides once a point has come in from behind a side of its bar; None where it is at none."""
     for bar in bars:
         names = [side.name for side in bar.sides]
@@ -138,16 +144,15 @@ def turned_round(bars: Sequence[ThinBar], element: OneWay, hidden: Sequence[str]
     return None
 
 
-def is_behind(facts: Facts, element: OneWay) -> bool:
+def is_behind(facts: Facts, element: LawElement) -> bool:
     """Return whether what comes within reach of a face that ends is behind it, and so does not touch it."""
     return facts.gap(element) < -_BEHIND * facts.allowed_gap(element)
 
 
-def why_behind(element: OneWay) -> str:
+def why_behind(element: LawElement) -> str:
     """Return why nothing is known of what has come in behind a face."""
-    row = element.normals[0]
-    skins = row.skins if isinstance(row, ContactRow) else ()
-    in_space = any(isinstance(skin, Flat) and skin.beside and skin.ends is None for skin in skins)
+    skins = element.surfaces or ()
+    in_space = any(isinstance(skin, PlaneSurface) and skin.beside and skin.ends is None for skin in skins)
     return _INSIDE if in_space else _FROM_BEHIND
 
 
@@ -164,29 +169,25 @@ def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[Facts]) -> str:
     return ""
 
 
-def _reaches(facts: Facts, element: OneWay) -> float:
+def _reaches(facts: Facts, element: LawElement) -> float:
     reaches: Floats = facts.known["reaches"]
     return float(reaches[facts.laws.elements[element.name]])
 
 
-def _is_thin(element: OneWay) -> bool:
-    row = element.normals[0]
-    if not isinstance(row, ContactRow):
-        return False
-    points = [skin for skin in row.skins if isinstance(skin, Round) and skin.radius is ZERO]
-    return bool(points) and any(
-        isinstance(skin, Flat) and skin.ends is not None and [face.place for face in skin.beside] == [skin.ends[0]]
-        for skin in row.skins
+def _is_thin(element: LawElement) -> bool:
+    skins = element.surfaces or ()
+    return any(map(is_point, skins)) and any(
+        [face.place for face in skin.beside] == [skin.ends[0]]
+        for skin in skins
+        if isinstance(skin, PlaneSurface) and skin.ends is not None
     )
 
 
-def _pairs(sides: list[OneWay]) -> Iterator[ThinBar]:
+def _pairs(sides: list[LawElement]) -> Iterator[ThinBar]:
     """Yield the two sides of each bar together: those that the same two places touch."""
-    waiting: dict[tuple[object, ...], OneWay] = {}
+    waiting: dict[tuple[object, ...], LawElement] = {}
     for element in sides:
-        row = element.normals[0]
-        assert isinstance(row, ContactRow)
-        key = (element.group, *(skin.place for skin in row.skins))
+        key = (element.group, *(skin.place for skin in element.surfaces or ()))
         if key in waiting:
             yield ThinBar((waiting.pop(key), element))
         else:
@@ -219,7 +220,7 @@ _LEAST: Final = 1e-300
 class _End:
     """An end of a bar that a point may meet: the contact of the point with the bar's side, and the end's number."""
 
-    side: OneWay
+    side: LawElement
     number: int
 
     @property
@@ -231,13 +232,13 @@ class _End:
     @property
     def place(self) -> int:
         """Which of both skins is the bar's."""
-        return next(k for k, skin in enumerate(self.row.skins) if isinstance(skin, Flat))
+        return next(k for k, skin in enumerate(self.row.skins) if isinstance(skin, PlaneSurface))
 
     @property
     def ends(self) -> tuple[Marker, Marker]:
         """The bar's ends, this one first."""
         flat = self.row.skins[self.place]
-        assert isinstance(flat, Flat)
+        assert isinstance(flat, PlaneSurface)
         assert flat.ends is not None
         return flat.ends if self.number == 0 else (flat.ends[1], flat.ends[0])
 
@@ -254,7 +255,7 @@ class _End:
     def is_corner(self) -> bool:
         """Whether the end is a corner of a box, where two of its faces end."""
         flat = self.row.skins[self.place]
-        return isinstance(flat, Flat) and len(flat.beside) > 1
+        return isinstance(flat, PlaneSurface) and len(flat.beside) > 1
 
     @property
     def name(self) -> str:
@@ -284,25 +285,24 @@ def with_tips(mechanism: Mechanism) -> Mechanism:
         if isinstance(row, ContactRow) and all(is_point(skin) for skin in row.skins):
             vector, normal = _with_normal(vector, element.name)
             first, second = row.skins
-            elements[k] = _met(element, element.name, (first, Tip(second.place, normal)))
+            elements[k] = _met(element, element.name, (first, Vertex(second.place, normal)))
     for end, *others in ends.values():
         if end.is_corner and not others:
             continue  # a face that is named by itself
         vector, normal = _with_normal(vector, end.name)
-        point, tip = Round(end.point), Round(end.ends[0])
+        point, tip = RoundSurface(end.point), RoundSurface(end.ends[0])
         first, second = (point, tip) if end.place else (tip, point)
         corner = any(each.is_corner for each in (end, *others))
-        elements.append(_met(end.side, end.name, (first, Tip(second.place, normal, corner=corner))))
+        elements.append(_met(end.side, end.name, (first, Vertex(second.place, normal, corner=corner))))
     return replace(mechanism, one_way=tuple(elements), parameters=vector)
 
 
 def _ends(mechanism: Mechanism) -> Iterator[_End]:
     """Yield the ends of bars and of the faces of boxes that points may meet."""
     for element in mechanism.one_way:
-        row = element.normals[0] if element.unilateral and element.normals else None
-        if not isinstance(row, ContactRow) or not any(map(is_point, row.skins)):
-            continue
-        if any(isinstance(skin, Flat) and skin.ends is not None for skin in row.skins):
+        skins = (element.surfaces if element.unilateral else None) or ()
+        ends = any(isinstance(skin, PlaneSurface) and skin.ends is not None for skin in skins)
+        if ends and any(map(is_point, skins)):
             yield from (_End(element, number) for number in (0, 1))
 
 
@@ -318,7 +318,7 @@ def _entry(name: str, component: int) -> str:
     return f"normal of {name} {component + 1}"
 
 
-def _met(element: OneWay, name: str, skins: tuple[Skin, Skin]) -> OneWay:
+def _met(element: LawElement, name: str, skins: tuple[ContactSurface, ContactSurface]) -> LawElement:
     """Return a contact of two points that rubs and bounces as another one."""
 
     def row_of(row: Row) -> Row:
@@ -340,7 +340,7 @@ def _met(element: OneWay, name: str, skins: tuple[Skin, Skin]) -> OneWay:
 class Tips:
     """The pairs of points of a run's mechanism that may meet, and when each last struck something there."""
 
-    rows: dict[str, tuple[OneWay, ContactRow]]
+    rows: dict[str, tuple[LawElement, ContactRow]]
     sides: dict[str, tuple[_End, ...]]
     _struck: dict[str, float] = field(default_factory=dict)
 
@@ -371,7 +371,7 @@ class Tips:
             found += [end.side.name for end in self.sides[name]] if strikes else [name]
         return tuple(found)
 
-    def striking(self, facts: Facts, element: OneWay, others: Collection[str]) -> OneWay | None:
+    def striking(self, facts: Facts, element: LawElement, others: Collection[str]) -> LawElement | None:
         """Return what strikes where an element closes; `others` take no part. None where points only pass by.
 
         Of an end and the side of its bar it may be the other one, and of points that are nearest at one instant, as to
@@ -395,7 +395,7 @@ class Tips:
         idle = {end.side.name for name in held for end in self.sides[name]}.difference(found.mode.idle)
         return replace(found, mode=replace(found.mode, idle=(*found.mode.idle, *sorted(idle)))) if idle else found
 
-    def strikes(self, facts: Facts, element: OneWay, active: Collection[str]) -> bool:
+    def strikes(self, facts: Facts, element: LawElement, active: Collection[str]) -> bool:
         """Return whether an element is a contact of two points that strike, and is not `active`."""
         name = element.name
         meets = name in self.rows and name in self._meeting(facts, active)
@@ -438,7 +438,7 @@ class Tips:
         return comes if not on_side and _between(comes, inward) else None
 
 
-def rounded_meeting(facts: Facts, element: OneWay) -> float:
+def rounded_meeting(facts: Facts, element: LawElement) -> float:
     """Return what rounding makes of r . v (m^2/s) of two points: of places, the time of an impact, and speeds.
 
     It is that of the speed with which they move now: slow ones turn back from so much nearer.
@@ -451,10 +451,9 @@ def rounded_meeting(facts: Facts, element: OneWay) -> float:
     return max(speed * places + distance * ROUNDED_GAP * facts.scale.speed, _LEAST)
 
 
-def is_tip(element: OneWay) -> bool:
+def is_tip(element: LawElement) -> bool:
     """Return whether an element is a contact of two points."""
-    row = element.normals[0] if element.normals else None
-    return isinstance(row, ContactRow) and row.tip is not None
+    return bool(element.normals) and element.normals[0].tip is not None
 
 
 def _separation(row: ContactRow, motion: Motion) -> Floats:
@@ -486,7 +485,7 @@ def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: F
     return _against(facts, laws, name, tip, towards)
 
 
-def _against(facts: Facts, laws: Laws, name: str, tip: Tip, towards: Floats) -> Laws:
+def _against(facts: Facts, laws: Laws, name: str, tip: Vertex, towards: Floats) -> Laws:
     """Return laws with a normal against a way, in the axes of the body of the second point."""
     new = {_entry(name, k): float(x) for k, x in enumerate(_axes(facts, tip) @ -towards)}
     return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
@@ -515,7 +514,7 @@ def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
     return normal
 
 
-def _axes(facts: Facts, tip: Tip) -> Floats:
+def _axes(facts: Facts, tip: Vertex) -> Floats:
     """Return the axes (3, 3) of the body of a tip in world axes."""
     return np.array([direction(facts.motion, tip.place, axis) for axis in IDENTITY], dtype=float)
 

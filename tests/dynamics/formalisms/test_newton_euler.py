@@ -16,7 +16,7 @@ from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import free_bodies, newton_euler
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
@@ -35,7 +35,7 @@ SEEDS = range(15)
 
 def whole_system(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Return matrix and right side of 6 N balances and n joint equations for udot (n) and all R (6 N)."""
-    count, forces = len(motion.state.u), applied(motion)
+    count, forces = len(motion.state.u), applied_forces(motion)
     size = count + 6 * len(motion.bodies)
     matrix, right = np.zeros((size, size)), np.zeros(size)
     for index, (body, moved, momentum) in enumerate(
@@ -64,7 +64,7 @@ def test_accelerations_and_all_reactions_at_once(seed: int) -> None:
     size = 1 / np.abs(matrix).max(axis=1, keepdims=True)
     solution = np.linalg.solve(size * matrix, size[:, 0] * right)
     udot = newton_euler(motion.mechanism, motion.state).bias_acceleration
-    expected = np.array(joint_wrenches(motion, udot, applied(motion).of_body), dtype=float).ravel()
+    expected = np.array(joint_wrenches(motion, udot, applied_forces(motion).of_body), dtype=float).ravel()
     np.testing.assert_allclose(solution[: len(udot)], udot, atol=1e-7 * np.abs(udot).max())
     np.testing.assert_allclose(solution[len(udot) :], expected, atol=1e-7 * np.abs(expected).max(initial=1e-9))
 

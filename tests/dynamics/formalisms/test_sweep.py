@@ -11,7 +11,7 @@ from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, agreemen
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.articulated_body import Sweep, hybrid_dynamics, swept_joints
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, joint_wrenches, unbalanced_wrenches
-from multibody_sym.mechanics.forces import applied, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
@@ -48,7 +48,7 @@ def thin_rods(count: int) -> Motion:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_wrenches_of_all_joints_are_those_of_inverse_dynamics(seed: int) -> None:
     motion = random_motion(seed)
-    forces = applied(motion)
+    forces = applied_forces(motion)
     left = unbalanced_wrenches(motion, [0] * len(motion.state.u), forces.of_body)
     udot, found = Sweep(motion, swept_joints(motion)).swept(left, forces.of_speed)
     expected = np.array(joint_wrenches(motion, udot, forces.of_body), dtype=float)
@@ -62,7 +62,7 @@ def test_plain_sweep_finds_the_same_motion_where_it_is_short(seed: int) -> None:
     udot, wrenches = plain_sweep(motion)
     expected = FORMALISMS["composite_body"](motion.mechanism, motion.state).bias_acceleration
     np.testing.assert_allclose(udot, expected, rtol=1e-6, atol=1e-6 * sizes(np.array(expected)))
-    loads = applied(motion).of_body
+    loads = applied_forces(motion).of_body
     transmitted = np.array(joint_wrenches(motion, udot, loads), dtype=float).reshape(-1, 6)
     size = sizes(transmitted) + sizes(np.array(loads, dtype=float))
     np.testing.assert_allclose(np.array(wrenches, dtype=float), transmitted, atol=1e-6 * size)
@@ -113,7 +113,7 @@ def test_all_given_is_inverse_and_none_given_forward_dynamics() -> None:
         assert not any(nothing)
         wanted = np.random.default_rng(seed).uniform(-5, 5, len(free)).tolist()
         udot, forces = hybrid_dynamics(motion, range(len(motion.bodies)), wanted)
-        loads = applied_generalized_forces(motion, applied(motion))
+        loads = applied_generalized_forces(motion, applied_forces(motion))
         needed = np.array(inverse_dynamics(motion, wanted)) - loads
         assert udot == wanted
         np.testing.assert_allclose(forces, needed, atol=1e-9 * sizes(np.array(loads)) + 1e-9 * sizes(needed))

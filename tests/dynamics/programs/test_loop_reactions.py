@@ -17,7 +17,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.forces import applied
+from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
 from multibody_sym.mechanics.row_kinematics import row_motions
@@ -109,7 +109,7 @@ def unbalanced(found: Solved) -> float:
         act(carried(motion, child), force, moment, place)
         act(parent, -force, -moment, place)
     udot = [found.udot[s.name] for s in mechanism.speeds]
-    partials, loads = partial_velocities(motion), applied(motion).of_body
+    partials, loads = partial_velocities(motion), applied_forces(motion).of_body
     for k, (a, alpha) in enumerate(accelerations(motion, udot)):
         R, mass, com = partials[k].rotation, float(motion.masses[k].mass), np.array(motion.masses[k].com, dtype=float)
         tensor, w = np.array(motion.masses[k].inertia, dtype=float), np.array(motion.bodies[k].w_WB, dtype=float)
