@@ -90,10 +90,11 @@ def theories() -> dict[str, str]:
 
 
 def _equations(system: mbs.System) -> str:
-    from multibody_sym.documents.derivation import derivation_text
+    from multibody_sym.documents.derivation import derivation_document
+    from multibody_sym.documents.document import write_document
 
     try:
-        return _shortened(derivation_text(mbs.derive(system, budget=_BUDGET)))
+        return _shortened(write_document(derivation_document(mbs.derive(system, budget=_BUDGET)), "text"))
     except mbs.MultibodyError as error:
         return f"They are not written out: {plain(str(error).splitlines()[0])}\n"
 

@@ -22,7 +22,7 @@ _HERE: Final = "\0"
 _WIDEST_MATRIX: Final = 1.1 * ROOM
 
 
-def filled(pieces: Iterable[tuple[float, str]], room: float, gap: float = 0.0) -> list[str]:
+def fill_lines(pieces: Iterable[tuple[float, str]], room: float, gap: float = 0.0) -> list[str]:
     """Return pieces (their widths, what is written) joined to lines no wider than `room`, as far as pieces allow."""
     lines: list[list[str]] = [[]]
     size = 0.0
@@ -47,20 +47,24 @@ def _broken(notation: Notation, left: Any, right: Any, align: str) -> list[str]:
     room = ROOM - _INDENT
     (width, first), *others = notation.latex_pieces(right, room)
     pieces = [*notation.latex_pieces(left, room), (_SIGN + width, f"{_HERE}= {first}"), *others]
-    start, *more = filled(pieces, room)
+    start, *more = fill_lines(pieces, room)
     if _HERE in start:
         return [start.replace(_HERE, align), *more]
     return [align + start, *(line.replace(_HERE, "") for line in more)]
 
 
 def _elements(notation: Notation, left: Any, matrix: Any) -> list[tuple[Label, Any]]:
-    """Return the elements of a matrix that are not zero, each with its place: of a symmetric one the upper triangle."""
-    half = matrix.rows > 1 and matrix.is_symmetric(simplify=False)
-    places = [(i, j) for i in range(matrix.rows) for j in range(i if half else 0, matrix.cols) if matrix[i, j] != 0]
+    """Return the shown elements of a matrix, each with its name."""
     name, column = notation.latex(left), matrix.cols == 1
-    under = [f"{i + 1}" if column else f"{i + 1},{j + 1}" for i, j in places]
-    names = [Label(f"{notation.text(left)}[{place}]", f"{{{name}}}_{{{place}}}") for place in under]
-    return [(label, matrix[i, j]) for label, (i, j) in zip(names, places, strict=True)]
+    under = {(i, j): f"{i + 1}" if column else f"{i + 1},{j + 1}" for i, j in shown_places(matrix)}
+    return [(Label(f"{notation.text(left)}[{x}]", f"{{{name}}}_{{{x}}}"), matrix[ij]) for ij, x in under.items()]
+
+
+def shown_places(matrix: Any) -> list[tuple[int, int]]:
+    """Return the places of elements that are not zero; of a symmetric matrix those of the upper triangle."""
+    half = matrix.rows > 1 and matrix.is_symmetric(simplify=False)
+    places = [(i, j) for i in range(matrix.rows) for j in range(i if half else 0, matrix.cols)]
+    return [(i, j) for i, j in places if matrix[i, j] != 0]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -76,6 +80,7 @@ ABOVE: Final = 'style="math-depth:0;padding-bottom:0.1em"'
 """How dots are set: in full size, with a gap to their letter."""
 _TOKEN: Final = re.compile(r"\\[A-Za-z]+ ?|\\.|[0-9.]+|.", re.DOTALL)
 _SIGNS: Final = {"partial": "&#x2202;", "varphi": "&#x3C6;", "infty": "&#x221E;"}
+_OPERATORS: Final = {"-": "&#x2212;", "'": "&#x2032;"}
 _SPACES: Final = (r"\,", r"\ ", r"\;")
 _WRITTEN: Final = {"textbackslash": "\\", "textasciicircum": "^", "textasciitilde": "~"}
 
@@ -127,7 +132,7 @@ class _Reader:
             return [SPACE if token in _SPACES else self._command(token[1:])]
         if token[0].isdigit():
             return [f"<mn>{token}</mn>"]
-        return [f"<mi>{escape(token)}</mi>" if token.isalpha() else f"<mo>{_operator(token)}</mo>"]
+        return [f"<mi>{escape(token)}</mi>" if token.isalpha() else f"<mo>{_OPERATORS.get(token, escape(token))}</mo>"]
 
     def _command(self, name: str) -> str:
         if name in GREEK:
@@ -163,10 +168,6 @@ class _Reader:
 
 def _row(elements: list[str]) -> str:
     return elements[0] if len(elements) == 1 else f"<mrow>{''.join(elements)}</mrow>"
-
-
-def _operator(token: str) -> str:
-    return {"-": "&#x2212;", "'": "&#x2032;"}.get(token, escape(token))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -260,16 +261,16 @@ def mathml_script(notation: Notation) -> MathmlScript:
     return MathmlScript({s: latex_in_mathml(label.latex) for s, label in notation.spelling.items()}, notation.places)
 
 
-def element(content: str) -> str:
+def math_element(content: str) -> str:
     """Return a `<math>` element, its fractions as large as in a line of their own."""
     return f'<math displaystyle="true">{content}</math>'
 
 
-def elements(script: MathmlScript, left: Any, right: Any) -> str:
+def equation_elements(script: MathmlScript, left: Any, right: Any) -> str:
     """Return `left` = `right` as elements between which a browser may end the line."""
     first, *others = _side(script, right)
     *lead, last = _side(script, left)
-    return " ".join(map(element, (*lead, f"{last}<mo>=</mo>{first}", *others)))
+    return " ".join(map(math_element, (*lead, f"{last}<mo>=</mo>{first}", *others)))
 
 
 def _side(script: MathmlScript, side: Any) -> list[str]:
@@ -307,19 +308,15 @@ UNKNOWN: Final = r"\newcommand{\unknownsign}[1]{\fbox{\tiny #1}}"
 """How a letter is shown that is none of these: by its number in a box."""
 
 
-def declared(text: str) -> str:
+def unicode_declarations(text: str) -> str:
     """Return the declarations that inputenc needs of the letters in a text; `UNKNOWN` stands before them."""
-    found = sorted({c for c in text if not _is_known(c)})
+    found = sorted({c for c in text if c > "~" and (not "\u00a0" <= c <= "\u017e" or c in _LACKING)})
     return "\n".join([UNKNOWN, *(rf"\DeclareUnicodeCharacter{{{ord(c):04X}}}{{{_sign(c)}}}" for c in found)])
 
 
 def harmless(text: str) -> str:
     """Return text without characters that no document may hold: controls and halves of pairs."""
     return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" else c for c in text)
-
-
-def _is_known(character: str) -> bool:
-    return character <= "~" or ("\u00a0" <= character <= "\u017e" and character not in _LACKING)
 
 
 def _sign(character: str) -> str:
@@ -367,7 +364,7 @@ def latex_document(title: str, body: str) -> str:
 def whole_document(preamble: str, body: str) -> str:
     """Return a LaTeX document whose letters pdflatex knows or is told of."""
     body = harmless(body)
-    return f"{preamble}\n{declared(body)}\n\\begin{{document}}\n{body}\n\\end{{document}}\n"
+    return f"{preamble}\n{unicode_declarations(body)}\n\\begin{{document}}\n{body}\n\\end{{document}}\n"
 
 
 def html_document(title: str, body: str) -> str:

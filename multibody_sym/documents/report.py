@@ -1,4 +1,7 @@
-"""What a report tells: the answers of the package to all that can be asked of a system, each or why there is none."""
+"""What does a report hold: all answers on a system, each or why there is none; and how is it written?
+
+In: a System with settings of a run. Out: a Report, written as a page of HTML or as LaTeX.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +21,15 @@ from multibody_sym.answers.records import Solution
 from multibody_sym.answers.solve import solve
 from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.force_letters import component_label
-from multibody_sym.derivation.notation import breakable, escaped, latex_name
+from multibody_sym.derivation.notation import Equation, Notation, breakable, escaped, latex_name
 from multibody_sym.documents.animation.animate import player
 from multibody_sym.documents.animation.frames import frames_of
-from multibody_sym.documents.derivation import LONGEST, Equations, advice, derivation_body, result_steps
+from multibody_sym.documents.derivation import ClosedForm, derivation_document
+from multibody_sym.documents.document import Block, Document, HtmlWriter, LatexWriter, Section, worked_document
 from multibody_sym.documents.draw import draw
-from multibody_sym.documents.formulas import FIT, element, equation_lines, harmless, mathml_name, whole_document
+from multibody_sym.documents.formulas import FIT, equation_lines, harmless, math_element, mathml_name, whole_document
 from multibody_sym.documents.runs import run_summary
 from multibody_sym.documents.solution import check_text, solution_text
-from multibody_sym.documents.worked import worked_parts
 from multibody_sym.errors import InputError, MultibodyError, Where
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import door
@@ -38,14 +41,13 @@ from multibody_sym.pictures.draw import Figure, Shown
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.page.svg import svg
 from multibody_sym.pictures.page.tikz import tikz
-from multibody_sym.pictures.scene.items import ArrowItem
 from multibody_sym.pictures.scene.scene import Scene, scene_of
 from multibody_sym.program.target_layout import filled, template_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.files import path_name, write_whole
-from multibody_sym.text.printer import COMPONENTS, latex_width, text
+from multibody_sym.text.printer import COMPONENTS, latex_width
 from multibody_sym.text.values import SI, Units, chosen_units
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -53,8 +55,8 @@ from multibody_sym.text.values import SI, Units, chosen_units
 
 
 _ROLES: Final = ("body", "mass centre", "pulley", "gear")
-MOST: Final = 12
-"""Systems of more bodies have no figure of each: nobody would look at them."""
+_MOST_FREE_BODIES: Final = 12
+"""Systems of more bodies have no figure of each."""
 
 
 def free_bodies(system: System) -> Mapping[str, Figure]:
@@ -62,18 +64,24 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
 
     None for an impact and for many bodies. Raises what `solve` raises.
     """
-    if len(system.bodies) > MOST or system.impact is not None:
+    if len(system.bodies) > _MOST_FREE_BODIES or system.impact is not None:
         return {}
     scene = scene_of(system)
     solution = solve(system)
     known = values_of(solution), sliding_of(solution), open_of(solution)
     arrows = all_arrows(CutFree(system, scene, scene.motion(), *known))
     undrawn = _undrawn(scene, solution)
-    return {
-        body.name: _figure(scene, k, [arrow for arrow in arrows if arrow.at.body == k], undrawn.get(k, ()))
-        for k, body in enumerate(scene.mechanism.bodies)
-        if not (body.is_double or body.is_foot) and any(arrow.at.body == k for arrow in arrows)
-    }
+    figures = {}
+    for k, body in enumerate(scene.mechanism.bodies):
+        on_body = tuple(arrow for arrow in arrows if arrow.at.body == k)
+        if on_body and not (body.is_double or body.is_foot):
+            items = tuple(item for item in scene.items if item.body == k and item.role in _ROLES)
+            others: dict[str, Any] = dict.fromkeys(("strands", "dimensions", "angles", "arrows", "ropes"), ())
+            alone = replace(scene, name=body.name, items=items, **others)
+            shown = Shown(names=False, reactions=on_body, undrawn=tuple(undrawn.get(k, ())))
+            placed = replace(scene.at(), strands=(), vectors=np.zeros((0, 3)))
+            figures[body.name] = Figure(draw_scene(alone, placed, shown=shown))
+    return figures
 
 
 def _undrawn(scene: Scene, solution: Solution) -> Mapping[int, Sequence[str]]:
@@ -90,17 +98,9 @@ def _undrawn(scene: Scene, solution: Solution) -> Mapping[int, Sequence[str]]:
     return {body: sorted(names) for body, names in found.items()}
 
 
-def _figure(scene: Scene, body: int, arrows: Sequence[ArrowItem], undrawn: Sequence[str]) -> Figure:
-    """Return a body alone with the forces on it."""
-    items = tuple(item for item in scene.items if item.body == body and item.role in _ROLES)
-    name = scene.mechanism.bodies[body].name
-    alone = replace(scene, name=name, items=items, strands=(), dimensions=(), angles=(), arrows=(), ropes=())
-    shown = Shown(names=False, reactions=tuple(arrows), undrawn=tuple(undrawn))
-    placed = replace(scene.at(), strands=(), vectors=np.zeros((0, 3)))
-    return Figure(draw_scene(alone, placed, shown=shown))
-
-
 # ----------------------------------------------------------------------------------------------------------------------
+# The answers.
+
 
 _T = TypeVar("_T")
 _MOST_BODIES: Final = 24
@@ -114,74 +114,78 @@ class Missing:
 
 
 @dataclass(frozen=True)
-class ParameterTold:
-    """A parameter: its name and letter, what the model says, its number and unit."""
+class ReportedParameter:
+    """A parameter: its name and letter, its number and unit."""
 
     name: str
     label: str
-    declared: str
     number: float | None
     unit: str
+
+    @property
+    def digits(self) -> str:
+        """The number in digits; empty where it has none."""
+        return "" if self.number is None else f"{self.number:.10g}"
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """All that a report tells of a `system`; `command` makes it once more."""
+    """All answers that a report holds of a `system`; `command` makes it once more."""
 
     system: System
     command: str
-    parameters: tuple[ParameterTold, ...]
+    parameters: tuple[ReportedParameter, ...]
     figure: Figure | Missing
     bodies: Mapping[str, Figure] | Missing
-    equations: Equations | Missing
+    equations: ClosedForm | Missing
     solution: Solution | Missing
     check: CheckReport | Missing
     run: Trajectory | Missing
 
 
 def findings(system: System, command: str, settings: Mapping[str, Any]) -> Findings:
-    """Return what is found of a system; `settings` are those of the run."""
+    """Return the answers on a system; `settings` are those of the run."""
     return Findings(
         system=system,
         command=command,
-        parameters=parameters_told(system),
-        figure=_asked(lambda: draw(system)),
-        bodies=_asked(lambda: free_bodies(system)),
-        equations=_in_symbols(system, lambda: derive(system)),
-        solution=_in_symbols(system, lambda: solve(system, steps=True)),
-        check=_asked(lambda: check(system)),
-        run=_asked(lambda: simulate(system, **settings)),
+        parameters=reported_parameters(system),
+        figure=_answer(lambda: draw(system)),
+        bodies=_answer(lambda: free_bodies(system)),
+        equations=_symbolic_answer(system, lambda: derive(system)),
+        solution=_symbolic_answer(system, lambda: solve(system, steps=True)),
+        check=_answer(lambda: check(system)),
+        run=_answer(lambda: simulate(system, **settings)),
     )
 
 
-def _in_symbols(system: System, question: Callable[[], _T]) -> _T | Missing:
+def _symbolic_answer(system: System, question: Callable[[], _T]) -> _T | Missing:
     """Return an answer in symbols, none for systems whose equations nobody would read."""
     if len(system.bodies) > _MOST_BODIES:
         return Missing(f"{len(system.bodies)} bodies: formulas of so many are longer than a report")
-    return _asked(question)
+    return _answer(question)
 
 
-def _asked(question: Callable[[], _T]) -> _T | Missing:
+def _answer(question: Callable[[], _T]) -> _T | Missing:
     try:
         return question()
     except MultibodyError as error:
         return Missing(str(error).splitlines()[0])
 
 
-def parameters_told(system: System) -> tuple[ParameterTold, ...]:
+def reported_parameters(system: System) -> tuple[ReportedParameter, ...]:
     """Return the parameters in the order of the model, with numbers of those that follow from others."""
     known: dict[Any, float] = {}
-    pending, found = dict(system.parameters), {}
+    pending, numbers = dict(system.parameters), {}
     for _ in range(len(pending)):
         for name, parameter in list(pending.items()):
             try:
-                known[symbol(name)] = found[name] = float(evaluate_float([parameter.value], known)[0])
+                known[symbol(name)] = numbers[name] = float(evaluate_float([parameter.value], known)[0])
             except (KeyError, ArithmeticError, ValueError):
                 continue
             del pending[name]
     return tuple(
-        ParameterTold(
-            name, parameter.label or name, text(parameter.value), found.get(name),
+        ReportedParameter(
+            name, parameter.label or name, numbers.get(name),
             "" if parameter.dimension is None else DimensionField().tree(parameter.dimension),
         )
         for name, parameter in system.parameters.items()
@@ -189,99 +193,115 @@ def parameters_told(system: System) -> tuple[ParameterTold, ...]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# A report as one page of HTML: pictures and scripts within it, nothing from elsewhere.
+# The sections of a report, and the blocks that only reports have.
 
 
-_BODIES: Final = "Bodies cut free"
+@dataclass(frozen=True)
+class Pictures:
+    """A figure, or below a title one of each name, side by side."""
+
+    figures: Mapping[str, Figure]
+    title: str = ""
 
 
-def page(found: Findings, units: Units) -> str:
-    """Return the whole page."""
-    name = escape(found.system.name)
+@dataclass(frozen=True)
+class ParameterTable:
+    """Parameters with letters, names, numbers and units."""
+
+    rows: tuple[ReportedParameter, ...]
+
+
+@dataclass(frozen=True)
+class Film:
+    """The motion of a run: moving on a page, as a plot on paper."""
+
+    run: Trajectory
+
+
+@dataclass(frozen=True)
+class Typed:
+    """Text of a terminal; `title` stands above it on a page."""
+
+    text: str
+    title: str = ""
+
+
+def _sections(found: Findings, units: Units) -> list[Section]:
+    """Return a section for each question, with the answer or the reason why there is none."""
+    free = {} if isinstance(found.bodies, Missing) else found.bodies
+    pictures = [Pictures(free, "Bodies cut free")] if free else []
     sections = [
-        ("", _html_figure(found.figure)),
-        ("Parameters", _parameters(found.parameters)),
-        ("Equations of motion", _part(found.equations, lambda equations: _lower(derivation_body(equations)))),
-        ("Solution at the start", _part(found.solution, lambda solution: _solution(found, solution, units))),
-        ("Motion", _part(found.run, lambda run: _motion(run, units))),
-        ("Checks", _part(found.check, lambda check: _checks(check, units))),
-        ("How this was made", f"<pre>{escape(found.command)}</pre>" if found.command else ""),
-    ]
-    body = "\n".join(_section(title, content) for title, content in sections if content)
-    said = (found.system.description or "").split("\n\n")
-    statement = "\n".join(f'<p class="statement">{escape(paragraph)}</p>' for paragraph in said)
-    style = template_text("html/animation.css") + template_text("html/report.css")
-    whole = f'<main class="report"><h1>{name}</h1>{statement}\n{body}</main>'
-    return harmless(filled("html/page.html.in", title=name, style=style, body=whole))
+        _section("", found.figure, lambda figure: [Pictures({"": figure})]),
+        _section("Parameters", found.parameters, lambda rows: [ParameterTable(rows)] if rows else []),
+        _section("Equations of motion", found.equations, lambda equations: [derivation_document(equations)]),
+        _section("Solution at the start", found.solution, lambda solution: [
+            *pictures,
+            *([] if solution.steps is None else [worked_document(solution.steps)]),
+            Typed(solution_text(solution, units), "In short"),
+        ]),
+        _section("Motion", found.run, lambda run: [*([Film(run)] if len(run) else []), Typed(run_summary(run, units))]),
+        _section("Checks", found.check, lambda report: [Typed(check_text(report, units))]),
+        _section("How this was made", found.command, lambda command: [Typed(command)] if command else []),
+    ]  # fmt: skip
+    return [section for section in sections if section.blocks]
 
 
-def _section(title: str, content: str) -> str:
-    head = f"<h2>{escape(title)}</h2>\n" if title else ""
-    return f"<section>\n{head}{content}\n</section>"
+def _section(title: str, answer: Any, blocks_of: Callable[[Any], list[Block]]) -> Section:
+    blocks = answer if isinstance(answer, Missing) else _answer(lambda: blocks_of(answer))
+    return Section(title, (blocks,) if isinstance(blocks, Missing) else tuple(blocks))
 
 
-def _part(found: Any, write: Any) -> str:
-    """Return a part as it is written, or why there is none."""
-    if isinstance(found, Missing):
-        return f'<p class="missing">{escape(found.reason)}</p>'
-    try:
-        return str(write(found))
-    except MultibodyError as error:
-        return f'<p class="missing">{escape(str(error).splitlines()[0])}</p>'
+class _ReportHtml(HtmlWriter):
+    """A report as one page: pictures and scripts within it, nothing from elsewhere."""
 
+    def report(self, system: System, sections: Iterable[Section]) -> str:
+        """Return the whole page."""
+        name = escape(system.name)
+        paragraphs = (system.description or "").split("\n\n")
+        statement = "\n".join(f'<p class="statement">{escape(paragraph)}</p>' for paragraph in paragraphs)
+        body = "\n".join(map(self.section, sections))
+        style = template_text("html/animation.css") + template_text("html/report.css")
+        whole = f'<main class="report"><h1>{name}</h1>{statement}\n{body}</main>'
+        return harmless(filled("html/page.html.in", title=name, style=style, body=whole))
 
-def _html_figure(figure: Figure | Missing) -> str:
-    if isinstance(figure, Missing):
-        return f'<p class="missing">{escape(figure.reason)}</p>'
-    return f"<figure>{svg(figure.picture, alone=False)}</figure>"
+    def section(self, section: Section) -> str:
+        head = f"{self.heading(section.title)}\n" if section.title else ""
+        return f"<section>\n{head}{''.join(map(self.block, section.blocks))}\n</section>"
 
+    def block(self, block: Block) -> str:
+        match block:
+            case Missing():
+                return f'<p class="missing">{escape(block.reason)}</p>'
+            case Document():
+                body = HtmlWriter(block.notation, self.units, level=3).body(block)
+                return body if block.run_in else body.rstrip("\n")
+            case Pictures():
+                return self._pictures(block)
+            case ParameterTable():
+                return self._parameters(block.rows)
+            case Film():
+                moving = _answer(lambda: player(block.run, frames_of(block.run), None, None, None, self.units, 1.0))
+                return self.block(moving) if isinstance(moving, Missing) else moving
+            case Typed():
+                title = f"<h3>{block.title}</h3>" if block.title else ""
+                return f"{title}<pre>{escape(block.text)}</pre>"
+        return super().block(block)
 
-def _parameters(parameters: Iterable[ParameterTold]) -> str:
-    rows = [
-        f"<tr><td>{element(mathml_name(each.label))}</td><td>{escape(each.name)}</td>"
-        f"<td>{'' if each.number is None else f'{each.number:.10g}'}</td><td>{escape(each.unit)}</td></tr>"
-        for each in parameters
-    ]
-    head = "<tr><th></th><th>name</th><th>value</th><th>unit</th></tr>"
-    return f"<table>{head}{''.join(rows)}</table>" if rows else ""
+    def _pictures(self, pictures: Pictures) -> str:
+        drawn = {name: svg(figure.picture, alone=False) for name, figure in pictures.figures.items()}
+        if not pictures.title:
+            return "".join(f"<figure>{each}</figure>" for each in drawn.values())
+        captions = {name: f"<figcaption>{escape(name)}</figcaption>" for name in drawn}
+        figures = "".join(f"<figure>{each}{captions[name]}</figure>" for name, each in drawn.items())
+        return f'<h3>{pictures.title}</h3><div class="row">{figures}</div>'
 
-
-def _solution(found: Findings, solution: Solution, units: Units) -> str:
-    steps = [] if solution.steps is None else worked_parts(solution.steps, "html", units)
-    told = f"<h3>In short</h3><pre>{escape(solution_text(solution, units))}</pre>"
-    return _free_bodies(found) + _lower("\n".join(steps)) + told
-
-
-def _lower(part: str) -> str:
-    """Return a part of a page with its headings one level lower."""
-    return part.replace("<h2>", "<h3>").replace("</h2>", "</h3>")
-
-
-def _free_bodies(found: Findings) -> str:
-    if isinstance(found.bodies, Missing) or not found.bodies:
-        return ""
-    figures = "".join(
-        f"<figure>{svg(figure.picture, alone=False)}<figcaption>{escape(name)}</figcaption></figure>"
-        for name, figure in found.bodies.items()
-    )
-    return f'<h3>{_BODIES}</h3><div class="row">{figures}</div>'
-
-
-def _motion(run: Trajectory, units: Units) -> str:
-    told = f"<pre>{escape(run_summary(run, units))}</pre>"
-    if not len(run):
-        return told
-    return player(run, frames_of(run), None, None, None, units, 1.0) + told
-
-
-def _checks(check: CheckReport, units: Units) -> str:
-    return f"<pre>{escape(check_text(check, units))}</pre>"
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# A report as a LaTeX document for pdflatex; formulas end their lines between terms.
-#
-# What is too wide even so is set smaller (`\fit`, `\fitbox`).
+    def _parameters(self, parameters: Iterable[ReportedParameter]) -> str:
+        rows = [
+            f"<tr><td>{math_element(mathml_name(each.label))}</td><td>{escape(each.name)}</td>"
+            f"<td>{each.digits}</td><td>{escape(each.unit)}</td></tr>"
+            for each in parameters
+        ]
+        return f"<table><tr><th></th><th>name</th><th>value</th><th>unit</th></tr>{''.join(rows)}</table>"
 
 
 _TYPED: Final = 112
@@ -309,94 +329,63 @@ _PREAMBLE: Final = r"""\documentclass{article}
 """
 
 
-def document(found: Findings, units: Units, plot: str | None) -> str:
-    """Return the whole document; `plot` is the file of the run's plot."""
-    parts = [
-        rf"\section*{{{breakable(found.system.name)}}}",
-        rf"{{\itshape {breakable(found.system.description)}\par}}" if found.system.description else "",
-        _latex_figure(found.figure),
-        _latex_parameters(found.parameters),
-        _titled("Equations of motion", found.equations, _equations),
-        _titled("Solution at the start", found.solution, lambda solution: _latex_solution(found, solution, units)),
-        _titled("Motion", found.run, lambda run: _plot(plot) + _typed(run_summary(run, units))),
-        _titled("Checks", found.check, lambda check: _typed(check_text(check, units))),
-        _titled("How this was made", found.command, _typed) if found.command else "",
-    ]
-    body = "\n\n".join(part for part in parts if part)
-    return whole_document(f"{_PREAMBLE}{FIT}", body)
+@dataclass(frozen=True)
+class _ReportLatex(LatexWriter):
+    r"""A report for pdflatex: lines end between terms, wider ones are set smaller (`\fit`, `\fitbox`)."""
 
+    plot: str | None = None
 
-def _titled(title: str, found: Any, write: Any) -> str:
-    content = breakable(found.reason) if isinstance(found, Missing) else write(found)
-    return rf"\subsection{{{title}}}" + "\n" + content
+    def report(self, system: System, sections: Iterable[Section]) -> str:
+        """Return the whole document."""
+        description = rf"{{\itshape {breakable(system.description)}\par}}" if system.description else ""
+        parts = [rf"\section*{{{breakable(system.name)}}}", description, *map(self.section, sections)]
+        return whole_document(f"{_PREAMBLE}{FIT}", "\n\n".join(part for part in parts if part))
 
+    def block(self, block: Block) -> str:
+        match block:
+            case Missing():
+                return breakable(block.reason)
+            case Document():
+                command = r"\textbf{%s}\par" if block.run_in else r"\subsubsection{%s}"
+                writer = replace(self, notation=block.notation, command=command)
+                written = ("\n\n" if block.run_in else "\n").join(map(writer.section, block.sections))
+                return written or escaped(block.advice)
+            case Pictures():
+                pictures = (tikz(figure.picture, alone=False) for figure in block.figures.values())
+                shown = "\n\\quad\n".join(rf"\fitbox{{{picture}}}" for picture in pictures)
+                title = rf"\textbf{{{block.title}}}\par" + "\n" if block.title else ""
+                return f"{title}\\begin{{center}}\n{shown}\n\\end{{center}}"
+            case ParameterTable():
+                return self._parameters(block.rows)
+            case Film():
+                size = r"width=\linewidth,height=0.85\textheight,keepaspectratio"
+                return rf"\includegraphics[{size}]{{{self.plot}}}\par" if self.plot else ""
+            case Typed():
+                lines = [line for line in block.text.splitlines() if line.strip()]
+                parts = (wrap(line, _TYPED, subsequent_indent="    ", replace_whitespace=False) for line in lines)
+                return "\n".join(rf"\typed{{{escaped(part).replace('  ', '~~')}}}" for each in parts for part in each)
+        return super().block(block)
 
-def _latex_figure(figure: Figure | Missing) -> str:
-    if isinstance(figure, Missing):
-        return breakable(figure.reason)
-    return _centred([tikz(figure.picture, alone=False)])
+    def equations(self, rows: Sequence[Equation]) -> str:
+        lines = []
+        for row in rows:
+            first, *others = equation_lines(self.notation, row.left, row.right)
+            lines += [rf"\formula{{{first}}}", *(rf"\continued{{{other}}}" for other in others)]
+        return "\n".join(lines)
 
+    def note(self, lines: Sequence[str]) -> str:
+        return "\n".join(breakable(line) + r"\par" for line in lines)
 
-def _centred(pictures: Iterable[str]) -> str:
-    shown = "\n\\quad\n".join(rf"\fitbox{{{picture}}}" for picture in pictures)
-    return "\\begin{center}\n" + shown + "\n\\end{center}"
-
-
-def _latex_parameters(parameters: tuple[ParameterTold, ...]) -> str:
-    if not parameters:
-        return ""
-    rows = [
-        rf"{_letter(each.label)} & \texttt{{{breakable(each.name)}}} & "
-        rf"{'' if each.number is None else f'{each.number:.10g}'} & {escaped(each.unit)} \\"
-        for each in parameters
-    ]
-    columns = r"@{}p{0.2\linewidth}p{0.4\linewidth}ll@{}"
-    head = f"\\begin{{longtable}}[l]{{{columns}}}\n & name & value & unit \\\\ \\hline\n"
-    return "\\subsection{Parameters}\n" + head + "\n".join(rows) + "\n\\end{longtable}"
-
-
-def _letter(label: str) -> str:
-    """Return a parameter's letter; words are what its name says already, unless they are short."""
-    letter = latex_name(label)
-    return f"${letter}$" if latex_width(letter) < _LETTER else ""
-
-
-def _equations(equations: Equations) -> str:
-    if equations.operations > LONGEST:
-        return escaped(advice(equations))
-    parts = []
-    for step in result_steps(equations):
-        lines = [_formula(equation_lines(equations.notation, e.left, e.right)) for e in step.equations]
-        notes = [breakable(line) + r"\par" for line in step.note.splitlines()]
-        parts.append("\n".join([rf"\textbf{{{escaped(step.title)}}}\par", *lines, *notes]))
-    return "\n\n".join(parts)
-
-
-def _formula(lines: list[str]) -> str:
-    first, *others = lines
-    return "\n".join([rf"\formula{{{first}}}", *(rf"\continued{{{other}}}" for other in others)])
-
-
-def _latex_solution(found: Findings, solution: Any, units: Units) -> str:
-    bodies = {} if isinstance(found.bodies, Missing) else found.bodies
-    pictures = [tikz(figure.picture, alone=False) for figure in bodies.values()]
-    free = ("\\textbf{Bodies cut free}\\par\n" + _centred(pictures)) if pictures else ""
-    steps = [] if solution.steps is None else worked_parts(solution.steps, "latex", units)
-    told = "\n".join(steps).replace(r"\subsection{", r"\subsubsection{")
-    return "\n".join(part for part in (free, told, _typed(solution_text(solution, units))) if part)
-
-
-def _plot(plot: str | None) -> str:
-    size = r"width=\linewidth,height=0.85\textheight,keepaspectratio"
-    return rf"\includegraphics[{size}]{{{plot}}}\par" + "\n" if plot else ""
-
-
-def _typed(text: str) -> str:
-    """Return lines of text as they are typed."""
-    given = [line for line in text.splitlines() if line.strip()]
-    lines = [part for line in given for part in wrap(line, _TYPED, subsequent_indent="    ", replace_whitespace=False)]
-    spaced = (escaped(line).replace("  ", "~~") for line in lines)
-    return "\n".join(rf"\typed{{{line}}}" for line in spaced)
+    def _parameters(self, parameters: Iterable[ReportedParameter]) -> str:
+        """Return the table; a letter as wide as words is left out, for the name says it."""
+        letters = ((each, latex_name(each.label)) for each in parameters)
+        rows = [
+            rf"{f'${letter}$' if latex_width(letter) < _LETTER else ''} & \texttt{{{breakable(each.name)}}} & "
+            rf"{each.digits} & {escaped(each.unit)} \\"
+            for each, letter in letters
+        ]
+        head = r"\begin{longtable}[l]{@{}p{0.2\linewidth}p{0.4\linewidth}ll@{}}"
+        return "\n".join([head, r" & name & value & unit \\ \hline", *rows, r"\end{longtable}"])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -421,14 +410,14 @@ class Report:
     @cached_property
     def html(self) -> str:
         """The report as a page that needs nothing beside it."""
-
-        return page(self.findings, self.units)
+        writer = _ReportHtml(Notation({}, {}), self.units)
+        return writer.report(self.findings.system, _sections(self.findings, self.units))
 
     @door
     def latex(self, plot: str | None = None) -> str:
         """Return the report as a LaTeX document; `plot` is the file of the run's plot that it shows."""
-
-        return document(self.findings, self.units, plot)
+        writer = _ReportLatex(Notation({}, {}), self.units, plot=plot)
+        return writer.report(self.findings.system, _sections(self.findings, self.units))
 
     @door
     def write(self, path: str | os.PathLike[str]) -> list[str]:

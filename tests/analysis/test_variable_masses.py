@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.documents.worked import worked_text
+from multibody_sym.documents.document import worked_document, write_document
 
 EXAMPLES = Path(__file__).parents[2] / "examples/variable_mass"
 
@@ -93,7 +93,7 @@ def test_steps_write_meshchersky_s_equation() -> None:
 def test_steps_of_a_solution_name_the_reactive_force() -> None:
     worked = mbs.solve(example("rocket"), steps=True).steps
     assert worked is not None
-    assert "k*c: reactive force of what leaves or joins rocket, up" in worked_text(worked)
+    assert "k*c: reactive force of what leaves or joins rocket, up" in write_document(worked_document(worked), "text")
 
 
 def test_equations_in_numbers_are_those_in_symbols() -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.documents.derivation import derivation_text
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.parser import parse
@@ -57,7 +58,7 @@ def test_constants_are_simplified_exactly_and_read_back(written: str, printed: s
 @pytest.mark.parametrize("axis", ["[sqrt(3)/2, 1/2, 0]", "[sqrt(3), 1, 0]", "[3, sqrt(3), 0]"])
 def test_an_axis_with_roots_gives_a_rational_inertia(axis: str) -> None:
     """J = m l^2 (1/12 3/4 + 1/6 1/4) + m l^2 = 53/48 m l^2 about the axis."""
-    derived = derivation_text(mbs.derive(swing(axis)), steps=True)
+    derived = write_document(derivation_document(mbs.derive(swing(axis)), steps=True), "text")
     assert "    53*m*l^2*phi''/48 + m*g*l*sin(phi) = 0" in derived
     assert not any(x in derived for x in ("0.8660", "real(", "0.5"))
     assert "sqrt(3)" in derived
@@ -69,7 +70,7 @@ def test_an_axis_with_roots_gives_a_rational_inertia(axis: str) -> None:
 
 
 def test_an_oblique_axis_in_the_plane_of_all_three() -> None:
-    derived = derivation_text(mbs.derive(swing("[1, 1, 2]")), steps=True)
+    derived = write_document(derivation_document(mbs.derive(swing("[1, 1, 2]")), steps=True), "text")
     assert "0.408" not in derived
     assert "sqrt(6)" in derived
 
@@ -161,7 +162,7 @@ joints:
 def test_numbers_that_literals_make_together_are_decimals_in_formulas() -> None:
     """No whole number of more digits than a literal has, in solve and derive; the formulas keep their values."""
     system = mbs.loads(LITERALS)
-    derived = derivation_text(mbs.derive(system), steps=True)
+    derived = write_document(derivation_document(mbs.derive(system), steps=True), "text")
     formulas = {k: x.expression for k, x in mbs.solve(system).accelerations.items() if x.expression is not None}
     assert "theta" in formulas
     assert not re.search(r"(?<![.\d])\d{9,}", "".join((derived, *map(text, formulas.values()))))
@@ -173,7 +174,7 @@ def test_numbers_that_literals_make_together_are_decimals_in_formulas() -> None:
 
 
 def test_a_kinetic_energy_of_long_numbers_is_the_one_by_hand() -> None:
-    derived = derivation_text(mbs.derive(mbs.loads(LITERALS)), steps=True)
+    derived = write_document(derivation_document(mbs.derive(mbs.loads(LITERALS)), steps=True), "text")
     (line,) = [line for line in derived.splitlines() if line.startswith("    T = ")]
     (energy,) = [parse(line.removeprefix("    T = ").replace("theta'", "w").replace("psi'", "v"))]
     theta, psi, w, v, m = 0.3, -1.1, 0.7, 1.9, 1.3

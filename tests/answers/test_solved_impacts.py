@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 import multibody_sym as mbs
-from multibody_sym.documents.worked import worked_latex, worked_text
+from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.parser import parse
@@ -175,7 +175,7 @@ def test_questions_are_answered_just_after_the_impact() -> None:
 def test_the_steps_lead_from_momentum_and_restitution_to_the_result() -> None:
     worked = mbs.solve(mbs.loads(TWO_BALLS), steps=True).steps
     assert worked is not None
-    lines = worked_text(worked).splitlines()
+    lines = write_document(worked_document(worked), "text").splitlines()
     assert "    (1) m1*D(u_x1) = -p" in lines
     assert "    (2) m2*D(u_x2) = p" in lines
     assert "    (3) impact.normal: D(u_x2) - D(u_x1) = (v1 - v2)*(1 + e)" in lines
@@ -185,7 +185,7 @@ def test_the_steps_lead_from_momentum_and_restitution_to_the_result() -> None:
     equations = [line.sides[0] - line.sides[1] for line in worked.formulas if line.tag is not None]
     (solution,) = sympy.solve(equations, [p, a, b], dict=True)
     assert sympy.simplify(solution[p] - (1 + e) * m1 * m2 * (v1 - v2) / (m1 + m2)) == 0
-    assert r"\Delta u_{\mathrm{x1}}" in worked_latex(worked)
+    assert r"\Delta u_{\mathrm{x1}}" in write_document(worked_document(worked), "latex")
 
 
 def test_all_formulas_of_an_impact_take_one_form_of_each_root(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from multibody_sym.answers.worked.alternatives import Refuted, refuted
 from multibody_sym.answers.worked.elimination import shown
 from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.derivation.symbolic_start import declared_state
-from multibody_sym.documents.worked import worked_text
+from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
@@ -149,7 +149,7 @@ def test_printed_equations_hold_with_friction(model: str) -> None:
 
 
 def test_steps_of_a_block_on_an_incline_reject_the_direction_that_a_book_assumed() -> None:
-    text = worked_text(steps(mbs.loads(INCLINE)))
+    text = write_document(worked_document(steps(mbs.loads(INCLINE))), "text")
     assert "F: friction of rub, along (cos(alpha), sin(alpha))" in text
     assert "(1) along s: m1*s'' = T - m1*g*sin(alpha) + F" in text
     assert "(5) rub: F = mu*N" in text
@@ -161,7 +161,7 @@ def test_steps_of_a_block_on_an_incline_reject_the_direction_that_a_book_assumed
 
 
 def test_friction_has_the_number_of_its_normal_force() -> None:
-    text = worked_text(steps(mbs.loads(RIDGE)))
+    text = write_document(worked_document(steps(mbs.loads(RIDGE))), "text")
     assert "c1: F1 = mu*N1" in text
     assert "c2: F2 = mu*N2" in text
 
@@ -180,10 +180,10 @@ forces: {rub: {type: friction, joint: hinge, kinetic: mu, radius: r}}
 def test_a_journal_rubs_by_the_length_of_its_reaction() -> None:
     worked = steps(mbs.loads(JOURNAL))
     verify(worked)
-    text = worked_text(worked)
+    text = write_document(worked_document(worked), "text")
     assert "rub: M = r*mu*sqrt(R_hinge_x^2 + R_hinge_y^2)" in text
     assert re.search(r"M = 0\.0156\d* N\*m", text)
-    at_rest = worked_text(steps(mbs.loads(JOURNAL.replace("q: 20 deg, u: 3", "q: 0"))))
+    at_rest = write_document(worked_document(steps(mbs.loads(JOURNAL.replace("q: 20 deg, u: 3", "q: 0")))), "text")
     assert "rub: M = r*mu*R_hinge_y" in at_rest
 
 
@@ -229,7 +229,7 @@ constraints: {string: {type: rope, path: [left, pulley, right]}}
 def test_a_wheel_with_mass_has_two_tensions() -> None:
     worked = steps(mbs.loads(HEAVY))
     verify(worked)
-    text = worked_text(worked)
+    text = write_document(worked_document(worked), "text")
     assert "up: 0 = R_axle_y - M*g - T1 - T2" in text
     assert "moments about axle: M*R^2*phi''/2 = R*T1 - R*T2" in text
     assert "R_axle_y = (3*(m1 + m2)*M + 8*m1*m2 + M^2)*g/(2*m1 + 2*m2 + M) = 68 N" in text
@@ -249,13 +249,13 @@ contacts: {c: {between: [puck, ground.floor], kinetic: mu}}
 def test_friction_in_space_is_against_the_velocity() -> None:
     worked = steps(mbs.loads(PUCK))
     verify(worked)
-    text = worked_text(worked)
+    text = write_document(worked_document(worked), "text")
     assert "F: friction at c, along (-3/5, -4/5, 0)" in text
     assert "x'' = -3*g*mu/5 = -1.8 m/s^2" in text
     pushed = PUCK.replace(", initial: {u: [3, 4, 0]}", "") + "forces: {F: {type: force, on: puck, value: [6, 8, 0]}}\n"
     worked = steps(mbs.loads(pushed))
     verify(worked)
-    assert "in the direction of slip: d1 = 0.6\n" in worked_text(worked)
+    assert "in the direction of slip: d1 = 0.6\n" in write_document(worked_document(worked), "text")
 
 
 WHEEL = (
@@ -276,7 +276,7 @@ contacts: {c: {between: [wheel.rim, ground.s], static: mu, rolling_resistance: f
 def test_rolling_resistance_is_a_moment() -> None:
     worked = steps(mbs.loads(WHEEL))
     verify(worked)
-    text = worked_text(worked)
+    text = write_document(worked_document(worked), "text")
     assert "M = f*N" in text
     assert re.search(r"M = .* = 0\.0187938\d* N\*m", text)
     assert "Assume that c.rolling slides backward" in text
@@ -296,4 +296,4 @@ forces: {push: {type: force, on: a, value: [-F, 0, 0]}}
 def test_a_stop_pushes_back() -> None:
     worked = steps(mbs.loads(STOP))
     verify(worked)
-    assert "N2: force of stop j.lower, to the right" in worked_text(worked)
+    assert "N2: force of stop j.lower, to the right" in write_document(worked_document(worked), "text")

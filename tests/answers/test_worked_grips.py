@@ -10,7 +10,7 @@ from test_worked_steps import formulas, sentences, steps, verify
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import Worked
-from multibody_sym.documents.worked import worked_html, worked_latex, worked_text
+from multibody_sym.documents.document import worked_document, write_document
 
 TEXTBOOK = Path(__file__).parents[2] / "examples" / "textbook"
 CAPSTAN = (TEXTBOOK / "capstan.yaml").read_text(encoding="utf-8")
@@ -50,7 +50,7 @@ def test_a_load_on_a_capstan_and_the_hand_have_their_own_tensions() -> None:
     """T1 = m g, T2 = m0 g + F, by hand."""
     worked = steps(mbs.loads(CAPSTAN))
     verify(worked)
-    text = worked_text(worked)
+    text = write_document(worked_document(worked), "text")
     assert formulas(worked, "load, cut free") == ["m*y1'' = T1 - m*g"]
     assert formulas(worked, "hand, cut free") == ["m0*y2'' = T2 - m0*g - F"]
     assert sentences(worked, "load, cut free") == ["m*g: weight, down", "T1: tension of rope, up"]
@@ -59,15 +59,15 @@ def test_a_load_on_a_capstan_and_the_hand_have_their_own_tensions() -> None:
     assert "F_" not in text
     assert "post grips as long as: T1 <= T2*exp(pi*mu)" in text
     assert [value(worked, x) for x in ("T1", "T2")] == pytest.approx([100.0, 51.0], rel=1e-13)
-    assert r"\le" in worked_latex(worked)
-    assert "&le;" in worked_html(worked)
+    assert r"\le" in write_document(worked_document(worked), "latex")
+    assert "&le;" in write_document(worked_document(worked), "html")
 
 
 @pytest.mark.parametrize(("force", "told"), [("10 N", "T1 = T2*exp(pi*mu)"), ("900 N", "T2 = T1*exp(pi*mu)")])
 def test_where_the_rope_slips_the_greater_tension_is_told_by_the_less(force: str, told: str) -> None:
     worked = steps(mbs.loads(CAPSTAN.replace("50 N", force)))
     verify(worked)
-    text = worked_text(worked)
+    text = write_document(worked_document(worked), "text")
     assert f"post: {told}" in text
     sticks = text[text.index("Assume that post sticks") :]
     larger, less = ("T1", "T2") if told.startswith("T1") else ("T2", "T1")
@@ -139,4 +139,4 @@ def test_a_rope_around_a_very_rough_post_is_told_without_a_ratio_of_tensions() -
     """exp(20 pi) = 2e27: doubles cannot tell how much less than all of it the less tension may be."""
     worked = steps(mbs.loads(CAPSTAN.replace("value: 0.3,", "value: 20,")))
     verify(worked)
-    assert "post grips: tension 100 N, 51 N on its other side" in worked_text(worked)
+    assert "post grips: tension 100 N, 51 N on its other side" in write_document(worked_document(worked), "text")

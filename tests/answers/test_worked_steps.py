@@ -14,7 +14,7 @@ import multibody_sym as mbs
 from multibody_sym.answers.records import Formula, Sentence, Worked
 from multibody_sym.answers.worked import elimination as exactly
 from multibody_sym.answers.worked import equations
-from multibody_sym.documents.worked import worked_latex, worked_text
+from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.errors import ArgumentError, ExpressionError
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
@@ -96,7 +96,7 @@ def test_printed_equations_hold_for_textbook_problems(path: Path) -> None:
     verify(worked)
     printed = [" = ".join(map(worked.notation.text, e.sides)) for e in worked.formulas if e.tag is not None]
     assert [text for text in printed if re.search(r"abs\(|sign\(|lambda", text)] == []
-    assert max(map(len, worked_text(worked).splitlines())) <= 120
+    assert max(map(len, write_document(worked_document(worked), "text").splitlines())) <= 120
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -194,7 +194,7 @@ def test_what_grows_too_long_has_numbers_in_place_of_letters(monkeypatch: pytest
     worked = steps(mbs.load(EXAMPLES / "textbook" / "t8_blocks_in_a_row.yaml"))
     verify(worked)
     assert formulas(worked, "block2, cut free") == ["2*x2'' = T2 - T1", "0 = N2 - 20"]
-    assert "stands in the equations as numbers" in worked_text(worked)
+    assert "stands in the equations as numbers" in write_document(worked_document(worked), "text")
 
 
 def test_where_an_expression_has_no_value_only_what_is_given_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,7 +202,7 @@ def test_where_an_expression_has_no_value_only_what_is_given_is_told(monkeypatch
         raise ExpressionError("0/0 has no value")
 
     monkeypatch.setattr(equations, "motion_of", refuse)
-    text = worked_text(steps(mbs.load(EXAMPLES / "textbook" / "t7_atwood.yaml")))
+    text = write_document(worked_document(steps(mbs.load(EXAMPLES / "textbook" / "t7_atwood.yaml"))), "text")
     assert "m1 = 1 kg" in text
     assert text.endswith("the equations are not written out: 0/0 has no value")
 
@@ -220,25 +220,25 @@ def test_what_is_not_unique_has_no_value(work: int, monkeypatch: pytest.MonkeyPa
 
 def test_a_rope_has_the_letter_that_its_label_says() -> None:
     path = EXAMPLES / "textbook" / "t7_atwood.yaml"
-    plain = worked_text(steps(mbs.load(path)))
+    plain = write_document(worked_document(steps(mbs.load(path))), "text")
     assert "T: tension of string, up" in plain
     labelled = steps(mbs.loads(path.read_text().replace("type: rope,", "type: rope, label: S_0,")))
     verify(labelled)
-    text = worked_text(labelled)
+    text = write_document(worked_document(labelled), "text")
     assert "S_0: tension of string, up" in text
     assert "S_0 = 2*m1*m2*g/(m1 + m2)" in text
-    assert "S_{0}" in worked_latex(labelled)
+    assert "S_{0}" in write_document(worked_document(labelled), "latex")
     assert text.replace("S_0", "T") == plain
 
 
 def test_a_particle_on_an_arm_that_turns_and_slides_has_all_accelerations() -> None:
     """No moment acts on a particle, so that none is handed on by its joint: phi'' follows from the sum across."""
     system = mbs.load(EXAMPLES / "kepler.yaml")
-    text = worked_text(steps(system))
+    text = write_document(worked_document(steps(system)), "text")
     assert "not unique" not in text
     assert "phi'' = 0" in text
     outward = mbs.solve(system, initial={"u_r": 2.0}, steps=True)
     assert outward.steps is not None
-    assert "not unique" not in worked_text(outward.steps)
+    assert "not unique" not in write_document(worked_document(outward.steps), "text")
     turning = next(iter(outward.accelerations.values())).value
     assert turning == pytest.approx(-2 * 2.0 * outward.speeds["u_phi"] / 0.7, rel=1e-12)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.documents.derivation import derivation_text
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import write_document
 
 MODEL = """
 multibody_sym: 1
@@ -18,7 +19,7 @@ forces: {s: {type: spring_damper, joint: j, stiffness: H*p_x*L*q + T + V}}
 
 
 def test_hamiltons_function_is_not_the_parameter_of_that_letter() -> None:
-    told = derivation_text(mbs.derive(mbs.loads(MODEL), method="hamilton"))
+    told = write_document(derivation_document(mbs.derive(mbs.loads(MODEL), method="hamilton")), "text")
     lines = [line.strip() for line in told.splitlines()]
     assert "T_ = p*x'^2/2" in lines
     assert "H_ = p_x_^2/(2*p) + (H*p_x*L*q + T + V)*x^2/2" in lines
@@ -42,6 +43,6 @@ def test_energies_are_not_the_parameters_of_those_letters(method: str) -> None:
 def test_letters_that_are_free_stay() -> None:
     free = MODEL.replace("H: 3, T: 1, V: 2, p_x: 2, L: 1", "h: 3, t1: 1, v: 2, k: 2, l: 1")
     free = free.replace("H*p_x*L*q + T + V", "h*k*l*q + t1 + v")
-    told = derivation_text(mbs.derive(mbs.loads(free), method="hamilton"))
+    told = write_document(derivation_document(mbs.derive(mbs.loads(free), method="hamilton")), "text")
     assert "H = T + V; it is constant" in told
     assert "p_x = p*x'" in told

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.documents.derivation import derivation_text
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism
@@ -38,7 +39,7 @@ SPRING = "forces: {spring: {type: spring_damper, between: [ground.left, one], st
 
 
 def told(text: str) -> str:
-    return derivation_text(mbs.derive(mbs.loads(text)))
+    return write_document(derivation_document(mbs.derive(mbs.loads(text))), "text")
 
 
 def test_the_plainest_machine_with_a_symbolic_radius_is_as_short_as_without() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.documents.derivation import derivation_text
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.state import state_of
@@ -18,7 +19,7 @@ COIN = Path(__file__).parents[2] / "examples" / "rolling_coin.yaml"
 
 def test_the_lowest_point_of_a_coin_is_r_abs_sin_lean_below() -> None:
     """sin^2/|sin| = |sin|, sin/|sin| = sign(sin), and sin^2 + cos^2 = 1 is seen through them."""
-    derived = derivation_text(mbs.derive(mbs.load(COIN)), steps=True)
+    derived = write_document(derivation_document(mbs.derive(mbs.load(COIN)), steps=True), "text")
     assert "    phi_contact.n = z - r*abs(sin(lean))\n" in derived
     assert "    H[2,4] = r*cos(heading)*sign(sin(lean))*cos(lean)\n" in derived
     assert "/abs(" not in derived

@@ -8,7 +8,8 @@ import sympy
 import multibody_sym as mbs
 from multibody_sym.algebra.simplify import with_squares
 from multibody_sym.algebra.sums import expression_of, terms_of
-from multibody_sym.documents.derivation import derivation_text
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import write_document
 
 BOWL = """
 multibody_sym: 1
@@ -26,7 +27,7 @@ constraints: {roll: {type: expression, zero: r*psi + R*theta}}
 
 
 def test_a_ball_in_a_bowl_has_the_book_s_energy_and_equations() -> None:
-    derived = derivation_text(mbs.derive(mbs.loads(BOWL)), steps=True)
+    derived = write_document(derivation_document(mbs.derive(mbs.loads(BOWL)), steps=True), "text")
     assert "    T = m*(R - r)^2*theta'^2/2 + m*r^2*(theta' + psi')^2/5\n" in derived
     assert "    M = [2*m*r^2/5 + m*(R - r)^2, 2*m*r^2/5; 2*m*r^2/5, 2*m*r^2/5]\n" in derived
     assert "R*r" not in derived
@@ -35,7 +36,7 @@ def test_a_ball_in_a_bowl_has_the_book_s_energy_and_equations() -> None:
 def test_a_root_is_written_alike_in_the_potential_and_in_its_gradient() -> None:
     spring = "forces: {spring: {type: spring, between: [ground.far, ball], stiffness: 10, length: 0.2}}\nconstraints"
     model = BOWL.replace("constraints", spring).replace("bodies:", "bodies:\n  ground: {points: {far: [1, 0, 0]}}")
-    lines = derivation_text(mbs.derive(mbs.loads(model)), steps=True).splitlines()
+    lines = write_document(derivation_document(mbs.derive(mbs.loads(model)), steps=True), "text").splitlines()
     with_roots = [line for line in lines if "sqrt(" in line]
     assert {"    V ", "    dV/dtheta "} <= {line.partition("=")[0] for line in with_roots}
     assert all("sqrt(1 + (R - r)^2 + 2*(r - R)*sin(theta))" in line for line in with_roots)

@@ -12,13 +12,8 @@ from textbook import chain, hanging_mass, pendulum, top
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.derivation.derivation import derive
-from multibody_sym.documents.derivation import (
-    derivation_data,
-    derivation_document,
-    derivation_html,
-    derivation_latex,
-    derivation_text,
-)
+from multibody_sym.documents.derivation import derivation_data, derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.documents.formulas import ABOVE
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.mechanics.resolve import mechanism
@@ -91,16 +86,16 @@ Equations of motion
 
 
 def test_steps_as_text() -> None:
-    assert derivation_text(derive(pendulum()), steps=True) == STEPS
+    assert write_document(derivation_document(derive(pendulum()), steps=True), "text") == STEPS
 
 
 def test_result_as_text() -> None:
-    assert derivation_text(derive(hanging_mass())) == RESULT
+    assert write_document(derivation_document(derive(hanging_mass())), "text") == RESULT
 
 
 def test_latex_has_a_paragraph_for_each_step() -> None:
     equations = derive(top())
-    latex = derivation_latex(equations, steps=True)
+    latex = write_document(derivation_document(equations, steps=True), "latex")
     assert [f"\\paragraph{{{step.title}}}" in latex for step in equations.steps] == [True] * len(equations.steps)
     assert latex.count(r"\begin{align*}") == latex.count(r"\end{align*}") > 0
     assert r"\frac{d}{dt} \frac{\partial T}{\partial \omega_{z}}" in latex
@@ -108,7 +103,7 @@ def test_latex_has_a_paragraph_for_each_step() -> None:
 
 def test_long_equations_come_with_names_and_advice() -> None:
     equations = derive(chain([f"m{k}" for k in range(11)], [f"l{k}" for k in range(11)]))
-    text = derivation_text(equations)
+    text = write_document(derivation_document(equations), "text")
     assert "\nwhere\n    z1 = " in text
     assert text.endswith("recursive formalism (--formalism composite_body or block_ldl)")
     assert all(f"{name} = " in text for name, _ in equations.definitions)
@@ -138,22 +133,22 @@ def test_data_is_in_the_models_own_language(links: int) -> None:
 
 def test_bodies_cut_free_have_the_letters_of_books() -> None:
     found = derive(mbs.load(TEXTBOOK / "t7_atwood.yaml"), method="newton_euler")
-    text = derivation_text(found, steps=True)
+    text = write_document(derivation_document(found, steps=True), "text")
     assert "Forces\n    T: tension of string\n\nBody left\n    m1*y1'' = T - m1*g\n" in text
     assert "lambda" not in text.partition("Matrix form")[0]
     assert derivation_data(found)["letters"]["lambda_string"] == "T"
-    assert r"m_{1} \ddot{y}_{1} &= T - m_{1} g" in derivation_latex(found, steps=True)
+    assert r"m_{1} \ddot{y}_{1} &= T - m_{1} g" in write_document(derivation_document(found, steps=True), "latex")
 
 
 @pytest.mark.parametrize("method", ["multipliers", "newton_euler"])
 def test_derivations_are_whole_documents(method: str) -> None:
     found = derive(mbs.load(TEXTBOOK / "t8_blocks_in_a_row.yaml"), method=method)
-    latex = derivation_document(found, steps=True)
+    latex = write_document(derivation_document(found, steps=True), "latex")
     assert latex.startswith(r"\documentclass")
     assert latex.endswith("\\end{document}\n")
     assert latex.count("{") == latex.count("}")
     assert latex.count(r"\begin{") == latex.count(r"\end{")
-    html = derivation_html(found, steps=True)
+    html = write_document(derivation_document(found, steps=True), "html")
     assert html.startswith("<!DOCTYPE html>")
     assert html.count("<math ") == html.count("</math>")
     assert f'<msub><mover><mi>x</mi><mo {ABOVE}>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>' in html

@@ -18,7 +18,8 @@ from random_formulas import random_formula
 import multibody_sym as mbs
 from multibody_sym.algebra.writers import LatexScript, TextScript
 from multibody_sym.derivation.notation import Label, breakable
-from multibody_sym.documents.derivation import derivation_html, derivation_latex
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.documents.formulas import ROOM, MathmlScript, equation_lines, latex_document
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
@@ -71,9 +72,11 @@ def test_no_line_of_a_long_energy_is_wider_than_the_page() -> None:
     assert both[0].startswith("&")
     assert "".join(both).count("= ") == 1
     assert all(latex_width(line) <= ROOM for line in both)
-    page = derivation_html(equations)
+    page = write_document(derivation_document(equations), "html")
     assert all(len(unescape(re.sub("<[^>]*>", "", one))) < 90 for one in re.findall("<math.*?</math>", page))
-    assert r"\resizebox" not in derivation_latex(equations)
+    preamble, _, body = write_document(derivation_document(equations), "latex").partition(r"\begin{document}")
+    assert r"\resizebox" in preamble
+    assert r"\resizebox" not in body
 
 
 def compiled(folder: Path, body: str) -> str:

@@ -14,8 +14,8 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.answers.records import Worked
 from multibody_sym.cli.main import main
+from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.documents.formulas import ABOVE
-from multibody_sym.documents.worked import worked_html, worked_latex, worked_text
 from multibody_sym.text.values import chosen_units
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -64,11 +64,11 @@ def steps(path: Path) -> Worked:
 
 
 def test_text() -> None:
-    assert worked_text(steps(ATWOOD)).partition("\n\nConditions")[0] == TEXT
+    assert write_document(worked_document(steps(ATWOOD)), "text").partition("\n\nConditions")[0] == TEXT
 
 
 def test_numbers_are_told_in_chosen_units() -> None:
-    text = worked_text(steps(ATWOOD), chosen_units("mm,kN"))
+    text = write_document(worked_document(steps(ATWOOD)), "text", chosen_units("mm,kN"))
     assert "y1'' = (m2 - m1)*g/(m1 + m2) = 3333.333333 mm/s^2" in text
     assert "T = 2*m1*m2*g/(m1 + m2) = 0.01333333333 kN" in text
 
@@ -94,7 +94,7 @@ def brackets(latex: str) -> list[str]:
 
 @pytest.mark.parametrize("name", ["textbook/t7_atwood", "textbook/incline_pulley", "slider_crank", "four_bar"])
 def test_latex_is_a_whole_document(name: str) -> None:
-    latex = worked_latex(steps(EXAMPLES / f"{name}.yaml"))
+    latex = write_document(worked_document(steps(EXAMPLES / f"{name}.yaml")), "latex")
     assert latex.startswith(r"\documentclass")
     assert latex.endswith("\\end{document}\n")
     assert brackets(latex) == []
@@ -110,7 +110,7 @@ def test_wrong_latex_is_seen() -> None:
 
 
 def test_latex_of_an_equation() -> None:
-    latex = worked_latex(steps(ATWOOD))
+    latex = write_document(worked_document(steps(ATWOOD)), "latex")
     assert r"& \fit{\text{along $y_{1}$: }m_{1} \ddot{y}_{1} = T - m_{1} g} \tag{1}" in latex
     assert r"T = \frac{2 m_{1} m_{2} g}{m_{1} + m_{2}} = \ensuremath{13.33333333}\ \text{N}}" in latex
 
@@ -121,7 +121,8 @@ def test_latex_of_an_equation() -> None:
     "name", ["textbook/t7_atwood", "textbook/t8_blocks_in_a_row", "slider_crank", "four_bar", "furuta"]
 )
 def test_latex_compiles(name: str, tmp_path: Path) -> None:
-    (tmp_path / "steps.tex").write_text(worked_latex(steps(EXAMPLES / f"{name}.yaml")), encoding="utf-8")
+    latex = write_document(worked_document(steps(EXAMPLES / f"{name}.yaml")), "latex")
+    (tmp_path / "steps.tex").write_text(latex, encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "steps.tex"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
@@ -147,7 +148,7 @@ class Tags(HTMLParser):
 
 @pytest.mark.parametrize("name", ["textbook/t7_atwood", "four_bar", "pendulum"])
 def test_html_is_a_page_that_needs_nothing_beside_it(name: str) -> None:
-    html = worked_html(steps(EXAMPLES / f"{name}.yaml"))
+    html = write_document(worked_document(steps(EXAMPLES / f"{name}.yaml")), "html")
     tags = Tags()
     tags.feed(html)
     assert tags.open == []
@@ -156,7 +157,7 @@ def test_html_is_a_page_that_needs_nothing_beside_it(name: str) -> None:
 
 
 def test_html_of_an_equation() -> None:
-    html = worked_html(steps(ATWOOD))
+    html = write_document(worked_document(steps(ATWOOD)), "html")
     mass = "<msub><mi>m</mi><mrow><mn>1</mn></mrow></msub>"
     acceleration = f'<msub><mover><mi>y</mi><mo {ABOVE}>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>'
     assert f'{mass}<mspace width="0.17em"/>{acceleration}</math>' in html

@@ -14,7 +14,8 @@ from multibody_sym.analysis.check import check
 from multibody_sym.answers.solve import solve
 from multibody_sym.derivation.derivation import derive
 from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.documents.derivation import derivation_data, derivation_text
+from multibody_sym.documents.derivation import derivation_data, derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.model_files import loads
@@ -147,7 +148,7 @@ def test_derive_tells_the_constants_of_the_start_and_their_values() -> None:
     begin = start(resolved)
     (value,) = equations.constants.values()
     assert value == begin.parameters[0] != 0.0
-    assert f"angle_of_contact_t1 = {value:.10g} rad" in derivation_text(equations)
+    assert f"angle_of_contact_t1 = {value:.10g} rad" in write_document(derivation_document(equations), "text")
     assert derivation_data(equations)["constants"] == {"angle_of_contact_t1": value}
     H = equations.lambdify("terms")(begin.q, begin.u)[2]
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
@@ -157,9 +158,9 @@ def test_derive_tells_the_constants_of_the_start_and_their_values() -> None:
 
 def test_derive_has_no_angle_where_nothing_is_turned_at_the_start() -> None:
     straight = LEVEL.format(a=0, normal="y", axis="y", turn=0, place="[0.2, 0.1, 0.3, 1, 0, 0, 0]")
-    assert "angle_of" not in derivation_text(derive(loads(straight)))
+    assert "angle_of" not in write_document(derivation_document(derive(loads(straight))), "text")
     by_parameter = straight.replace("initial: {q: 0,", "initial: {q: a,")
-    assert "angle_of_contact_t1 = 0 rad" in derivation_text(derive(loads(by_parameter)))
+    assert "angle_of_contact_t1 = 0 rad" in write_document(derivation_document(derive(loads(by_parameter))), "text")
 
 
 def test_a_measured_rope_is_told_with_its_length() -> None:
@@ -173,4 +174,4 @@ joints:
   B: {type: prismatic, parent: ground, child: b, axis: y, q: yb, initial: {q: -0.5}}
 constraints: {string: {type: rope, path: [a, P, b]}}
 """)
-    assert "length_of_string = 3.5 m" in derivation_text(derive(rope))
+    assert "length_of_string = 3.5 m" in write_document(derivation_document(derive(rope)), "text")

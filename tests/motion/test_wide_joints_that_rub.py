@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from multibody_sym import ModelError, NoSolutionError, Solution, loads, range_of_rest, simulate, solve
-from multibody_sym.documents.worked import worked_text
+from multibody_sym.documents.document import worked_document, write_document
 
 G, MU = 9.81, 0.3
 PUCK = f"""\
@@ -82,7 +82,7 @@ def test_a_plate_stops_where_a_particle_on_a_plane_does_and_stays_to_the_last_bi
 def test_the_steps_have_the_friction_of_a_plate_in_the_equations_of_its_body() -> None:
     worked = solve(loads(PUCK), steps=True).steps
     assert worked is not None
-    lines = worked_text(worked)
+    lines = write_document(worked_document(worked), "text")
     assert re.search(r"along x: 2\*J_x'' = -3\*F/5\n", lines)
     assert re.search(r"along y: 2\*J_y'' = -4\*F/5\n", lines)
 

@@ -9,9 +9,9 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.derivation.notation import latex_name
-from multibody_sym.documents.derivation import derivation_html, derivation_latex
+from multibody_sym.documents.derivation import derivation_document
+from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.documents.formulas import latex_in_mathml, mathml_name
-from multibody_sym.documents.worked import worked_html, worked_latex
 from multibody_sym.pictures.page.picture import letters
 from multibody_sym.text.printer import GREEK, read_parts
 
@@ -70,11 +70,12 @@ def test_what_a_parameter_is_labelled_stands_in_latex_and_in_html() -> None:
     system = mbs.loads(PENDULUM)
     equations, steps = mbs.derive(system), mbs.solve(system, steps=True).steps
     assert steps is not None
-    for latex in (derivation_latex(equations), worked_latex(steps)):
+    documents = derivation_document(equations), worked_document(steps)
+    for latex in (write_document(each, "latex") for each in documents):
         assert "m_{A}" in latex
         assert r"\mathrm{mass}" not in latex
-    assert r"\sin \left(\text{swing angle}\right)" in derivation_latex(equations)
-    for page in (derivation_html(equations), worked_html(steps)):
+    assert r"\sin \left(\text{swing angle}\right)" in write_document(documents[0], "latex")
+    for page in (write_document(each, "html") for each in documents):
         assert "<msub><mi>m</mi><mrow><mi>A</mi></mrow></msub>" in page
         assert "ℓ" in page
         assert "mass<" not in page

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from multibody_sym.cli.output import Answer
-
-if TYPE_CHECKING:
-    from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
 
 HELP: Final = "derive energies and equations of motion in symbols"
 _FORMATS: Final = ("text", "latex", "html", "json")
@@ -36,7 +33,8 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.cli.model import model, shared
     from multibody_sym.derivation.derive import derive
     from multibody_sym.derivation.theorems import with_theorems
-    from multibody_sym.documents.derivation import derivation_data
+    from multibody_sym.documents.derivation import derivation_data, derivation_document
+    from multibody_sym.documents.document import write_document
     from multibody_sym.dynamics.theorems.conserved import conserved_quantities
 
     with model(options) as system:
@@ -47,12 +45,6 @@ def run(options: argparse.Namespace) -> Answer:
         data = derivation_data(equations)
         if options.theorems:
             data["conserved"] = {each.name: each.symmetry for each in kept}
-        text = json.dumps(data, indent=1) if options.format == "json" else _written(equations, options)
-    return Answer(data, text)
-
-
-def _written(equations: SymbolicEquations | CanonicalEquations, options: argparse.Namespace) -> str:
-    from multibody_sym.documents.derivation import derivation_document, derivation_html, derivation_text
-
-    writers = {"text": derivation_text, "latex": derivation_document, "html": derivation_html}
-    return writers[options.format](equations, steps=options.steps)
+        if options.format == "json":
+            return Answer(data, json.dumps(data, indent=1))
+        return Answer(data, write_document(derivation_document(equations, steps=options.steps), options.format))

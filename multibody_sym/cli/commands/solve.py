@@ -23,12 +23,13 @@ def run(options: argparse.Namespace) -> Answer:
     """Solve the instant t = 0 and the questions under `ask`."""
     from multibody_sym.answers.solve import solve
     from multibody_sym.cli.model import model, shared
+    from multibody_sym.documents.document import worked_document, write_document
     from multibody_sym.documents.solution import solution_text
-    from multibody_sym.documents.worked import FORMATS
 
     units, steps = asked_units(options), options.steps or options.format is not None
     with model(options) as system:
         solution = solve(system, steps=steps, **shared(options))
     if solution.steps is None:
         return Answer(solution.as_json(), solution_text(solution, units))
-    return Answer(solution.as_json(), FORMATS[options.format or "text"](solution.steps, units))
+    text = write_document(worked_document(solution.steps), options.format or "text", units)
+    return Answer(solution.as_json(), text)

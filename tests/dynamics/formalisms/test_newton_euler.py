@@ -11,7 +11,8 @@ from textbook import cart_pole, pendulum_in_xy, spherical_pendulum, top
 
 from multibody_sym.derivation.derivation import derive
 from multibody_sym.derivation.symbolic_equations import SymbolicEquations
-from multibody_sym.documents.derivation import derivation_data, derivation_text
+from multibody_sym.documents.derivation import derivation_data, derivation_document
+from multibody_sym.documents.document import write_document
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import free_bodies, newton_euler
@@ -156,4 +157,4 @@ def test_steps_and_data() -> None:
     assert data["method"] == "newton_euler"
     assert "pin_fx" in data["reactions"]
     assert "post_mz" not in data["reactions"]
-    assert "Body yoke" in derivation_text(derive(spherical_pendulum(), "newton_euler"))
+    assert "Body yoke" in write_document(derivation_document(derive(spherical_pendulum(), "newton_euler")), "text")

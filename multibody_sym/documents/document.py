@@ -1,0 +1,382 @@
+"""What does a document consist of, and how do text, LaTeX and HTML write it?
+
+A Document has sections of blocks: sentences, chains of formulas, equations and notes. Each answer makes one; each
+format has one writer. Reports add blocks and writers of their own (`report`). In: documents. Out: text, LaTeX, HTML.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from html import escape
+from textwrap import wrap
+from typing import Any, ClassVar, Final
+
+import sympy
+
+from multibody_sym.answers.records import Formula, Quantity, Sentence, Words, Worked
+from multibody_sym.derivation.notation import Equation, Notation, escaped
+from multibody_sym.documents.formulas import (
+    PIECE,
+    ROOM,
+    MathmlScript,
+    equation_elements,
+    equation_lines,
+    fill_lines,
+    html_document,
+    latex_document,
+    math_element,
+    mathml_script,
+    shown_places,
+)
+from multibody_sym.records import dataclass
+from multibody_sym.text.printer import latex_width
+from multibody_sym.text.values import SI, Units
+
+_TEXT_WIDTH: Final = 110
+_EQUATION_WIDTH: Final = 100
+_DEGREES: Final = 180 / math.pi
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Equations that stand below each other."""
+
+    rows: tuple[Equation, ...]
+
+
+@dataclass(frozen=True)
+class Note:
+    """Lines of plain text."""
+
+    lines: tuple[str, ...]
+
+
+Block = Any
+"""A Sentence, Formula, Equations or Note; in reports also a whole Document and what `report` declares."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title with blocks below it; `text_title` replaces the title in text."""
+
+    title: str
+    blocks: tuple[Block, ...]
+    text_title: str = ""
+
+
+@dataclass(frozen=True)
+class Document:
+    """What is told of `name` on a `subject`, in the letters of a `notation`.
+
+    `advice` ends the text; without sections it is all there is. With `run_in` LaTeX sets titles into their paragraphs.
+    """
+
+    name: str
+    subject: str
+    sections: tuple[Section, ...]
+    notation: Notation
+    advice: str = ""
+    run_in: bool = False
+
+    @property
+    def title(self) -> str:
+        """The name with the subject."""
+        return f"{self.name}: {self.subject}"
+
+
+def worked_document(worked: Worked) -> Document:
+    """Return the document of a solution step by step."""
+    sections = tuple(Section(step.title, step.lines) for step in worked.steps)
+    return Document(worked.name, "step by step", sections, worked.notation)
+
+
+def write_document(document: Document, form: str, units: Units = SI) -> str:
+    """Return a document in a form (text, latex, html), with numbers in chosen units; LaTeX compiles as it is."""
+    return _WRITERS[form](document.notation, units).document(document)
+
+
+@dataclass(frozen=True)
+class Writer(ABC):
+    """Writes blocks in one format."""
+
+    notation: Notation
+    units: Units = SI
+    signs: ClassVar[Mapping[str, str]]
+
+    def section(self, section: Section) -> str:
+        """Return a title and the blocks below it."""
+        head = self.heading(section.title) if section.title else ""
+        return "\n".join(part for part in (head, *map(self.block, section.blocks)) if part)
+
+    def block(self, block: Block) -> str:
+        """Return a block by its kind."""
+        match block:
+            case Sentence():
+                return self.sentence(block.words)
+            case Formula():
+                return self.formula(block)
+            case Equations():
+                return self.equations(block.rows)
+            case Note():
+                return self.note(block.lines)
+        raise TypeError(f"no block of a document: {type(block).__name__}")
+
+    def words(self, words: Words) -> str:
+        """Return texts, quantities and expressions as they stand in a sentence."""
+        return "".join(map(self.word, words))
+
+    def word(self, word: Any) -> str:
+        """Return a text, a quantity or an expression that stands in a sentence."""
+        if isinstance(word, str):
+            return self.plain(word)
+        return self.quantity(word) if isinstance(word, Quantity) else self.inline(word)
+
+    def quantity(self, quantity: Quantity) -> str:
+        """Return a number with its unit; angles are in degrees where no unit was chosen."""
+        number, unit = quantity
+        if unit == "rad" and self.units.of(unit) == unit:
+            return self.number(f"{number * _DEGREES:.10g}", "deg")
+        digits, _, chosen = self.units.said(number, unit).partition(" ")
+        return self.number(digits, chosen)
+
+    def terms(self, line: Formula) -> list[str]:
+        """Return a chain of formulas in pieces between which a line may end."""
+        terms: list[str] = []
+        for k, side in enumerate(line.sides):
+            first, *rest = self.pieces(side)
+            terms += [f"{self.signs[line.relation]} {first}" if k else first, *rest]
+        if line.value is not None:
+            terms.append(f"= {self.quantity(line.value)}")
+        return terms
+
+    @abstractmethod
+    def document(self, document: Document) -> str:
+        """Return a whole document."""
+
+    @abstractmethod
+    def heading(self, title: str) -> str:
+        """Return the title of a section."""
+
+    @abstractmethod
+    def sentence(self, words: Words) -> str:
+        """Return a sentence as a paragraph."""
+
+    @abstractmethod
+    def formula(self, line: Formula) -> str:
+        """Return a chain of formulas with its words and number."""
+
+    @abstractmethod
+    def equations(self, rows: Sequence[Equation]) -> str:
+        """Return equations below each other."""
+
+    @abstractmethod
+    def note(self, lines: Sequence[str]) -> str:
+        """Return lines of plain text."""
+
+    @abstractmethod
+    def pieces(self, expression: Any) -> list[str]:
+        """Return the terms of a sum, and parts of terms that are too wide for a line."""
+
+    @abstractmethod
+    def plain(self, words: str) -> str:
+        """Return text in which nothing is taken for a command."""
+
+    @abstractmethod
+    def inline(self, expression: Any) -> str:
+        """Return an expression that stands in a sentence."""
+
+    @abstractmethod
+    def number(self, digits: str, unit: str) -> str:
+        """Return a number with its unit, which may be empty."""
+
+
+class TextWriter(Writer):
+    """Lines of text: formulas in the model's language, blocks indented."""
+
+    signs: ClassVar = {"=": "=", ">=": ">=", "<=": "<=", ">": ">", "<": "<"}
+
+    def document(self, document: Document) -> str:
+        if not document.sections:
+            return f"{document.title}\n{document.advice}"
+        sections = [replace(each, title=each.text_title or each.title) for each in document.sections]
+        parts = [document.title, *map(self.section, sections), document.advice]
+        return "\n\n".join(part for part in parts if part)
+
+    def heading(self, title: str) -> str:
+        return title
+
+    def sentence(self, words: Words) -> str:
+        return _indented(_wrapped(self.words(words)))
+
+    def formula(self, line: Formula) -> str:
+        tag = "" if line.tag is None else f"({line.tag}) "
+        head = f"{tag}{self.words(line.before)}{': ' if line.before else ''}"
+        pieces = [(float(len(term)), term) for term in self.terms(line)]
+        first, *others = fill_lines(pieces, _TEXT_WIDTH - len(head), gap=1.0)
+        lines = [head + first, *(f"    {other}" for other in others)]
+        return _indented(part for each in lines for part in _wrapped(each))
+
+    def equations(self, rows: Sequence[Equation]) -> str:
+        return _indented(line for row in rows for line in self._equation(row))
+
+    def _equation(self, row: Equation) -> Iterator[str]:
+        """Yield an equation in a line, one of a wide matrix by its elements."""
+        left, right = self.notation.text(row.left), self.notation.text(row.right)
+        if not isinstance(row.right, sympy.MatrixBase) or len(left) + len(right) <= _EQUATION_WIDTH:
+            yield f"{left} = {right}"
+            return
+        vector = 1 in row.right.shape
+        for i, j in shown_places(row.right):
+            place = f"{max(i, j) + 1}" if vector else f"{i + 1},{j + 1}"
+            index = f"[{place}]" if len(row.right) > 1 else ""
+            yield f"{left}{index} = {self.notation.text(row.right[i, j])}"
+
+    def note(self, lines: Sequence[str]) -> str:
+        return _indented(lines)
+
+    def pieces(self, expression: Any) -> list[str]:
+        return self.notation.parts(expression)
+
+    def plain(self, words: str) -> str:
+        return words
+
+    def inline(self, expression: Any) -> str:
+        return self.notation.text(expression)
+
+    def number(self, digits: str, unit: str) -> str:
+        return f"{digits} {unit}".rstrip()
+
+
+def _indented(lines: Iterable[str]) -> str:
+    return "\n".join(f"    {line}" for line in lines)
+
+
+def _wrapped(line: str) -> list[str]:
+    """Return a line in as many as it needs, broken between the terms of sums."""
+    indent = line[: len(line) - len(line.lstrip())]
+    lines = wrap(line.strip(), _TEXT_WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
+    return [indent + part for part in lines]
+
+
+@dataclass(frozen=True)
+class LatexWriter(Writer):
+    r"""LaTeX that needs amsmath and `\fit`; `command` sets the title of a section."""
+
+    command: str = r"\subsection{%s}"
+    signs: ClassVar = {"=": "=", ">=": r"\ge", "<=": r"\le", ">": ">", "<": "<"}
+
+    def document(self, document: Document) -> str:
+        return latex_document(document.name if document.run_in else document.title, self.body(document))
+
+    def body(self, document: Document) -> str:
+        """Return the sections of a document without what stands around them."""
+        if not document.sections:
+            return rf"\paragraph{{{escaped(document.title)}}} {escaped(document.advice)}."
+        if not document.run_in:
+            return "\n".join(map(self.section, document.sections))
+        writer = replace(self, command=r"\paragraph{%s}")
+        return "\n".join([f"% {document.title}", *map(writer.section, document.sections)])
+
+    def heading(self, title: str) -> str:
+        return self.command % escaped(title)
+
+    def sentence(self, words: Words) -> str:
+        return self.words(words) + r"\par"
+
+    def formula(self, line: Formula) -> str:
+        head = rf"\text{{{self.words(line.before)}: }}" if line.before else ""
+        tag = "" if line.tag is None else rf" \tag{{{line.tag}}}"
+        first, *others = self.terms(line)
+        widths = [latex_width(first) + latex_width(head), *map(latex_width, others)]
+        first, *others = fill_lines(zip(widths, [first, *others], strict=True), ROOM)
+        body = " \\\\\n".join([rf"& \fit{{{head}{first}}}", *(rf"& \quad \fit{{{other}}}" for other in others)])
+        return f"\\begin{{align*}}\n{body}{tag}\n\\end{{align*}}"
+
+    def equations(self, rows: Sequence[Equation]) -> str:
+        written = []
+        for row in rows:
+            first, *others = equation_lines(self.notation, row.left, row.right, "&")
+            written += [f"  {first}", *(rf"  & \quad {other}" for other in others)]
+        return "\\begin{align*}\n" + " \\\\\n".join(written) + "\n\\end{align*}"
+
+    def note(self, lines: Sequence[str]) -> str:
+        return r" \\ ".join(map(escaped, lines))
+
+    def pieces(self, expression: Any) -> list[str]:
+        return [piece for _, piece in self.notation.latex_pieces(expression, ROOM)]
+
+    def plain(self, words: str) -> str:
+        return escaped(words)
+
+    def inline(self, expression: Any) -> str:
+        return f"${self.notation.latex(expression)}$"
+
+    def number(self, digits: str, unit: str) -> str:
+        mantissa, e, exponent = digits.partition("e")
+        power = rf" \cdot 10^{{{int(exponent)}}}" if e else ""
+        upright = re.sub(r"\\textasciicircum\{\}(\d+)", r"$^{\1}$", escaped(unit)).replace("*", r"$\,$")
+        return rf"\ensuremath{{{mantissa}{power}}}" + (rf"\ \text{{{upright}}}" if unit else "")
+
+
+@dataclass(frozen=True)
+class HtmlWriter(Writer):
+    """HTML with formulas in MathML; `level` is that of headings."""
+
+    level: int = 2
+    signs: ClassVar = {
+        sign: f"<mo>{entity}</mo>"
+        for sign, entity in {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}.items()
+    }
+
+    @cached_property
+    def _script(self) -> MathmlScript:
+        return mathml_script(self.notation)
+
+    def document(self, document: Document) -> str:
+        return html_document(document.title, self.body(document))
+
+    def body(self, document: Document) -> str:
+        """Return the sections of a document without what stands around them."""
+        if not document.sections:
+            return f"<p>{escape(document.advice)}</p>\n"
+        return "\n".join(map(self.section, document.sections)) + "\n"
+
+    def heading(self, title: str) -> str:
+        return f"<h{self.level}>{escape(title)}</h{self.level}>"
+
+    def sentence(self, words: Words) -> str:
+        return f"<p>{self.words(words)}</p>"
+
+    def formula(self, line: Formula) -> str:
+        tag = "" if line.tag is None else f'<span class="n">({line.tag})</span>'
+        terms = [*map(math_element, self.terms(replace(line, value=None)))]
+        terms += [] if line.value is None else [f"= {self.quantity(line.value)}"]
+        before = f"{self.words(line.before)}: " if line.before else ""
+        return f'<p class="formula">{tag}{before}{" ".join(terms)}</p>'
+
+    def equations(self, rows: Sequence[Equation]) -> str:
+        written = (equation_elements(self._script, row.left, row.right) for row in rows)
+        return "\n".join(f'<p class="formula">{each}</p>' for each in written)
+
+    def note(self, lines: Sequence[str]) -> str:
+        return "\n".join(f"<p>{escape(line)}</p>" for line in lines)
+
+    def pieces(self, expression: Any) -> list[str]:
+        return self._script.pieces(expression, PIECE)
+
+    def plain(self, words: str) -> str:
+        return escape(words)
+
+    def inline(self, expression: Any) -> str:
+        return math_element(self._script.shown(expression))
+
+    def number(self, digits: str, unit: str) -> str:
+        return f"{digits}&nbsp;{escape(unit)}" if unit else digits
+
+
+_WRITERS: Final[Mapping[str, type[Writer]]] = {"text": TextWriter, "latex": LatexWriter, "html": HtmlWriter}
