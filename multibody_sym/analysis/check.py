@@ -24,7 +24,7 @@ from multibody_sym.dynamics.start.number_checks import blame_numbers, end_of_run
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, sampled_states, verify_regular_start
 from multibody_sym.dynamics.start.state import StartState, state_at
-from multibody_sym.dynamics.theorems.balance import NEGLIGIBLE, instants_of, theorems
+from multibody_sym.dynamics.theorems.balance import NEGLIGIBLE, terms_at_states, theorems
 from multibody_sym.dynamics.theorems.conserved import MOST, conserved
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
@@ -171,7 +171,7 @@ def _with_dynamics(
     compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
     ratios = agreement(resolved, states, compared)
     found = [forward_dynamics(formalism(resolved, state)) for state in states]
-    residuals = theorems(instants_of(resolved, states, found)) | short_run_misses(resolved, formalism, states[-1])
+    residuals = theorems(terms_at_states(resolved, states, found)) | short_run_misses(resolved, formalism, states[-1])
     multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
     pulled = [hint for hints in (_pushing, _pulling) for hint in hints(resolved, multipliers, rank.not_unique)]
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):

@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import Subexpressions, value_of
 from multibody_sym.derivation.notation import Derivation, Equation, Notation, ReadableEquations, Symbols
 from multibody_sym.dynamics.formalisms.constrained import constrained, in_floats
-from multibody_sym.dynamics.formalisms.equations import Friction
+from multibody_sym.dynamics.formalisms.equations import FrictionTerms
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, ModelError, shown
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -184,14 +184,14 @@ class Lambdified:
         if self.result == "terms":
             return terms
         exerted, coupling = (x.reshape(len(gamma), -1).tolist() for x in friction) if friction else ([], [])
-        rubbing = Friction(exerted, coupling, self.equations.beside) if friction else None
+        rubbing = FrictionTerms(exerted, coupling, self.equations.beside) if friction else None
         return _accelerations(*terms, rubbing)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return SymbolicEquations.lambdify, (self.equations, self.result)
 
 
-def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: Friction | None) -> Floats:
+def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: FrictionTerms | None) -> Floats:
     """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H; or of those with friction.
 
     Where rows hold freedoms without mass, M + w H^T H and f + w H^T gamma stand for M and f: same udot, regular matrix.

@@ -12,7 +12,7 @@ from multibody_sym.analysis.independent_checks import short_run_misses
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.state import State
 
@@ -25,7 +25,7 @@ def test_hold_at_random_states(seed: int, rows: bool) -> None:
     case = random_case(seed, rows=rows)
     state = case.state(*random_state(np.random.default_rng(seed), case))
     found = forward_dynamics(composite_body(case.mechanism, state))
-    at = instant_of(case.mechanism, rates_of(case.mechanism), state, found)
+    at = balance_terms(case.mechanism, rates_of(case.mechanism), state, found)
     assert max(theorems([at]).values()) < 1e-11
 
 
@@ -36,7 +36,7 @@ def test_power_theorem_sees_wrong_accelerations(rows: bool) -> None:
         state = case.state(*random_state(np.random.default_rng(seed), case))
         found = forward_dynamics(composite_body(case.mechanism, state))
         wrong = replace(found, udot=found.udot * (1 + 1e-5) + 1e-5)
-        residuals = theorems([instant_of(case.mechanism, rates_of(case.mechanism), state, wrong)])
+        residuals = theorems([balance_terms(case.mechanism, rates_of(case.mechanism), state, wrong)])
         assert residuals["power"] > 1e-9
 
 

@@ -14,7 +14,7 @@ from multibody_sym.analysis.independent_checks import agreement, beyond_rounding
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.model.bodies import GroundMotion
 from multibody_sym.model.constraints import CONSTRAINTS, OnCurve
 from multibody_sym.model.forces import FORCES, Friction
@@ -53,7 +53,7 @@ def verify(case: Case) -> None:
     routes = {name: route for name, route in FORMALISMS.items() if name not in left_out}
     assert not beyond_rounding(case.mechanism, agreement(case.mechanism, [state], routes))
     found = forward_dynamics(composite_body(case.mechanism, state))
-    assert max(theorems([instant_of(case.mechanism, rates_of(case.mechanism), state, found)]).values()) < 1e-11
+    assert max(theorems([balance_terms(case.mechanism, rates_of(case.mechanism), state, found)]).values()) < 1e-11
 
 
 @pytest.mark.parametrize("cls", [*DECLARED, GroundMotion, Table], ids=lambda cls: cls.__name__)

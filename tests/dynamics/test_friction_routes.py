@@ -13,7 +13,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import in_mode
@@ -67,7 +67,7 @@ def verify(seed: int, *, rows: bool) -> bool:
     routes = {name: route for name, route in FORMALISMS.items() if name not in derived}
     assert not beyond_rounding(resolved, agreement(resolved, [state], routes))
     found = forward_dynamics(composite_body(resolved, state))
-    assert max(theorems([instant_of(resolved, rates_of(resolved), state, found)]).values()) < 1e-10
+    assert max(theorems([balance_terms(resolved, rates_of(resolved), state, found)]).values()) < 1e-10
     program = programs(resolved, FORMALISMS["composite_body"]).state_derivative
     inputs = [state.slots[x] for x in state.slots if x.data[0] == "inputs"]
     again = interpret(program, t, q, u, parameters, np.array(inputs), np.zeros(0))[1]

@@ -14,7 +14,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.dynamics.theorems.balance import instant_of, rates_of, theorems
+from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.bodies import Body, VariableMass
 from multibody_sym.model.fields import Names
@@ -64,7 +64,7 @@ def assert_agrees(seed: int, *, rows: bool, derived: bool = False) -> None:
     worst = max(agreement(case.mechanism, [state], routes).values())
     assert worst <= (LARGEST_WITH_ROWS if rows else LARGEST_ON_TREES), f"seed {seed}"
     found = forward_dynamics(composite_body(case.mechanism, state))
-    told = theorems([instant_of(case.mechanism, rates_of(case.mechanism), state, found)])
+    told = theorems([balance_terms(case.mechanism, rates_of(case.mechanism), state, found)])
     assert max(told.values()) < 1e-11, f"seed {seed}"
 
 

@@ -1,4 +1,7 @@
-"""Closing: coordinates moved by Newton's method until rows hold, in floats."""
+"""Closing: coordinates displaced by Newton's method until rows hold, in floats.
+
+In: a Mechanism's rows, parameters, coordinates to begin with. Out: coordinates with phi = 0, or None.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +34,9 @@ Solver = Callable[[Floats, Floats], Floats]
 Found = TypeVar("Found")
 
 CLOSED: Final = 1e-13
-"""Rows are closed that are missed by less than this part of their size, ..."""
+"""Rows are closed if they are missed by less than this part of their size, ..."""
 WRITTEN: Final = 1e-11
-"""... or this one, where nothing can move changes it: numbers of twelve digits leave so much."""
+"""... or this one, where no motion changes it: numbers of twelve digits leave so much."""
 _STEPS: Final = 60
 _HALVINGS: Final = 8
 _SLOW: Final = 0.95
@@ -41,7 +44,7 @@ _SLOW_STEPS: Final = 4
 """Newton's method gives up where so many steps on end leave more than this part of phi."""
 _RESTARTS: Final = 12
 _SPREAD: Final = 0.2
-"""By how much the guesses of each restart lie farther around the first than those before."""
+"""The guesses of each restart lie by this much farther from the first."""
 _LARGEST_STEP: Final = 1.0
 _TRIALS: Final = 200
 _SOFTEST: Final = 1e-3
@@ -53,7 +56,7 @@ _DAMPING: Final = 1e-2
 
 
 class Missed(NamedTuple):
-    """What rows are missed by (s), and what they are made of (s): the sizes that tell it from rounding."""
+    """Residuals of rows (s), and the sizes of their terms (s), which tell residuals from rounding."""
 
     residuals: Floats
     sizes: Floats
@@ -80,10 +83,10 @@ class Moving(NamedTuple):
 
 @dataclass(frozen=True)
 class Rows:
-    """Those rows of a mechanism that are to be closed, for given parameters, at the start or another time.
+    """The `active` rows of a mechanism are to be closed, for given parameters, at the start or another time.
 
-    Rows that define forces are not among the active ones: there is nothing to close. What they are in numbers is found
-    by walking through the kinematics of all bodies, or by `compiled` Programs where there are some.
+    Rows that define forces are not active: they close nothing. Their numbers come from the kinematics of all bodies in
+    Python, or from `compiled` Programs.
     """
 
     mechanism: Mechanism
@@ -104,9 +107,9 @@ class Rows:
 
     @cached_property
     def at_rest(self) -> Callable[[Floats], Motion]:
-        """The motion at rest in a position, kept while the same is asked for again."""
+        """The motion at rest in a position; the last one is remembered."""
         speeds = np.zeros(len(self.mechanism.speeds))
-        return _kept(lambda q: self.motion(q, speeds))
+        return _remember_last(lambda q: self.motion(q, speeds))
 
     def of(self, motion: Motion) -> list[RowMotion]:
         """Return the active rows."""
@@ -120,7 +123,7 @@ class Rows:
 
     @property
     def acting(self) -> int:
-        """How many of the active rows do not vanish everywhere, as far as that is known."""
+        """How many of the active rows do not vanish everywhere; all of them without Programs."""
         if self.compiled is None:
             return len(self.active)
         return int(self.compiled.acting[list(self.active)].sum())
@@ -135,8 +138,8 @@ class Rows:
 
     @cached_property
     def at(self) -> Callable[[Floats], tuple[Floats, Floats] | None]:
-        """phi (s) and H (s x n) of holonomic rows at rest in a position, None where they have no value; kept, too."""
-        return _kept(self._at)
+        """phi (s) and H (s x n) of holonomic rows at rest in a position, None without values; the last one is kept."""
+        return _remember_last(self._at)
 
     def _at(self, q: Floats) -> tuple[Floats, Floats] | None:
         if self.compiled is not None:
@@ -161,14 +164,14 @@ class Rows:
         return Moving(phidot, self.jacobian(rows), np.array(power_terms(motion, rows), dtype=float))
 
     def jacobian(self, rows: Sequence[RowMotion]) -> Floats:
-        """Return H (s x n) of rows, without what rounding leaves of rows that move nothing."""
+        """Return H (s x n) of rows, without the rounding of rows that move nothing."""
         return constraint_jacobian(rows).reshape(len(rows), len(self.mechanism.speeds))
 
     def missed(self, q: Floats, least: float = 0.0) -> Missed | None:
-        """Return phi of holonomic rows beside the model's length, or |H| by such lengths where rows are expressions.
+        """Return phi of holonomic rows with the model's length as their size, or |H| by lengths for expressions.
 
-        That length is how far a body or a named point is from the origin, `least` (m) or more; a direction counts as
-        one. None where the rows have no value.
+        The length is the farthest distance of a body or named point from the origin, `least` (m) or more; a direction
+        has size one. None where the rows have no value.
         """
         here = self.at(q)
         if here is None:
@@ -190,8 +193,8 @@ class Rows:
         return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0))
 
 
-def _kept(find: Callable[[Floats], Found]) -> Callable[[Floats], Found]:
-    """Return a function of a position that keeps what it found for the last one."""
+def _remember_last(find: Callable[[Floats], Found]) -> Callable[[Floats], Found]:
+    """Return a function of a position that remembers its last result."""
     last: list[tuple[bytes, Found]] = []
 
     def found(q: Floats) -> Found:
@@ -207,27 +210,21 @@ def closed_from(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) 
     """Return coordinates with phi = 0 by Newton's method on the free speeds, from other guesses if the first fails."""
     rng = np.random.default_rng(_SEED)
     tries = [(True, 0.0), (False, 0.0)] if weighted else [(False, 0.0)]
-    if _suffice(rows, start, free):
+    jacobian = generic_jacobian(rows, start)
+    every = range(len(rows.mechanism.speeds))
+    if free and (jacobian is None or suffice(jacobian, free, every)):
         tries += [(False, _SPREAD * k) for k in range(1, _RESTARTS + 1)]
     for by_mass, spread in tries:
         change = np.zeros(len(rows.mechanism.speeds))
         change[list(free)] = spread * rng.normal(size=len(free))
-        found = _newton(rows, moved(rows.mechanism, start, change), free, by_mass)
+        found = _newton(rows, displaced(rows.mechanism, start, change), free, by_mass)
         if found is not None and not _turned_over(rows, found):
             return found
     return None
 
 
-def _suffice(rows: Rows, q: Floats, free: Sequence[int]) -> bool:
-    """Return whether the free speeds can do to the rows whatever all speeds together can."""
-    jacobian = generic_jacobian(rows, q)
-    if jacobian is None or not free:
-        return bool(free)
-    return suffice(jacobian, free, range(len(rows.mechanism.speeds)))
-
-
 def suffice(jacobian: Floats, free: Sequence[int], among: Sequence[int]) -> bool:
-    """Return whether some speeds can do to the rows, by their `jacobian`, whatever those `among` which they are can."""
+    """Return whether the free speeds alone give rows, by a `jacobian`, all rates that the speeds `among` them give."""
     if len(free) == len(among):
         return True
     of_free, of_all = (rank(jacobian[:, list(which)], DRAWN) for which in (free, among))
@@ -235,14 +232,14 @@ def suffice(jacobian: Floats, free: Sequence[int], among: Sequence[int]) -> bool
 
 
 def generic_jacobian(rows: Rows, q: Floats) -> Floats | None:
-    """Return H beside q, where columns that vanish at q itself (a rod along an axis) do not."""
+    """Return H beside q, where columns do not vanish that do so at q itself (a rod along an axis)."""
     count = len(rows.mechanism.speeds)
-    near = rows.at(moved(rows.mechanism, q, np.random.default_rng(_SEED).uniform(0.01, 0.1, count)))
+    near = rows.at(displaced(rows.mechanism, q, np.random.default_rng(_SEED).uniform(0.01, 0.1, count)))
     return None if near is None else near[1]
 
 
 def _turned_over(rows: Rows, q: Floats) -> bool:
-    """Return whether a cut joint's frames satisfy its rows with an axis that they share pointing opposite ways."""
+    """Return whether the axis that a cut joint's frames share points opposite ways in them, though its rows hold."""
     angles = [row for row in (rows.mechanism.rows[k] for k in rows.active) if isinstance(row, AngleRow)]
     if not angles:
         return False
@@ -264,6 +261,7 @@ def closed_near(rows: Rows, q: Floats) -> Floats | None:
 
 
 def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+    """Return coordinates with phi = 0 by Newton's method from q on, None where it does not converge."""
     here, slow = rows.at(q), 0
     begun = 0.0 if here is None else rows.length(q)  # all may come to the origin, where the model has no length
     for _ in range(_STEPS):
@@ -272,21 +270,24 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
         phi, jacobian = here
         size = float(np.linalg.norm(phi))
         step = least_change(rows, q, jacobian, -phi, free, weighted, _damped)
-        if _is_rounding(step) and _closed(rows, q, EPSILON, begun):  # one near zero could follow phi far below it
-            return q
+        if _is_rounding(step):  # a phi near zero could be followed far below its rounding
+            missed = rows.missed(q, begun)
+            if missed is not None and missed.within(EPSILON):
+                return q
         step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
-        ahead = _line_search(rows, q, step, size)
-        slow = slow + 1 if ahead is None or float(np.linalg.norm(ahead[1][0])) > _SLOW * size else 0
-        if ahead is None or slow >= _SLOW_STEPS:
+        for halving in range(1 if _is_rounding(step) else _HALVINGS):  # a part of rounding is no better than the whole
+            ahead = displaced(rows.mechanism, q, step / 2**halving)
+            there = rows.at(ahead)
+            if there is not None and float(np.linalg.norm(there[0])) < size:
+                break
+        else:
             break
-        q, here = ahead
+        slow = slow + 1 if float(np.linalg.norm(there[0])) > _SLOW * size else 0
+        if slow >= _SLOW_STEPS:
+            break
+        q, here = ahead, there
     missed = None if here is None else rows.missed(q, begun)
     return q if missed is not None and here is not None and missed.closed(here[1]) else None
-
-
-def _closed(rows: Rows, q: Floats, part: float, least: float) -> bool:
-    missed = rows.missed(q, least)
-    return missed is not None and missed.within(part)
 
 
 def _is_rounding(step: Floats) -> bool:
@@ -294,7 +295,7 @@ def _is_rounding(step: Floats) -> bool:
 
 
 def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Floats | None:
-    """Return coordinates near q, moved by the free speeds (all), at which |phi| is least; None where it has no value.
+    """Return coordinates near q, displaced by the free speeds (all), at which |phi| is least; None without values.
 
     Source: Levenberg, Marquardt.
     """
@@ -308,7 +309,7 @@ def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Fl
         felt = max(stiffness, _FELT * float(np.diagonal(square).max(initial=0.0)))  # or rounding loses it
         step = np.zeros(len(rows.mechanism.speeds))
         step[places] = np.linalg.solve(square + felt * np.eye(len(square)), -jacobian.T @ phi)
-        ahead = moved(rows.mechanism, q, step)
+        ahead = displaced(rows.mechanism, q, step)
         if (ahead == q).all():  # and so are stiffer steps
             break
         there = rows.at(ahead)
@@ -321,17 +322,17 @@ def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Fl
     return q
 
 
-def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
-    """Return q with what these speeds move where the rows are missed least, looked for from all around.
+def best_guess(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
+    """Return q displaced by the `unknown` speeds to where the rows are missed least, by searches from all around.
 
-    Where a joint is turned over its angles are missed as little as where it is not: that is taken for want of others.
+    A position in which a joint is turned over is taken for want of others: its rows are missed as little.
     """
     rng, count = np.random.default_rng(_SEED), len(rows.mechanism.speeds)
     found, least = q, (True, math.inf)
     for number in range(_RESTARTS):
         change = np.zeros(count)
         change[list(unknown)] = (number > 0) * rng.uniform(-math.pi, math.pi, len(unknown))
-        near = least_missed(rows, moved(rows.mechanism, q, change), unknown)
+        near = least_missed(rows, displaced(rows.mechanism, q, change), unknown)
         here = None if near is None else rows.at(near)
         if near is None or here is None:
             continue
@@ -341,18 +342,8 @@ def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
     return found
 
 
-def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:
-    """Return the farthest of ever smaller steps that brings phi down, None where none does."""
-    for halving in range(1 if _is_rounding(step) else _HALVINGS):  # a part of rounding is no better than the whole
-        ahead = moved(rows.mechanism, q, step / 2**halving)
-        there = rows.at(ahead)
-        if there is not None and float(np.linalg.norm(there[0])) < size:
-            return ahead, there
-    return None
-
-
-def moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
-    """Return q moved by a small change of the speeds' integrals, quaternions normalised."""
+def displaced(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
+    """Return q displaced by a small change of the speeds' integrals, quaternions normalised."""
     found: Floats = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
     normalize(mechanism, found)
     return found
@@ -369,12 +360,6 @@ def normalize(mechanism: Mechanism, q: Floats) -> None:
             q[places] /= length
 
 
-def _weights(motion: Motion) -> MassFactors:
-    if massless_speeds(motion.mechanism):
-        return factorized(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
-    return tree_factors(motion)
-
-
 def least_change(
     rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool, solver: Solver
 ) -> Floats:
@@ -385,7 +370,12 @@ def least_change(
         least = solver(here.weighted[list(rows.active)], wanted)
         return rows.compiled.change(rows.t, q, change, rows.parameters, least)
     if weighted:
-        weights = _weights(rows.motion(q, change))
+        motion = rows.motion(q, change)
+        weights: MassFactors
+        if massless_speeds(motion.mechanism):
+            weights = factorized(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
+        else:
+            weights = tree_factors(motion)
         found = correction(weights, jacobian.tolist(), lambda A: solver(np.array(A, dtype=float), wanted).tolist())
         return np.array(found, dtype=float)
     if free:
@@ -393,7 +383,7 @@ def least_change(
     return change
 
 
-def exactly(matrix: Floats, wanted: Floats) -> Floats:
+def least_norm(matrix: Floats, wanted: Floats) -> Floats:
     """Return the smallest x with A x = r over rows that are independent to rounding."""
     found = clear_least_norm(matrix, wanted)
     if found is not None:
@@ -404,6 +394,6 @@ def exactly(matrix: Floats, wanted: Floats) -> Floats:
 def _damped(matrix: Floats, wanted: Floats) -> Floats:
     """Return A^T (A A^T + mu E)^-1 r with mu -> 0 as |r|^2 (Levenberg, Marquardt).
 
-    Rows that are dependent where they hold are independent beside it, and would lead Newton's method astray.
+    Rows that are dependent where they hold are independent nearby, and would lead Newton's method astray.
     """
     return damped(matrix, wanted, min(_DAMPING, float(wanted @ wanted)))

@@ -1,4 +1,8 @@
-"""Dependent rows: the rank of the constraints at a state, which rows it leaves over, and what they make ambiguous."""
+"""Dependent rows: the rank of the constraints at a state, the rows left over, and the forces that are not unique.
+
+In: rows at a state over floats. Out: a Redundancy, combinations of multipliers without effect, ranks at a position and
+around it, contradictions by name.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near, least_missed, moved
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, displaced, least_missed
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics, coupled_groups
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.law_elements import row_forces
@@ -27,7 +31,6 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.pivoted_qr import NEGLIGIBLE, contradiction, dependence, support
 from multibody_sym.scalars.rank import CLOSED, last_share, rank, scaled_rows
-from multibody_sym.scalars.rank import rank as rank_of
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import COMPONENTS
 
@@ -35,12 +38,11 @@ _SHARE: Final = 0.1
 
 
 def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
-    """Return the rank of the rows at a state over floats, judged as the solver judges it (H G^-1 with M = G^T G).
+    """Return the rank of the rows at a state over floats, by the solver's own measure (H G^-1 with M = G^T G).
 
-    Rows that have a share in an idle combination of multipliers, and joints that it loads, have forces that are not
-    unique.
+    Rows in an idle combination of multipliers, and joints that it loads, have forces that are not unique.
     """
-    restrict = restricting(dynamics)
+    restrict = restricting_rows(dynamics)
     if not restrict.rows:
         return Redundancy(0, (), ())
     found = dependence(_weighted(restrict, constraint_jacobian(restrict.rows)))
@@ -57,11 +59,11 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
         tuple(tuple(restrict.row_names[k] for k in support(circuit)) for circuit in found.circuits),
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
         doubles,
-        tuple(dict.fromkeys(_named(motion.mechanism, {names[k] for k in shared - of_joints}, loaded))),
+        tuple(dict.fromkeys(_force_names(motion.mechanism, {names[k] for k in shared - of_joints}, loaded))),
     )
 
 
-def _named(
+def _force_names(
     mechanism: Mechanism, rows: Collection[str], loaded: Mapping[str, Sequence[str]]
 ) -> Iterator[str]:
     """Yield the names of the forces of rows and of joints' components."""
@@ -79,8 +81,8 @@ def _named(
 def idle_combinations(dynamics: TreeDynamics) -> list[Floats]:
     """Return combinations y (s) of multipliers, of length one, that exert nothing and define no other: C^T y = D y = 0.
 
-    Multipliers and what hangs on them are unique where no such combination changes them. C is H for rows without
-    friction, D their coupling; rows that define a force are as long as what its unit exerts.
+    Multipliers and forces that depend on them are unique where no such combination changes them. C is H for rows
+    without friction, D their coupling; rows that define a force are as long as the effect of its unit.
     """
     if not dynamics.rows:
         return []
@@ -90,10 +92,14 @@ def idle_combinations(dynamics: TreeDynamics) -> list[Floats]:
         lengths = scaled_rows(exerted)[0]
         exerted = np.hstack([exerted, np.array(friction.coupling, dtype=float).T * lengths])
     lengths = scaled_rows(exerted)[0]
-    return [_unit(circuit / lengths) for circuit in dependence(exerted).circuits]
+    combinations: list[Floats] = []
+    for circuit in dependence(exerted).circuits:
+        combination = circuit / lengths
+        combinations.append(combination / np.linalg.norm(combination))
+    return combinations
 
 
-def restricting(dynamics: TreeDynamics) -> TreeDynamics:
+def restricting_rows(dynamics: TreeDynamics) -> TreeDynamics:
     """Return the dynamics with those rows alone that restrict motion; others define forces."""
     if all(row.kinematic for row in dynamics.rows):
         return dynamics
@@ -102,7 +108,7 @@ def restricting(dynamics: TreeDynamics) -> TreeDynamics:
 
 
 def doubles_of(mechanism: Mechanism) -> dict[str, int]:
-    """Return the joints whose coordinates massless doubles keep, with their speeds, and as many rows that hold them."""
+    """Return the joints whose coordinates massless doubles keep, each with the number of its speeds and their rows."""
     return {body.joint_name: len(body.u) for body in mechanism.bodies if body.is_double}
 
 
@@ -118,9 +124,9 @@ class Dependence:
 
 
 def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
-    """Return which rows come nearest to dependence where so many of all are independent anywhere.
+    """Return the rows nearest to dependence, where `independent` of all rows are independent in general.
 
-    Rows that define their force take no part; they count among the independent ones.
+    Rows that define their force take no part, but count among the independent ones.
     """
     own = [k for k, row in enumerate(dynamics.rows) if row.kinematic]
     matrix = scaled_rows(_weighted(dynamics, constraint_jacobian(dynamics.rows)))[1][own]
@@ -131,24 +137,11 @@ def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
     return Dependence(named, independence)
 
 
-def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[str, ...]:
-    """Return the rows that depend on each other, or vanish, here and do not beside, where the rank is the greater."""
-    found = dependence(_weighted(here, constraint_jacobian(here.rows)))
-    unit = scaled_rows(_weighted(beside, constraint_jacobian(beside.rows)))[1]
-    losing = {k for circuit in found.circuits if _independent(unit[list(support(circuit))]) for k in support(circuit)}
-    return tuple(here.row_names[k] for k in sorted(losing)) or nearly_dependent(here, rank).names
-
-
-def _independent(rows: Floats) -> bool:
-    return rank_of(rows, CLOSED) == len(rows)
-
-
 def approximate_rank(dynamics: TreeDynamics) -> int:
     """Return the rank of the rows at a state that satisfies them only nearly."""
     if not dynamics.rows:
         return 0
-    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
-    return rank_of(matrix, CLOSED)
+    return rank(_weighted(dynamics, constraint_jacobian(dynamics.rows)), CLOSED)
 
 
 def _weighted(dynamics: TreeDynamics, rows: Iterable[Sequence[float]]) -> Floats:
@@ -156,37 +149,29 @@ def _weighted(dynamics: TreeDynamics, rows: Iterable[Sequence[float]]) -> Floats
     return np.array([dynamics.factors.weighted(list(map(float, row))) for row in rows], dtype=float)
 
 
-def _unit(combination: Floats) -> Floats:
-    unit: Floats = combination / np.linalg.norm(combination)
-    return unit
-
-
 def _ambiguous(motion: Motion, dynamics: TreeDynamics, idle: list[Floats]) -> dict[str, tuple[str, ...]]:
-    """Return the components of each joint's reaction that combinations of multipliers which exert nothing change."""
+    """Return the components of each joint's reaction that idle combinations of multipliers change."""
     if not idle:
         return {}
     at_rest = [0.0] * len(dynamics.speeds)
     without = reactions(motion, at_rest, dynamics.rows, [0.0] * len(dynamics.rows))
     with_each = [reactions(motion, at_rest, dynamics.rows, combination.tolist()) for combination in idle]
-    changed = {
-        name: tuple(c for c in COMPONENTS if any(_differs(found[name][c], known[c]) for found in with_each))
-        for name, known in without.items()
-    }
+
+    def changes(name: str, c: str) -> bool:
+        own = without[name][c]
+        return any(abs(each[name][c] - own) > NEGLIGIBLE * max(1.0, abs(own)) for each in with_each)
+
+    changed = {name: tuple(c for c in COMPONENTS if changes(name, c)) for name in without}
     return {name: components for name, components in changed.items() if components}
 
 
-def _differs(value: float, other: float) -> bool:
-    return abs(value - other) > NEGLIGIBLE * max(1.0, abs(other))
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# Contradicting constraints: the fewest rows that cannot hold together, and whether positions, speeds or accelerations
-# tell.
+# Contradicting constraints: the fewest rows that no positions, no speeds or no accelerations satisfy together.
 #
 #     H dq = -phi        H u = -phi_t        H udot = gamma
 #
-# have no solution where a combination y of rows vanishes, y^T H = 0, and that of the right sides does not. Where rows
-# depend on each other at one position only, a loop is at the end of its reach, and no contradiction.
+# have no solution where a combination y of rows vanishes, y^T H = 0, and that of the right sides does not. Rows that
+# depend on each other at one position only are those of a loop at the end of its reach, and no contradiction.
 
 
 _ALLOWED: Final = 1e-8
@@ -196,10 +181,10 @@ _SEED: Final = 5
 
 
 @dataclass(frozen=True)
-class Contradiction:
-    """Positions of rows that cannot hold together, and what of the motion does not exist on their account.
+class RowContradiction:
+    """Places of rows that cannot hold together, and what is `missing`: positions, speeds or accelerations.
 
-    `off`: by how much the last row is missed where all are missed least.
+    `off`: the residual of the last row where all are missed least.
     """
 
     rows: tuple[int, ...]
@@ -225,17 +210,17 @@ class Contradiction:
         )
 
 
-def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) -> Contradiction | None:
+def contradiction_of(rows: Rows, q: Floats, u: Floats, known_rank: int | None = None) -> RowContradiction | None:
     """Return the rows that contradict each other near a state, on the first level where some do.
 
-    `rank`: that of the rows in positions that satisfy them, None where no such position is known.
+    `known_rank`: that of the rows in positions that satisfy them, None where no such position is known.
     """
     closest = least_missed(rows.holonomic(), q)
     if closest is None:
         return None
     moving = rows.of(rows.motion(closest, u))
     jacobian = rows.jacobian(moving)
-    if rank is not None and _rank(jacobian) < rank:
+    if known_rank is not None and rank(jacobian, CLOSED) < known_rank:
         return None
     levels = {
         "positions": (np.array([row.phi if row.holonomic else 0.0 for row in moving]), _ALLOWED_POSITION),
@@ -245,14 +230,14 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) 
     for missing, (wanted, allowed) in levels.items():
         size = max(1.0, float(np.square(u).max(initial=0.0)), float(np.abs(wanted).max(initial=0.0)))
         found = contradiction(jacobian, wanted.astype(float), allowed * size)
-        if found and (rank is not None or _lasts(rows, closest, jacobian, found)):
-            return Contradiction(tuple(rows.active[k] for k in found), missing, float(wanted[found[-1]]))
+        if found and (known_rank is not None or _lasts(rows, closest, jacobian, found)):
+            return RowContradiction(tuple(rows.active[k] for k in found), missing, float(wanted[found[-1]]))
     return None
 
 
 @contextmanager
 def contradictions_named(rows: Rows, q: Floats, u: Floats) -> Iterator[None]:
-    """Raise NoSolutionError with the names of contradicting rows in place of one that they bring about."""
+    """Raise NoSolutionError with the names of contradicting rows in place of an error that they cause."""
     try:
         yield
     except NoSolutionError:
@@ -263,29 +248,25 @@ def contradictions_named(rows: Rows, q: Floats, u: Floats) -> Iterator[None]:
 
 
 def verify_consistent(rows: Rows, q: Floats, u: Floats, rank: int) -> None:
-    """Raise NoSolutionError where no accelerations satisfy rows of a rank in a state that satisfies them."""
+    """Raise NoSolutionError where no accelerations satisfy rows of a `rank` in a state that satisfies them."""
     found = contradiction_of(rows, q, u, rank) if rank < rows.acting else None
     if found is not None:
         raise found.error(rows.mechanism, "at the start")
 
 
-def _rank(jacobian: Floats) -> int:
-    return rank(jacobian, CLOSED)
-
-
 def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:
-    """Return whether rows that depend on each other at a position do beside it, or no more rows are independent there.
+    """Return whether rows that depend on each other at a position do so nearby, or the rank is no greater there.
 
-    Rows do neither at the end of a reach. Rows that are each in the way of others may do one of both only.
+    Neither is true at the end of a reach. Of rows that block each other only one may be true.
     """
     change = np.random.default_rng(_SEED).uniform(-_BESIDE, _BESIDE, len(rows.mechanism.speeds))
-    near = rows.motion(moved(rows.mechanism, q, change), np.zeros(len(change)))
+    near = rows.motion(displaced(rows.mechanism, q, change), np.zeros(len(change)))
     beside = rows.jacobian(rows.of(near))
-    return _rank(beside[list(circuit)]) < len(circuit) or _rank(beside) <= _rank(jacobian)
+    return rank(beside[list(circuit)], CLOSED) < len(circuit) or rank(beside, CLOSED) <= rank(jacobian, CLOSED)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Regular and singular positions: in a singular one rows depend on each other that are independent beside it.
+# Regular and singular positions: in a singular one rows depend on each other that are independent nearby.
 
 
 _NEIGHBOURS: Final = 3
@@ -294,9 +275,9 @@ _SINGULAR_SEED: Final = 7
 
 
 def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
-    """Return how many rows are independent at q, and in positions that satisfy them: at q, or around it.
+    """Return how many rows are independent at q, and the most at q and at positions around it that satisfy them.
 
-    Rows may depend on each other only where they hold; beside such a position rounding makes all of them independent.
+    Rows may depend on each other only where they hold; beside such a position rounding makes all independent.
     """
     here = _singular_rank(rows, q)
     around = _beside(rows, q) if here < rows.acting else iter(())
@@ -311,14 +292,21 @@ def _singular_rank(rows: Rows, q: Floats) -> int:
 
 
 def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) -> None:
-    """Raise NoSolutionError where the rank of rows at q is less than the generic one, naming those that lose theirs.
+    """Raise NoSolutionError where the rank of rows at q is less than the generic one, by the names of dependent rows.
 
-    `called`: what the state is called.
+    These depend on each other, or vanish, at q and do not beside it. `called`: the name of the state.
     """
     if here == generic:
         return
+    singular = _dynamics(rows, q)
     beside = max((_dynamics(rows, near) for near in _beside(rows, q)), key=approximate_rank)
-    names = losing_rank(_dynamics(rows, q), beside, generic)
+    unit = scaled_rows(_weighted(beside, constraint_jacobian(beside.rows)))[1]
+    losing = set[int]()
+    for circuit in dependence(_weighted(singular, constraint_jacobian(singular.rows))).circuits:
+        members = list(support(circuit))
+        if rank(unit[members], CLOSED) == len(members):
+            losing.update(members)
+    names = tuple(singular.row_names[k] for k in sorted(losing)) or nearly_dependent(singular, generic).names
     first = next((k for k, row in enumerate(rows.mechanism.rows) if row.name in names), rows.active[0])
     depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
     raise NoSolutionError(
@@ -334,31 +322,30 @@ def _beside(rows: Rows, q: Floats) -> Iterator[Floats]:
     """Yield positions around q that satisfy the rows."""
     rng = np.random.default_rng(_SINGULAR_SEED)
     for _ in range(_NEIGHBOURS):
-        near = closed_near(rows, moved(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(rows.mechanism.speeds))))
+        near = closed_near(rows, displaced(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(rows.mechanism.speeds))))
         if near is not None:
             yield near
 
 
 def _dynamics(rows: Rows, q: Floats) -> TreeDynamics:
-    return restricting(composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state))
+    return restricting_rows(composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Coordinates that constraints hold where they are: a lever pressed on a drum does not turn while it touches.
+# Coordinates that constraints immobilise: a lever pressed on a drum does not turn while it touches.
 
 
 _TIMED: Final = ("t", "inputs", "u")
 
 
 def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Sequence[float]) -> frozenset[int]:
-    """Return the places of coordinates that rows hold at a position for as long as these act; none with quaternions.
+    """Return the places of coordinates that rows hold at a position while these act; none with quaternions.
 
-    So many rows that name so many coordinates alone, and not the time, and are independent there, leave them no other
-    position near by.
+    Coordinates have no other position nearby if as many independent rows name them alone, and not the time.
     """
     if len(q) != len(mechanism.speeds) or any(body.quaternions for body in mechanism.bodies):
         return frozenset()
-    named = _held_named(mechanism)
+    named = _coordinates_by_row(mechanism)
     if not named:
         return frozenset()
     state = state_of(mechanism, float, 0.0, q, [0.0] * len(mechanism.speeds), parameters)
@@ -366,15 +353,17 @@ def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Seque
     held: set[int] = set()
     while True:
         left = {row: places - held for row, places in named.items() if places - held}
-        groups = [frozenset(places) for places in left.values()] + _joined(list(left.values()))
-        found = next((group for group in groups if _fixes(group, left, jacobian)), None)
-        if found is None:
+        for group in (*left.values(), *coupled_groups(left.values())):
+            rows = [row for row, places in left.items() if places <= group]
+            if len(rows) >= len(group) and rank(jacobian[np.ix_(rows, sorted(group))], CLOSED) == len(group):
+                held |= group
+                break
+        else:
             return frozenset(held)
-        held |= found
 
 
-def _held_named(mechanism: Mechanism) -> dict[int, set[int]]:
-    """Return the coordinates that each row on positions names, by the rows' numbers, but for those that name time."""
+def _coordinates_by_row(mechanism: Mechanism) -> dict[int, set[int]]:
+    """Return the coordinates in each row on positions, by the rows' numbers, without rows that name the time."""
     found = {}
     for k, row in enumerate(row_motions(motion_of(mechanism, slot_state(mechanism)))):
         if row.holonomic and row.kinematic:
@@ -382,18 +371,3 @@ def _held_named(mechanism: Mechanism) -> dict[int, set[int]]:
             if not any(array in _TIMED for array, _ in slots):
                 found[k] = {index for array, index in slots if array == "q"}
     return found
-
-
-def _joined(groups: Sequence[set[int]]) -> list[frozenset[int]]:
-    """Return the coordinates that rows join, directly or by others."""
-    found: list[set[int]] = []
-    for group in groups:
-        apart = [other for other in found if not other & group]
-        found = [*apart, set(group).union(*(other for other in found if other & group))]
-    return [frozenset(group) for group in found]
-
-
-def _fixes(group: frozenset[int], named: dict[int, set[int]], jacobian: Floats) -> bool:
-    """Return whether the rows that name these coordinates alone are as many independent ones."""
-    rows = [row for row, places in named.items() if places <= group]
-    return len(rows) >= len(group) and rank(jacobian[np.ix_(rows, sorted(group))], CLOSED) == len(group)

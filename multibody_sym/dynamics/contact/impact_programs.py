@@ -22,7 +22,7 @@ from multibody_sym.dynamics.contact.impact_problem import (
     plane_element,
     rubbing,
 )
-from multibody_sym.dynamics.formalisms.articulated_body import eliminated, inward, outward
+from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -251,7 +251,7 @@ class _Scan:
         R_WB, p_WB = body_pose(moved, ((x, y, z), p))
         own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
         inertia = articulated(about_origin(body_mass(body, state))).plus(unpacked(read["carried"][6 * c :]))
-        freedoms, left = eliminated(body.u, moved, inertia)
+        freedoms, left = eliminate_joint(body.u, moved, inertia)
         handed, jumps, told, here = list[Node](), {}, {}, list[Wrench]()
         for j in range(c):
             force, moment = vectors(read["carried"][6 * j : 6 * j + 6])

@@ -7,17 +7,17 @@ With U = M* A, V = A^T U and accelerations w counted from those with udot = 0, w
     outward:  a = C^T w_k,  udot = V^-1 e - K^T a,  w = a + A udot,  R = Ma a - pa
 
 V is factorised and Ma formed in one triangle: with an explicit inverse M* loses its symmetry, and the error grows along
-a chain.
+a chain. A second part eliminates freedom by freedom (`block_ldl`).
 
-In hybrid dynamics some joints' accelerations are given and their forces sought: such a joint hands M* and f* on as they
-are. With all accelerations given that is inverse dynamics, with none forward dynamics.
+In hybrid dynamics some joints' accelerations are given and their forces sought: such a joint hands M* and f* on
+unchanged. With all accelerations given this is inverse dynamics, with none forward dynamics.
 
 Sources: Vereshchagin (1974); Featherstone, Rigid Body Dynamics Algorithms, chapter 7 and section 9.2 (hybrid dynamics).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Final, Protocol
 
@@ -58,7 +58,7 @@ from multibody_sym.scalars.vectors import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Dynamics of a tree whose factors take forces where they act: one inward pass carries the wrenches and eliminates.
+# Dynamics of a tree whose factors take wrenches on bodies: one inward pass carries and eliminates them.
 
 
 class TreeRecursion(MassFactors, Protocol):
@@ -95,10 +95,11 @@ def recursive_dynamics(motion: Motion, factors: TreeRecursion) -> RecursiveDynam
 
 _TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
 _NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
+"""No motion, or no wrench."""
 
 
 def sweep(mechanism: Mechanism, state: State) -> TreeDynamics:
-    """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
+    """Return the dynamics at a state. Raises NoSolutionError where only rows hold a freedom without mass."""
     verify_massive(mechanism, "sweep")
     motion = economical_motion(mechanism, state)
     return recursive_dynamics(motion, Sweep(motion, swept_joints(motion)))
@@ -108,7 +109,7 @@ def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -
     """Return all accelerations (nu), and the generalised forces (nu) that hold the given ones.
 
     The joints of the bodies `given` have the accelerations `udot` (nu; the others' are not read), all others move
-    under the loads. The forces come on top of the loads; they are zero where nothing is given.
+    under the loads. The forces come on top of the loads; they are zero where no acceleration is given.
     """
     held = {k for index in given for k in motion.mechanism.bodies[index].u}
     begin = [x if k in held else 0 for k, x in enumerate(udot)]
@@ -117,9 +118,7 @@ def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -
         unbalanced_wrenches(motion, begin, forces.of_body), forces.of_speed
     )
     transmitted = joint_projection(motion, wrenches)
-    needed = [
-        transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)
-    ]
+    needed = [transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)]
     return [a + b for a, b in zip(begin, found, strict=True)], needed
 
 
@@ -142,7 +141,7 @@ def swept_joints(motion: Motion, given: Collection[int] = ()) -> tuple[SweptJoin
     for index in range(len(inertias) - 1, -1, -1):
         body, moved = motion.mechanism.bodies[index], motion.bodies[index]
         freedoms = (body.u, moved.linear, moved.angular) if index not in given else ((), (), ())
-        joint = _swept(*freedoms, inertias[index])
+        joint = _sweep_over(*freedoms, inertias[index])
         found.append(joint)
         if body.parent >= 0:
             handed = joint.handed_on.moved(moved.R_PB, moved.p_PB)
@@ -150,32 +149,23 @@ def swept_joints(motion: Motion, given: Collection[int] = ()) -> tuple[SweptJoin
     return tuple(reversed(found))
 
 
-def _swept(
+def _sweep_over(
     speeds: tuple[int, ...], linear: tuple[Vec, ...], angular: tuple[Vec, ...], inertia: Inertia
 ) -> SweptJoint:
+    """Return a joint with K = U V^-1 and Ma = M* - U K^T, of which one triangle is formed."""
     columns = [inertia.wrench(v, w) for v, w in zip(linear, angular, strict=True)]
     pivot = factorized([[_power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
-    gains = tuple(_gains(pivot, columns))
-    return SweptJoint(speeds, linear, angular, pivot, gains, _left(inertia, columns, gains))
-
-
-def _gains(pivot: Factors, columns: Sequence[Wrench]) -> Iterator[Wrench]:
-    """Yield the columns of K = U V^-1."""
     rows = [pivot.solve([part[i] for part in parts]) for parts in zip(*columns, strict=True) for i in range(3)]
-    for x, y, z, mx, my, mz in zip(*rows, strict=True):
-        yield (x, y, z), (mx, my, mz)
-
-
-def _left(inertia: Inertia, columns: Sequence[Wrench], gains: Sequence[Wrench]) -> Inertia:
-    """Return Ma = M* - U K^T, of which one triangle is formed."""
+    gains: list[Wrench] = [((x, y, z), (mx, my, mz)) for x, y, z, mx, my, mz in zip(*rows, strict=True)]
 
     def left(m: Mat, part: int, i: int, other: int, j: int) -> S:
         return m[i][j] - sum((u[part][i] * k[other][j] for u, k in zip(columns, gains, strict=True)), 0)
 
-    linear = [left(inertia.linear, 0, i, 0, j) for i, j in _TRIANGLE]
-    angular = [left(inertia.angular, 1, i, 1, j) for i, j in _TRIANGLE]
+    of_forces = symmetric([left(inertia.linear, 0, i, 0, j) for i, j in _TRIANGLE])
+    of_moments = symmetric([left(inertia.angular, 1, i, 1, j) for i, j in _TRIANGLE])
     x, y, z = ([left(inertia.coupling, 0, i, 1, j) for j in range(3)] for i in range(3))
-    return Inertia(symmetric(linear), ((x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])), symmetric(angular))
+    coupling = (x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])
+    return SweptJoint(speeds, linear, angular, pivot, tuple(gains), Inertia(of_forces, coupling, of_moments))
 
 
 @dataclass(frozen=True)
@@ -264,14 +254,14 @@ def _power(linear: Vec, angular: Vec, wrench: Wrench) -> S:
 
 
 def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
-    """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
+    """Return the dynamics at a state. Raises NoSolutionError where only rows hold a freedom without mass."""
     verify_massive(mechanism, "block_ldl")
     motion = economical_motion(mechanism, state)
     return recursive_dynamics(motion, tree_factors(motion))
 
 
 @dataclass(frozen=True)
-class Freedom:
+class EliminatedFreedom:
     """One eliminated freedom of a body: its speed, partial velocity A, pivot d and gain K = U / d."""
 
     speed: int
@@ -286,12 +276,12 @@ class TreeFactors:
     """The factorised mass matrix of a tree: the freedoms of each body in tree order, free bodies `along` their axes."""
 
     motion: Motion
-    freedoms: tuple[tuple[Freedom, ...], ...]
+    freedoms: tuple[tuple[EliminatedFreedom, ...], ...]
     along: tuple[BodyAxes, ...]
 
     def solve(self, right: Sequence[S]) -> list[S]:
         """Return M^-1 right (n)."""
-        return self.accelerations(right, [_NO_MOTION] * len(self.freedoms))
+        return self.accelerations(right, [_NOTHING] * len(self.freedoms))
 
     def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
         """Return M^-1 (Q + sum of A^T R) (n) for forces Q on the speeds and wrenches R on the bodies."""
@@ -300,7 +290,7 @@ class TreeFactors:
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n)."""
-        remaining = self._inward(right, [_NO_MOTION] * len(self.freedoms))
+        remaining = self._inward(right, [_NOTHING] * len(self.freedoms))
         return [e if e is ZERO else e * root for e, root in zip(remaining, self._roots, strict=True)]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
@@ -320,7 +310,7 @@ class TreeFactors:
             right = axes.forces(right)
         carried, remaining = list(of_body), list(right)
         for index in range(len(carried) - 1, -1, -1):
-            if carried[index] is _NO_MOTION and all(right[freedom.speed] is ZERO for freedom in self.freedoms[index]):
+            if carried[index] is _NOTHING and all(right[freedom.speed] is ZERO for freedom in self.freedoms[index]):
                 continue
             left, wrench = inward(self.freedoms[index], right, carried[index])
             for freedom, e in zip(self.freedoms[index], left, strict=True):
@@ -336,7 +326,7 @@ class TreeFactors:
         udot = list(x)
         reached: list[tuple[Vec, Vec]] = []
         for index, body in enumerate(self.motion.mechanism.bodies):
-            above = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NO_MOTION
+            above = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NOTHING
             rates, here = outward(self.freedoms[index], x, above)
             for freedom, rate in zip(self.freedoms[index], rates, strict=True):
                 udot[freedom.speed] = rate
@@ -346,19 +336,21 @@ class TreeFactors:
         return udot
 
 
-def inward(freedoms: Sequence[Freedom], right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
-    """Return e = Q + A^T p of each freedom of a body, the last first eliminated, and what is left of its wrench p."""
+def inward(freedoms: Sequence[EliminatedFreedom], right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
+    """Return e = Q + A^T p of each freedom of a body, eliminated from the last on, and the rest of its wrench p."""
     force, moment = wrench
     remaining = []
     for freedom in reversed(freedoms):
         e = right[freedom.speed] + (dot(freedom.linear, force) + dot(freedom.angular, moment))
         remaining.append(e)
-        lost = _scaled(freedom.gain, e)
-        force, moment = subtract(force, lost[0]), subtract(moment, lost[1])
+        k_force, k_moment = freedom.gain
+        force, moment = subtract(force, scale(e, k_force)), subtract(moment, scale(e, k_moment))
     return remaining[::-1], (force, moment)
 
 
-def outward(freedoms: Sequence[Freedom], x: Sequence[S], above: tuple[Vec, Vec]) -> tuple[list[S], tuple[Vec, Vec]]:
+def outward(
+    freedoms: Sequence[EliminatedFreedom], x: Sequence[S], above: tuple[Vec, Vec]
+) -> tuple[list[S], tuple[Vec, Vec]]:
     """Return udot of each freedom of a body and the accelerations it reaches, from those without them."""
     a, alpha = above
     rates = []
@@ -373,23 +365,25 @@ def tree_factors(motion: Motion) -> TreeFactors:
     """Return the factors of a tree's mass matrix, from the leaves to the root."""
     motion, along = along_body_axes(motion)
     inertias = [articulated(rigid) for rigid in base_inertias(motion)]
-    freedoms: list[tuple[Freedom, ...]] = [()] * len(inertias)
+    freedoms: list[tuple[EliminatedFreedom, ...]] = [()] * len(inertias)
     for index in range(len(inertias) - 1, -1, -1):
         body, moved = motion.mechanism.bodies[index], motion.bodies[index]
-        freedoms[index], left = eliminated(body.u, moved, inertias[index])
+        freedoms[index], left = eliminate_joint(body.u, moved, inertias[index])
         if body.parent >= 0:
             inertias[body.parent] = inertias[body.parent].plus(left.moved(moved.R_PB, moved.p_PB))
     return TreeFactors(motion, tuple(freedoms), along)
 
 
-def eliminated(speeds: Sequence[int], moved: BodyMotion, inertia: Inertia) -> tuple[tuple[Freedom, ...], Inertia]:
-    """Return a joint's freedoms, the last eliminated first, and the inertia that the parent feels through it."""
+def eliminate_joint(
+    speeds: Sequence[int], moved: BodyMotion, inertia: Inertia
+) -> tuple[tuple[EliminatedFreedom, ...], Inertia]:
+    """Return a joint's freedoms, eliminated from the last on, and the inertia that the parent feels through it."""
     freedoms = []
     for speed, linear, angular in reversed(list(zip(speeds, moved.linear, moved.angular, strict=True))):
         force, moment = inertia.wrench(linear, angular)
         pivot = dot(linear, force) + dot(angular, moment)
         gain = _over(force, pivot), _over(moment, pivot)
-        freedoms.append(Freedom(speed, linear, angular, pivot, gain))
+        freedoms.append(EliminatedFreedom(speed, linear, angular, pivot, gain))
         inertia = inertia.without((force, moment), gain)
     return tuple(reversed(freedoms)), inertia
 
@@ -399,10 +393,3 @@ def _over(u: Vec, pivot: S) -> Vec:
     inverse = 1 / pivot
     x, y, z = (1 if component is pivot else component * inverse for component in u)
     return x, y, z
-
-
-def _scaled(wrench: Wrench, factor: S) -> Wrench:
-    return scale(factor, wrench[0]), scale(factor, wrench[1])
-
-
-_NO_MOTION = (ZERO_VECTOR, ZERO_VECTOR)

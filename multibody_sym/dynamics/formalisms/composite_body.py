@@ -14,10 +14,7 @@ from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import (
-    BodyMass,
-    BodyMotion,
     Motion,
-    PartialVelocities,
     accelerations,
     motion_of,
     partial_velocities,
@@ -26,7 +23,7 @@ from multibody_sym.mechanics.motion import (
 from multibody_sym.mechanics.points import Wrench, carried_wrenches, joint_projection, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import State
-from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, negate, scale, subtract
+from multibody_sym.scalars.vectors import S, add, apply, cross, dot, negate, scale, subtract
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Recursive Newton-Euler: the forces that given accelerations need, and the wrench that every joint transmits.
@@ -37,15 +34,12 @@ from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, negate
 
 def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:
     """Return each body's rate of momentum: (m a_C, J alpha + omega x J omega + c x m a_C), about its origin."""
-    bodies = zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True)
-    return [inertia_wrench(moved, mass, *reached) for moved, mass, reached in bodies]
-
-
-def inertia_wrench(moved: BodyMotion, mass: BodyMass, a: Vec, alpha: Vec) -> Wrench:
-    """Return one body's rate of momentum."""
-    force = scale(mass.mass, add(a, apply(spread(alpha, moved.w_WB), mass.com)))
-    spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
-    return force, add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))
+    wrenches = []
+    for moved, mass, (a, alpha) in zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True):
+        force = scale(mass.mass, add(a, apply(spread(alpha, moved.w_WB), mass.com)))
+        spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
+        wrenches.append((force, add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))))
+    return wrenches
 
 
 def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
@@ -53,15 +47,8 @@ def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
     return joint_projection(motion, carried_wrenches(motion, inertia_wrenches(motion, udot)))
 
 
-def forcing(motion: Motion) -> list[S]:
-    """Return f = Q - c (nu) in one pass: applied forces less inertia forces without udot."""
-    forces = applied_forces(motion, weight=False)
-    needed = joint_projection(motion, carried_wrenches(motion, bias_wrenches(motion, forces.of_body)))
-    return [q - c for q, c in zip(forces.of_speed, needed, strict=True)]
-
-
 def bias_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
-    """Return what each body needs without udot, less its weight and the wrenches on it."""
+    """Return the wrench that each body needs without udot, less its weight and the wrenches `of_body` on it."""
     reached = accelerations(motion, [0] * len(motion.state.u), negate(motion.gravity))
     found = []
     for moved, inertia, (a, alpha), given in zip(motion.bodies, base_inertias(motion), reached, of_body, strict=True):
@@ -73,14 +60,14 @@ def bias_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
 def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
     """Return the wrench of each joint on its child, in the child's axes about its origin: reactions and drives.
 
-    `of_body` holds everything else that acts on the bodies: applied wrenches and those of rows.
+    `of_body` holds all other wrenches on the bodies: applied ones and those of rows.
     """
     left = unbalanced_wrenches(motion, udot, of_body)
     return carried_wrenches(motion, [(negate(force), negate(moment)) for force, moment in left])
 
 
 def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
-    """Return what acts on each body, `of_body`, less what its acceleration needs."""
+    """Return the wrenches `of_body` less those that the bodies' accelerations need."""
     needed = inertia_wrenches(motion, udot)
     return [(subtract(given[0], n[0]), subtract(given[1], n[1])) for n, given in zip(needed, of_body, strict=True)]
 
@@ -92,7 +79,10 @@ def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     motion = economical_motion(mechanism, state)
     forces = applied_generalized_forces(motion, applied_forces(motion))
     velocity_terms = inverse_dynamics(motion, [0] * len(state.u))
-    return equations(motion, mass_matrix(motion), forces, velocity_terms, row_motions(motion), forcing(motion))
+    own = applied_forces(motion, weight=False)
+    needed = joint_projection(motion, carried_wrenches(motion, bias_wrenches(motion, own.of_body)))
+    forcing = [q - c for q, c in zip(own.of_speed, needed, strict=True)]  # Q - c in one pass
+    return equations(motion, mass_matrix(motion), forces, velocity_terms, row_motions(motion), forcing)
 
 
 def mass_matrix(motion: Motion) -> list[list[S]]:
@@ -101,9 +91,15 @@ def mass_matrix(motion: Motion) -> list[list[S]]:
     composites = _composites(motion)
     matrix: list[list[S]] = [[0] * len(motion.state.u) for _ in motion.state.u]
     for index, body in enumerate(bodies):
-        moved = motion.bodies[index]
-        for k, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
-            _fill_column(matrix, motion, index, k, composites[index].wrench(linear, angular))
+        for k, *partial in zip(body.u, motion.bodies[index].linear, motion.bodies[index].angular, strict=True):
+            place, wrench = index, composites[index].wrench(*partial)
+            while place >= 0:  # projected on the joints of this body and of all that carry it
+                force, moment = wrench
+                moved = motion.bodies[place]
+                for j, linear, angular in zip(bodies[place].u, moved.linear, moved.angular, strict=True):
+                    if j <= k:
+                        matrix[j][k] = matrix[k][j] = dot(linear, force) + dot(angular, moment)
+                place, wrench = bodies[place].parent, to_parent(moved, wrench)
     return matrix
 
 
@@ -117,18 +113,6 @@ def mass_diagonal(motion: Motion) -> list[S]:
     return diagonal
 
 
-def _fill_column(matrix: list[list[S]], motion: Motion, index: int, k: int, wrench: Wrench) -> None:
-    """Project the wrench of column k on the joint of body `index` and of all bodies that carry it."""
-    while index >= 0:
-        body, moved = motion.mechanism.bodies[index], motion.bodies[index]
-        force, moment = wrench
-        for j, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
-            if j <= k:
-                matrix[j][k] = matrix[k][j] = dot(linear, force) + dot(angular, moment)
-        wrench = to_parent(moved, wrench)
-        index = body.parent
-
-
 def _composites(motion: Motion) -> list[RigidInertia]:
     found = base_inertias(motion)
     for index in range(len(found) - 1, -1, -1):
@@ -139,7 +123,7 @@ def _composites(motion: Motion) -> list[RigidInertia]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# d'Alembert's principle in Lagrange's form, the general equation of dynamics: no T, no recursion of forces.
+# d'Alembert's principle in Lagrange's form, the general equation of dynamics: without T or a recursion of forces.
 #
 # On virtual displacements the applied and inertia forces of all bodies do no work:
 #
@@ -161,22 +145,17 @@ def dalembert_lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     active, inertial = list(forces.of_speed), [0] * count
     needed = inertia_wrenches(motion, [0] * count)
     for index, partials in enumerate(partial_velocities(motion)):
-        _add_inertia(matrix, motion, index, partials)
+        mass = motion.masses[index]
+        at_com = {k: (add(v, cross(w, mass.com)), w) for k, (v, w) in partials.items()}
+        for l, (v, w) in at_com.items():
+            momentum, spin = scale(mass.mass, v), apply(mass.inertia, w)
+            for k, (linear, angular) in at_com.items():
+                if k <= l:
+                    matrix[k][l] = matrix[k][l] + (dot(linear, momentum) + dot(angular, spin))
+                    matrix[l][k] = matrix[k][l]
         for k, (linear, angular) in partials.items():
             force, moment = forces.of_body[index]
             active[k] = active[k] + (dot(linear, force) + dot(angular, moment))
             force, moment = needed[index]
             inertial[k] = inertial[k] + (dot(linear, force) + dot(angular, moment))
     return equations(motion, matrix, active, inertial, row_motions(motion))
-
-
-def _add_inertia(matrix: list[list[S]], motion: Motion, index: int, partials: PartialVelocities) -> None:
-    """Add one body's m v_k . v_l + omega_k . J omega_l, of the centre of mass, for all pairs of its speeds."""
-    mass = motion.masses[index]
-    at_com = {k: (add(v, cross(w, mass.com)), w) for k, (v, w) in partials.items()}
-    for l, (v, w) in at_com.items():
-        momentum, spin = scale(mass.mass, v), apply(mass.inertia, w)
-        for k, (linear, angular) in at_com.items():
-            if k <= l:
-                matrix[k][l] = matrix[k][l] + (dot(linear, momentum) + dot(angular, spin))
-                matrix[l][k] = matrix[k][l]

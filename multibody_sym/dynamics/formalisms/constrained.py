@@ -4,11 +4,11 @@
 
 With M = G^T G, x = G udot and A = H G^-1 this is x = G^-T f + A^T lambda, A x = gamma, which a rank-revealing solve of
 least norm answers whatever the rank of A. `Solver` is that solve over the scalar at hand: numbers in floats, statements
-of a Program over Nodes. W = A A^T, of which textbooks write W lambda = gamma - A x_f, is never formed: it squares the
-condition of A.
+of a Program over Nodes. The textbooks' W = A A^T in W lambda = gamma - A x_f is never formed: it squares the condition
+of A.
 
-Where something slides, rows exert C^T lambda instead, and may define forces: H udot + D lambda = gamma. Then x and
-lambda are found together, which squares nothing either:
+With friction, rows exert C^T lambda instead, and may define forces: H udot + D lambda = gamma. Then x and lambda are
+found together, which does not square the condition either:
 
     [A   D   ] [x     ]   [gamma - A G^-T f]
     [E  -C_w^T] [lambda] = [0              ]       C_w = C G^-1
@@ -17,6 +17,7 @@ lambda are found together, which squares nothing either:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import reduce
 from typing import Final, Protocol
@@ -26,7 +27,7 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.dynamics.formalisms.equations import (
-    Friction,
+    FrictionTerms,
     MassFactors,
     TreeDynamics,
     completed_matrix,
@@ -45,9 +46,9 @@ from multibody_sym.scalars.rank import PIVOT, vanishes
 from multibody_sym.scalars.vectors import S
 
 _NEARLY_ZERO: Final = 1e-150
-"""What forces are scaled by that vanish at the values of parameters, as friction without a coefficient."""
+"""The scale of forces that vanish at the values of parameters, as friction without a coefficient."""
 PASSES: Final = 7
-"""Newton's method doubles the digits of the directions of forces with each; friction turns them by little."""
+"""Each doubles the digits of the directions of forces (Newton's method); friction turns them by little."""
 
 Matrix = Sequence[Sequence[S]]
 
@@ -64,7 +65,7 @@ class LeastNorm(Protocol):
 
 
 class Solver(Protocol):
-    """From A (s x n), r (s) and n, which no row may be there to tell, to the solution.
+    """Solves A x = r for A (s x n), r (s) and n, which A does not tell without rows.
 
     `beside` of the rows are no constraints: they are independent of all others.
     """
@@ -74,7 +75,7 @@ class Solver(Protocol):
 
 @dataclass(frozen=True)
 class Sharing:
-    """What rows carry whose multipliers are not unique: `forces` (s), and as few as need be of the `ways` (s) more.
+    """Multipliers that are not unique: `forces` (s), and the least combination of `ways` (s) beside them.
 
     A way is the parts of some rows, by number; it takes the place of one row.
     """
@@ -83,12 +84,12 @@ class Sharing:
     ways: Sequence[Sequence[tuple[int, S]]]
 
     def of(self, rows: Matrix) -> list[list[S]]:
-        """Return what each of the ways exerts, by what each of the rows does."""
+        """Return the forces of each way, from those of each row."""
         size = range(len(rows[0]) if rows else 0)
         return [[sum(x * rows[j][i] for j, x in way) for i in size] for way in self.ways]
 
     def carried(self, taken: Sequence[S]) -> list[S]:
-        """Return the multipliers (s) with so many of each way."""
+        """Return the multipliers (s) with `taken` (s) of each way."""
         found = list(self.forces)
         for way, y in zip(self.ways, taken, strict=True):
             for j, x in way:
@@ -114,49 +115,53 @@ def constrained(
     solve: Solver,
     *,
     minimum_norm: bool = False,
-    friction: Friction | None = None,
+    friction: FrictionTerms | None = None,
     sharing: Sharing | None = None,
 ) -> Constrained:
     """Return the accelerations and multipliers for f (n), H (s x n) and gamma (s), and `friction` where rows rub.
 
-    The accelerations without rows may be huge beside x (a light body that heavy ones hold), and what they round away is
-    missing in A x = gamma: a second solve with the residual brings it back. Multipliers of dependent rows are zero,
-    unless those of `minimum_norm` are asked for (`shared`), or `sharing` says what they are.
+    Accelerations without rows may be huge beside x (a light body that heavy ones hold), and their rounding is missing
+    in A x = gamma: a second solve with the residual brings it back. Multipliers of dependent rows are zero, those of
+    `minimum_norm` (`least_multipliers`), or those of a `sharing`.
     """
     free = factors.weighted(forcing)
-    if friction is not None and sharing is not None:
-        return _rubbing_shared(factors, free, rows, wanted, friction, solve, sharing)
+    if friction is not None and sharing is not None:  # the forces carried at first are loads beside others
+        exerts = [factors.weighted(row) for row in friction.exerts]
+        loaded = [x + sum(z * c[i] for z, c in zip(sharing.forces, exerts, strict=True)) for i, x in enumerate(free)]
+        ways = FrictionTerms(sharing.of(friction.exerts), friction.coupling)
+        found = _with_friction(factors, loaded, rows, wanted, ways, solve, lengths=[1] * len(rows))
+        return Constrained(found.udot, sharing.carried(found.multipliers), found.report)
     if friction is not None:
         exerts = _along_reactions(factors, free, rows, wanted, friction, solve) if friction.beside else friction.exerts
-        found = _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve)
+        found = _with_friction(factors, free, rows, wanted, FrictionTerms(exerts, friction.coupling), solve)
         return replace(found, along=exerts) if friction.beside else found
     matrix = [factors.weighted(row) for row in rows]
-    first = solve(matrix, _missing(wanted, matrix, free), len(free))
+    first = solve(matrix, _residual(wanted, matrix, free), len(free))
     near = factors.unweighted(_sums(free, first.solution))
-    second = solve(matrix, _missing(wanted, rows, near), len(free))
+    second = solve(matrix, _residual(wanted, rows, near), len(free))
     udot = _sums(near, factors.unweighted(list(second.solution)))
     if sharing is not None:
-        left = _missing(_sums(first.solution, second.solution), _transposed(matrix), sharing.forces)
+        left = _residual(_sums(first.solution, second.solution), _transposed(matrix), sharing.forces)
         multipliers = sharing.carried(list(solve(_transposed(sharing.of(matrix)), left, len(rows)).solution))
     elif minimum_norm and rows:
-        multipliers = shared(matrix, _sums(first.solution, second.solution), solve)
+        multipliers = least_multipliers(matrix, _sums(first.solution, second.solution), solve)
     else:
         multipliers = _sums(first.multipliers, second.multipliers)
     return Constrained(udot, multipliers, first.report)
 
 
 def _along_reactions(
-    factors: MassFactors, free: list[S], rows: Matrix, wanted: Sequence[S], friction: Friction, solve: Solver
+    factors: MassFactors, free: list[S], rows: Matrix, wanted: Sequence[S], friction: FrictionTerms, solve: Solver
 ) -> list[list[S]]:
-    """Return what rows exert where reactions press with their lengths |F|: d . F with the direction d of F itself.
+    """Return C (s x n) where reactions press with their lengths |F|: as d . F with the direction d of F itself.
 
-    Newton's method, as |F| and d . F touch each other there, from the reactions without this friction.
+    This is Newton's method, as |F| and d . F touch there; it begins at the reactions without this friction.
     """
     exerts = [[0 * x for x in row] if k in friction.beside else row for k, row in enumerate(friction.exerts)]
     previous: list[S] = []
     for _ in range(PASSES):
-        trial = Friction(exerts, friction.coupling)
-        found = _rubbing(factors, free, rows, wanted, trial, solve, once=True).multipliers
+        trial = FrictionTerms(exerts, friction.coupling)
+        found = _with_friction(factors, free, rows, wanted, trial, solve, once=True).multipliers
         exerts = along_reactions(friction.exerts, friction.beside, found)
         if previous and all(not isinstance(x, Node) and x == y for x, y in zip(found, previous, strict=True)):
             break
@@ -164,21 +169,21 @@ def _along_reactions(
     return exerts
 
 
-def _rubbing(
+def _with_friction(
     factors: MassFactors,
     free: Sequence[S],
     rows: Matrix,
     wanted: Sequence[S],
-    friction: Friction,
+    friction: FrictionTerms,
     solve: Solver,
     *,
     once: bool = False,
     lengths: Sequence[S] | None = None,
 ) -> Constrained:
-    """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason.
+    """Return the accelerations and multipliers where rows exert other forces than their own, by two solves as well.
 
-    With `once` the multipliers are good for their directions, follow from A C^T alone, and accelerations are not told.
-    Multipliers are sought times the lengths of what they exert, and so are the rows that define them.
+    With `once` the multipliers follow from A C^T alone, which is good for their directions, without accelerations.
+    The unknowns are multipliers times the lengths of their forces; rows that define them are scaled likewise.
     """
     matrix = [factors.weighted(row) for row in rows]
     exerts = [factors.weighted(row) for row in friction.exerts]
@@ -192,44 +197,27 @@ def _rubbing(
             [s * (sum(x * y for x, y in zip(a, c, strict=True)) + e) for c, e in zip(unit, d, strict=True)]
             for s, a, d in zip(sizes, matrix, coupling, strict=True)
         ]
-        left = [x * s for x, s in zip(_missing(wanted, matrix, free), sizes, strict=True)]
+        left = [x * s for x, s in zip(_residual(wanted, matrix, free), sizes, strict=True)]
         found = solve(square, left, count)
         return Constrained([], [y / length for y, length in zip(found.solution, lengths, strict=True)], found.report)
     upper = [[x * s for x in (*a, *d)] for s, a, d in zip(sizes, matrix, coupling, strict=True)]
     lower = [[*(1 if i == k else 0 for k in range(size)), *(-c[i] for c in unit)] for i in range(size)]
 
-    def solved(missing: Sequence[S], unbalanced: Sequence[S]) -> tuple[list[S], list[S], Iterable[S]]:
+    def solve_both(missing: Sequence[S], unbalanced: Sequence[S]) -> tuple[list[S], list[S], Iterable[S]]:
         scaled = [x * s for x, s in zip(missing, sizes, strict=True)]
         found = solve([*upper, *lower], [*scaled, *unbalanced], size + count, beside=size)
         both = list(found.solution)
         return both[:size], both[size:], found.report
 
-    x, z, report = solved(_missing(wanted, matrix, free), [0] * size)
+    x, z, report = solve_both(_residual(wanted, matrix, free), [0] * size)
     near = factors.unweighted(_sums(free, x))
-    missing = _missing(_missing(wanted, rows, near), coupling, z)
+    missing = _residual(_residual(wanted, rows, near), coupling, z)
     pushed = [sum(c[i] * y for c, y in zip(unit, z, strict=True)) - x[i] for i in range(size)]
-    more, other, _ = solved(missing, pushed)
+    more, other, _ = solve_both(missing, pushed)
     udot = _sums(near, factors.unweighted(more))
     multipliers = [y / length for y, length in zip(_sums(z, other), lengths, strict=True)]
     rank, *rest = report
     return Constrained(udot, multipliers, [rank - size, *rest])
-
-
-def _rubbing_shared(
-    factors: MassFactors,
-    free: Sequence[S],
-    rows: Matrix,
-    wanted: Sequence[S],
-    friction: Friction,
-    solve: Solver,
-    sharing: Sharing,
-) -> Constrained:
-    """Return what `_rubbing` does, as little as need be from what is carried at first: that is a load beside others."""
-    exerts = [factors.weighted(row) for row in friction.exerts]
-    loaded = [x + sum(z * c[i] for z, c in zip(sharing.forces, exerts, strict=True)) for i, x in enumerate(free)]
-    ways = Friction(sharing.of(friction.exerts), friction.coupling)
-    found = _rubbing(factors, loaded, rows, wanted, ways, solve, lengths=[1] * len(rows))
-    return Constrained(found.udot, sharing.carried(found.multipliers), found.report)
 
 
 def _transposed(matrix: Matrix) -> list[list[S]]:
@@ -242,7 +230,7 @@ def _acts(x: S) -> bool:
 
 
 def _lengths(rows: Matrix) -> list[S]:
-    """Return the lengths of what rows exert, none much below the longest; 1 where a row exerts nothing at all."""
+    """Return the lengths of the rows' forces, none much below the longest; 1 where a row exerts nothing."""
     zero = [not any(map(_acts, row)) for row in rows]
     found = [1 if nothing else sqrt(sum(x * x for x in row)) for nothing, row in zip(zero, rows, strict=True)]
     exerting = [length for nothing, length in zip(zero, found, strict=True) if not nothing]
@@ -253,17 +241,17 @@ def _lengths(rows: Matrix) -> list[S]:
 
 
 def correction(factors: MassFactors, rows: Matrix, least: Callable[[Matrix], Sequence[S]]) -> list[S]:
-    """Return the change of the speeds, smallest in the norm of the mass matrix, with H change as `least` finds it.
+    """Return the change of the speeds that is smallest in the norm of the mass matrix.
 
-    `least` returns from A (s x n) the x (n) of least norm with A x as is wanted.
+    `least` returns from A (s x n) the x (n) of least norm with the wanted A x = H change.
     """
     return factors.unweighted(least([factors.weighted(row) for row in rows]))
 
 
-def shared(matrix: Matrix, x: Sequence[S], solve: Solver) -> list[S]:
-    """Return among the lambda (s) with A^T lambda = x those of least norm, each times its row's length.
+def least_multipliers(matrix: Matrix, x: Sequence[S], solve: Solver) -> list[S]:
+    """Return the lambda (s) of least norm with A^T lambda = x, each counted times its row's length.
 
-    Rows that are alike share what they carry in equal parts.
+    Rows that are alike carry equal parts.
     """
     lengths = [sqrt(sum(a * a for a in row)) for row in matrix]
     shortest = SHORTEST * reduce(maximum, lengths)
@@ -273,7 +261,7 @@ def shared(matrix: Matrix, x: Sequence[S], solve: Solver) -> list[S]:
     return [value / length for value, length in zip(found, bounded, strict=True)]
 
 
-def _missing(wanted: Sequence[S], matrix: Matrix, x: Sequence[S]) -> list[S]:
+def _residual(wanted: Sequence[S], matrix: Matrix, x: Sequence[S]) -> list[S]:
     """Return wanted - matrix x."""
     products = (sum(a * b for a, b in zip(row, x, strict=True)) for row in matrix)
     return [value - product for value, product in zip(wanted, products, strict=True)]
@@ -286,19 +274,19 @@ def _sums(a: Iterable[S], b: Iterable[S]) -> list[S]:
 # ----------------------------------------------------------------------------------------------------------------------
 # Forward dynamics in floats: accelerations and multipliers, the reference for every program.
 #
-# Rows are equalities here. What holds one way only has become such rows in a mode, which `dynamics.laws` finds.
+# Rows are equalities here; one-way elements have become such rows in a mode.
 
 
 _SETTLED: Final = 1e-6
-"""The part of friction's largest force by which one with the direction of the reactions found may differ."""
+"""Friction along the resulting reactions may differ by this part of its largest force."""
 
 
 @dataclass(frozen=True)
 class Accelerations:
-    """What forward dynamics finds: udot (nu), multipliers (ns), and the solve's report (3).
+    """The result of forward dynamics: udot (nu), multipliers (ns), and the solve's report (3).
 
-    `settled`: friction of joints goes along the reactions that were found. It does not where no reactions satisfy its
-    law, as where it jams.
+    `settled`: friction of joints goes along the resulting reactions. It does not where no reactions satisfy its law, as
+    where it jams.
     """
 
     udot: Floats
@@ -310,33 +298,27 @@ class Accelerations:
 def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> Accelerations:
     """Return udot and the multipliers at a state over floats.
 
-    M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero, unless those of `minimum_norm`
-    are asked for (`shared`).
+    M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero, or those of `minimum_norm`.
     """
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
-    rows, gamma = constraint_jacobian(dynamics.rows).tolist(), dynamics.constraint_forcing
+    friction = dynamics.friction
     found = constrained(
         dynamics.factors,
         dynamics.forcing,
-        rows,
-        gamma,
+        constraint_jacobian(dynamics.rows).tolist(),
+        dynamics.constraint_forcing,
         in_floats,
         minimum_norm=minimum_norm,
-        friction=dynamics.friction,
+        friction=friction,
     )
     udot, multipliers, report = (np.array(list(x), dtype=float) for x in (found.udot, found.multipliers, found.report))
-    return Accelerations(udot, multipliers, report, _settled(dynamics.friction, found))
-
-
-def _settled(friction: Friction | None, found: Constrained) -> bool:
-    """Return whether friction goes along the reactions that were found with it."""
-    if friction is None or found.along is None:
-        return True
-    along = along_reactions(friction.exerts, friction.beside, found.multipliers)
-    multipliers = np.array(found.multipliers, dtype=float)[:, None]
-    before, after = (np.array(exerts, dtype=float) * multipliers for exerts in (found.along, along))
-    return bool(np.abs(after - before).max() <= _SETTLED * np.abs(before).max())
+    settled = True
+    if friction is not None and found.along is not None:
+        along = along_reactions(friction.exerts, friction.beside, found.multipliers)
+        before, after = (np.array(exerts, dtype=float) * multipliers[:, None] for exerts in (found.along, along))
+        settled = bool(np.abs(after - before).max() <= _SETTLED * np.abs(before).max())
+    return Accelerations(udot, multipliers, report, settled)
 
 
 # --- is there inertia in every direction? ---------------------------------------------------------------------------
@@ -345,18 +327,22 @@ def _settled(friction: Friction | None, found: Constrained) -> bool:
 def verify_inertia(motion: Motion) -> None:
     """Raise NoSolutionError naming the first speed that neither inertia nor rows resist."""
     massless = massless_speeds(motion.mechanism)
-    if not massless and _has_inertia(motion):
-        return
+    if not massless:  # pivots in time linear in the number of bodies
+        with suppress(ZeroDivisionError):
+            pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
+            pairs = zip(pivots, mass_diagonal(motion), strict=True)
+            if not any(vanishes(p, d, PIVOT * len(pivots)) for p, d in pairs):
+                return
     rows = row_motions(motion) if massless else []
     index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), rows))
     if index is not None:
         speed = motion.mechanism.speeds[index]
         place, body = next((k, body.name) for k, body in enumerate(motion.mechanism.bodies) if index in body.u)
         if mass_diagonal(motion)[index] > 0:
-            told = why_locked(motion, place) if speed.unit == "rad/s" else None
-            if told:
+            why = why_locked(motion, place) if speed.unit == "rad/s" else None
+            if why:
                 raise NoSolutionError(
-                    f"no inertia resists the speed {speed.name} in this position: {told}",
+                    f"no inertia resists the speed {speed.name} in this position: {why}",
                     where=Where(path=("joints", speed.joint)),
                     number="N102",
                 )
@@ -370,17 +356,6 @@ def verify_inertia(motion: Motion) -> None:
             where=Where(path=("joints", speed.joint)),
             number="N102",
         )
-
-
-def _has_inertia(motion: Motion) -> bool:
-    """Return whether M has positive pivots beside its diagonal, in time linear in the number of bodies."""
-    try:
-        factors = tree_factors(motion)
-    except ZeroDivisionError:
-        return False
-    pivots = [freedom.pivot for of_body in factors.freedoms for freedom in of_body]
-    tolerance = PIVOT * len(pivots)
-    return not any(vanishes(p, d, tolerance) for p, d in zip(pivots, mass_diagonal(motion), strict=True))
 
 
 def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:

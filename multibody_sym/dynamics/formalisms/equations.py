@@ -1,11 +1,11 @@
-"""What every formalism returns, over any scalar: the equations of motion, with or without the mass matrix itself.
+"""The equations of motion that every formalism returns, over any scalar, with or without the mass matrix itself.
 
 M udot = Q - c + H^T lambda        H udot = gamma        qdot = N u
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cache
 from random import Random
@@ -60,11 +60,10 @@ _LIGHTER: Final = 1024
 
 @once
 def massless_speeds(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return the speeds that nothing resists, whatever the position and the values of the parameters.
+    """Return the speeds that no inertia resists, whatever the position and the values of the parameters.
 
-    They move only bodies declared without mass and inertia, or turn the last body of a branch about axes about which
-    it has none, as those of a particle's free joint; or they move what a body without mass carries, and freedoms
-    beyond it move the same in the same way.
+    They move only bodies declared without mass and inertia; or they turn the last body of a branch about axes without
+    inertia, as those of a particle's free joint; or they move a massless carrier as freedoms beyond it move its load.
     """
     carriers: set[int] = set()
     found: list[int] = []
@@ -79,11 +78,11 @@ def massless_speeds(mechanism: Mechanism) -> tuple[int, ...]:
             shared += body.u
         if index in carriers or not massless:
             carriers.add(body.parent)
-    return tuple(sorted({*found, *(_moved_alike(mechanism) & set(shared) if shared else ())}))
+    return tuple(sorted({*found, *(_without_pivot(mechanism) & set(shared) if shared else ())}))
 
 
-def _moved_alike(mechanism: Mechanism) -> set[int]:
-    """Return the speeds at which M = L^T D L, begun at the tips, has no pivot where nothing vanishes by chance."""
+def _without_pivot(mechanism: Mechanism) -> set[int]:
+    """Return the speeds at which M = L^T D L, begun at the tips, has no pivot in a generic state."""
     try:
         m = _generic_mass_matrix(mechanism)
     except UNDEFINED:
@@ -112,14 +111,21 @@ def _generic_mass_matrix(mechanism: Mechanism) -> Floats:
 
 
 def _without_inertia(body: TreeBody, drawn: Callable[[], State]) -> list[int]:
-    """Return the speeds of a body's joint that give the body no momentum which those before them do not give.
+    """Return the speeds of a body's joint that give the body no momentum beyond that of the speeds before them.
 
-    Judged where nothing vanishes by chance: at `drawn` coordinates and parameters; none where that has no value.
+    Judged in a generic state, at `drawn` coordinates and parameters; none where the momenta have no value.
     """
-    if ZERO not in (body.mass.mass, *body.mass.inertia[:3]) or (_slides(body) and body.mass.mass is not ZERO):
+    slides = len(body.u) == 1 and all(free.step.slides and not free.step.turns for free in body.free_steps)
+    if ZERO not in (body.mass.mass, *body.mass.inertia[:3]) or (slides and body.mass.mass is not ZERO):
         return []
     try:
-        momenta = _momenta(body, drawn())
+        state = drawn()
+        moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
+        mass = body_mass(body, state)
+        momenta = [  # and angular momentum about the centre of mass, for each unit speed
+            np.array([*(mass.mass * x for x in add(v, cross(w, mass.com))), *apply(mass.inertia, w)], dtype=float)
+            for v, w in zip(moved.linear, moved.angular, strict=True)
+        ]
     except UNDEFINED:
         return []
     found, basis = [], np.zeros((6, 0))
@@ -133,23 +139,8 @@ def _without_inertia(body: TreeBody, drawn: Callable[[], State]) -> list[int]:
     return found
 
 
-def _slides(body: TreeBody) -> bool:
-    """Return whether its joint only moves it along one axis."""
-    return len(body.u) == 1 and all(free.step.slides and not free.step.turns for free in body.free_steps)
-
-
-def _momenta(body: TreeBody, state: State) -> list[Floats]:
-    """Return momentum and angular momentum about the centre of mass (6) for each unit speed of a body's joint."""
-    moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
-    mass = body_mass(body, state)
-    return [
-        np.array([*(mass.mass * x for x in add(v, cross(w, mass.com))), *apply(mass.inertia, w)], dtype=float)
-        for v, w in zip(moved.linear, moved.angular, strict=True)
-    ]
-
-
 def _generic_state(mechanism: Mechanism) -> State:
-    draw = Random(_SEED).uniform  # every run comes here, and importing NumPy's takes longer than all that is drawn
+    draw = Random(_SEED).uniform  # every run comes here, and importing NumPy's takes longer than all draws
     sizes = len(mechanism.coordinates), len(mechanism.parameters)
     q, parameters = ([draw(0.5, 1.5) for _ in range(size)] for size in sizes)
     inputs, u = [0.0] * len(mechanism.inputs), [0.0] * len(mechanism.speeds)
@@ -182,18 +173,15 @@ def completed_forces(motion: Motion, forces: Sequence[S], rows: Sequence[RowMoti
 
 
 def _weight(motion: Motion) -> S:
-    """Return w: small beside the masses, so that it rounds away little of what light bodies do."""
-    return sum((mass.mass for mass in motion.masses), 0) / _LIGHTER if _has_mass(motion.mechanism) else 1
-
-
-def _has_mass(mechanism: Mechanism) -> bool:
-    return any(body.mass.mass != ZERO for body in mechanism.bodies)
+    """Return w: small beside the masses, so that it rounds away little of the motion of light bodies."""
+    has_mass = any(body.mass.mass != ZERO for body in motion.mechanism.bodies)
+    return sum((mass.mass for mass in motion.masses), 0) / _LIGHTER if has_mass else 1
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 
 class MassFactors(Protocol):
-    """A factorised mass matrix M = G^T G: what dynamics asks of it, formed or not."""
+    """A factorised mass matrix M = G^T G, formed or not."""
 
     def solve(self, right: Sequence[S]) -> list[S]:
         """Return M^-1 right (n)."""
@@ -206,11 +194,11 @@ class MassFactors(Protocol):
 
 
 @dataclass(frozen=True)
-class Friction:
+class FrictionTerms:
     """Equations M udot = f + C^T lambda, H udot + D lambda = gamma with other forces than H^T lambda.
 
-    `exerts` C (s x n) and `coupling` D (s x s). Rows that go `beside` others exert theirs times their part of the
-    direction of the vector that all their multipliers make.
+    `exerts` C (s x n) and `coupling` D (s x s). Rows `beside` others form a vector of multipliers; each exerts its
+    force times its component of that vector's direction.
     """
 
     exerts: list[list[S]]
@@ -222,8 +210,8 @@ class Friction:
 class TreeDynamics:
     """The dynamics at a state; n speeds, s rows.
 
-    `factors` apply M^-1; `forcing` f = Q - c (n), `rows` (s) with H_j and gamma_j, `rates` qdot. `coordinates`,
-    `speeds` and `row_names` name what the numbers belong to.
+    `factors` apply M^-1; `forcing` f = Q - c (n), `rows` (s) with H_j and gamma_j, `rates` qdot; and the names of
+    coordinates, speeds and rows.
     """
 
     factors: MassFactors
@@ -245,14 +233,14 @@ class TreeDynamics:
         return [row.jacobian for row in self.rows]
 
     @property
-    def friction(self) -> Friction | None:
-        """What the rows exert, and the forces they define, where not all is H^T lambda; None where it is."""
+    def friction(self) -> FrictionTerms | None:
+        """The forces that rows exert and define, where these are not all H^T lambda; None where they are."""
         if all(row.exerts is None and not row.coupling for row in self.rows):
             return None
         count = range(len(self.rows))
         coupling = [[row.coupling.get(k, 0) for k in count] for row in self.rows]
         beside = {k: row.beside for k, row in enumerate(self.rows) if row.beside}
-        return Friction([row.forces for row in self.rows], coupling, beside)
+        return FrictionTerms([row.forces for row in self.rows], coupling, beside)
 
     @property
     def constraint_forcing(self) -> list[S]:
@@ -283,8 +271,8 @@ def equations(
 ) -> EquationsOfMotion:
     """Return the equations of motion of a mechanism at a state, with the names it declares.
 
-    `forcing` is Q - c where that was found as a whole. Where rows hold freedoms without mass, the equivalent equations
-    of `massless`, whose matrix is regular.
+    `forcing` is Q - c where a formalism gives both as a whole. Where rows hold freedoms without mass, the equations are
+    completed (`completed_matrix`), so that their matrix is regular.
     """
     matrix = completed_matrix(motion, mass_matrix, rows)
     forces = list(completed_forces(motion, applied, rows))
@@ -292,6 +280,15 @@ def equations(
         forcing = [q - c for q, c in zip(applied, velocity_terms, strict=True)]
     tree = tree_dynamics(motion, factorized(matrix), list(completed_forces(motion, forcing, rows)), rows)
     return EquationsOfMotion(**vars(tree), mass_matrix=matrix, applied=forces, velocity_terms=list(velocity_terms))
+
+
+def coupled_groups(sets: Iterable[set[int]]) -> list[set[int]]:
+    """Return the unions of sets that have members in common, as of speeds that rows join; no two unions do."""
+    groups: list[set[int]] = []
+    for each in sets:
+        apart = [other for other in groups if not other & each]
+        groups = [*apart, each.union(*(other for other in groups if other & each))]
+    return groups
 
 
 def tree_dynamics(motion: Motion, factors: MassFactors, forcing: list[S], rows: list[RowMotion]) -> TreeDynamics:
@@ -341,21 +338,16 @@ def along_body_axes(motion: Motion) -> tuple[Motion, tuple[BodyAxes, ...]]:
     """Return the motion with partial velocities of free bodies along their own axes, and T of these bodies."""
     bodies, axes = list(motion.bodies), []
     for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
-        if _is_free(body):
+        moves, turns = body.steps[:3], body.steps[3:]
+        slides = [[abs(x.shadow or 0.0) for x in axis] for step in moves for axis in step.slides]
+        if (  # it moves along x, y and z, in any order, and then turns
+            sorted(slides, reverse=True) == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+            and not any(step.turns or not step.is_independent for step in moves)
+            and not any(step.slides for step in turns)
+            and bool(turns)
+            and not any(body.given)
+        ):
             x, y, z, *others = moved.linear
             axes.append(BodyAxes(body.u[:3], (x, y, z)))
             bodies[index] = replace(moved, linear=(*UNIT_MATRIX, *others))
     return replace(motion, bodies=tuple(bodies)), tuple(axes)
-
-
-def _is_free(body: TreeBody) -> bool:
-    """Return whether a body moves along x, y and z, in any order, and then turns."""
-    moves, turns = body.steps[:3], body.steps[3:]
-    axes = [[abs(x.shadow or 0.0) for x in axis] for step in moves for axis in step.slides]
-    return (
-        sorted(axes, reverse=True) == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-        and not any(step.turns or not step.is_independent for step in moves)
-        and not any(step.slides for step in turns)
-        and bool(turns)
-        and not any(body.given)
-    )

@@ -1,4 +1,4 @@
-"""Inertias of rigid bodies: mass, first moment and second moments about a body's origin, in its axes."""
+"""Inertias of rigid and of articulated bodies about a body's origin, in its axes, and base inertial parameters."""
 
 from __future__ import annotations
 
@@ -128,7 +128,8 @@ class Inertia:
         linear, angular = turned_symmetric(R, self.linear), turned_symmetric(R, self.angular)
         coupling = turned_tensor(R, self.coupling)
         shifted = matrix_sum(coupling, _minus_times_cross(linear, p))
-        arm = _cross_times(p, shifted)
+        columns = [cross(p, column) for column in transpose(shifted)]
+        arm = transpose((columns[0], columns[1], columns[2]))
         back = _minus_times_cross(transpose(coupling), p)
         return Inertia(linear, shifted, lower_triangle(matrix_sum(angular, matrix_sum(arm, back))))
 
@@ -149,12 +150,6 @@ def _minus_times_cross(m: Mat, p: Vec) -> Mat:
     return cross(p, m[0]), cross(p, m[1]), cross(p, m[2])
 
 
-def _cross_times(p: Vec, m: Mat) -> Mat:
-    """Return [p] M: each column c becomes p x c."""
-    columns = [cross(p, column) for column in transpose(m)]
-    return transpose((columns[0], columns[1], columns[2]))
-
-
 def _lower_difference(m: Mat, u: Vec, k: Vec) -> Mat:
     """Return M - u k^T for symmetric M and u k^T; each element of a triangle is formed once."""
     places = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
@@ -167,7 +162,7 @@ def _share(u_i: S, k_i: S, u_j: S, k_j: S) -> S:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Base inertial parameters: what a joint cannot feel of its body's inertia belongs to the parent.
+# Base inertial parameters: the part of a body's inertia that its joint cannot feel belongs to the parent.
 #
 # A weld hands over everything; a hinge the mass, the first moment along its axis and a rod on it; a slide the inertia;
 # a ball the mass. The equations of motion stay the same, and fewer numbers enter them.
@@ -178,49 +173,38 @@ def _share(u_i: S, k_i: S, u_j: S, k_j: S) -> S:
 def base_inertias(motion: Motion) -> list[RigidInertia]:
     """Return inertias of all bodies that give the same equations of motion, with few numbers in them.
 
-    Where a body's numbers are parameters or floats it keeps its own: sums of them would take operations.
+    Bodies whose numbers are parameters or floats keep their own: sums of them would take operations.
     """
     found = [about_origin(mass) for mass in motion.masses]
     for index in range(len(found) - 1, -1, -1):
-        body, moved = motion.mechanism.bodies[index], motion.bodies[index]
-        if _is_known(found[index]):
-            found[index], handed = handed_over(body, moved, found[index])
+        body, own = motion.mechanism.bodies[index], found[index]
+        numbers = (own.mass, *own.moment, *(x for row in own.inertia for x in row))
+        if all(isinstance(x, int) or (isinstance(x, Node) and x.shadow is not None) for x in numbers):
+            found[index], handed = split_at_joint(body, motion.bodies[index], own)
             if body.parent >= 0:
                 found[body.parent] = found[body.parent].plus(handed)
     return found
 
 
-def handed_over(body: TreeBody, moved: BodyMotion, inertia: RigidInertia) -> tuple[RigidInertia, RigidInertia]:
-    """Return what the joint feels of a body's inertia, in the body's axes, and the rest, in the parent's."""
+def split_at_joint(body: TreeBody, moved: BodyMotion, inertia: RigidInertia) -> tuple[RigidInertia, RigidInertia]:
+    """Return the part of a body's inertia that its joint feels, in the body's axes, and the rest, in the parent's."""
     if not body.steps:
         return NOTHING, inertia.moved(moved.R_PB, moved.p_PB)
     if len(body.steps) == 1 and not body.steps[0].turns:
         turning = RigidInertia(0, ZERO_VECTOR, inertia.inertia)
         return RigidInertia(inertia.mass, inertia.moment, NOTHING.inertia), turning.moved(moved.R_PB, ZERO_VECTOR)
     if not any(step.slides for step in body.steps) and all(x is ZERO for x in body.frame_on_body.position):
-        axis = _coordinate_axis(moved.angular[0]) if len(body.u) == len(body.steps) == 1 else None
-        return _at_a_point(inertia, moved) if axis is None else _on_an_axis(axis, inertia, moved)
+        if len(body.u) == len(body.steps) == 1:
+            along = [k for k in range(3) if not is_exactly(moved.angular[0][k], 0)]
+            if len(along) == 1:  # it turns about a coordinate axis
+                return _split_on_axis(along[0], inertia, moved)
+        handed = RigidInertia(inertia.mass, ZERO_VECTOR, NOTHING.inertia).moved(UNIT_MATRIX, moved.p_PB)
+        return RigidInertia(0, inertia.moment, inertia.inertia), handed
     return inertia, NOTHING
 
 
-def _is_known(inertia: RigidInertia) -> bool:
-    numbers = (inertia.mass, *inertia.moment, *(x for row in inertia.inertia for x in row))
-    return all(isinstance(x, int) or (isinstance(x, Node) and x.shadow is not None) for x in numbers)
-
-
-def _coordinate_axis(direction: Vec) -> int | None:
-    across = [k for k in range(3) if not is_exactly(direction[k], 0)]
-    return across[0] if len(across) == 1 else None
-
-
-def _at_a_point(inertia: RigidInertia, moved: BodyMotion) -> tuple[RigidInertia, RigidInertia]:
-    """Split off the mass, at the body's origin, about which it turns."""
-    handed = RigidInertia(inertia.mass, ZERO_VECTOR, NOTHING.inertia).moved(UNIT_MATRIX, moved.p_PB)
-    return RigidInertia(0, inertia.moment, inertia.inertia), handed
-
-
-def _on_an_axis(k: int, inertia: RigidInertia, moved: BodyMotion) -> tuple[RigidInertia, RigidInertia]:
-    """Split off a mass, a first moment and a thin rod, all on the coordinate axis k about which the body turns.
+def _split_on_axis(k: int, inertia: RigidInertia, moved: BodyMotion) -> tuple[RigidInertia, RigidInertia]:
+    """Split off a mass, a first moment and a thin rod on the coordinate axis k about which the body turns.
 
     The rod takes the second moment along the axis, integral z^2 dm = (Jxx + Jyy - Jzz) / 2 for the axis z.
     """

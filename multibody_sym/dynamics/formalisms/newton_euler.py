@@ -33,7 +33,7 @@ def newton_euler(mechanism: Mechanism, state: State) -> EquationsOfMotion:
 
 
 def without_reactions(motion: Motion) -> tuple[list[list[S]], list[S]]:
-    """Return M (nu x nu) and the velocity terms c (nu): what A^T R = Q becomes with the reactions eliminated."""
+    """Return M (nu x nu) and the velocity terms c (nu) of A^T R = Q, with the reactions eliminated."""
     count = len(motion.state.u)
     matrix: list[list[S]] = [[0] * count for _ in range(count)]
     velocity_terms: list[S] = [0] * count
@@ -66,24 +66,23 @@ class LinearWrench:
 
 
 def inertial_reactions(motion: Motion) -> list[LinearWrench]:
-    """Return what the inertia of all bodies asks of each joint: R_i without loads, about the body's origin."""
-    found = free_bodies(motion)
-    for index in range(len(found) - 1, -1, -1):
+    """Return the joints' R_i without loads, about the body's origin: rates of momentum, summed inward."""
+    reactions = free_bodies(motion)
+    for index in range(len(reactions) - 1, -1, -1):
         parent = motion.mechanism.bodies[index].parent
         if parent >= 0:
-            found[parent] = found[parent].plus(found[index].to_parent(motion.bodies[index]))
-    return found
+            reactions[parent] = reactions[parent].plus(reactions[index].to_parent(motion.bodies[index]))
+    return reactions
 
 
 def free_bodies(motion: Motion) -> list[LinearWrench]:
     """Return the rate of momentum M_i w_i of every body by itself, about its origin, in its axes."""
     at_rest = inertia_wrenches(motion, [0] * len(motion.state.u))
-    found = []
+    momenta = []
     for mass, partials, rest in zip(motion.masses, partial_velocities(motion), at_rest, strict=True):
         inertia = rigid_inertia(mass)
-        found.append(LinearWrench({k: inertia.wrench(*partial) for k, partial in partials.items()}, rest))
-    return found
-
+        momenta.append(LinearWrench({k: inertia.wrench(*partial) for k, partial in partials.items()}, rest))
+    return momenta
 
 def _sum(a: Wrench, b: Wrench) -> Wrench:
     return add(a[0], b[0]), add(a[1], b[1])

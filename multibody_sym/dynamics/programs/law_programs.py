@@ -14,7 +14,7 @@ from typing import Final
 
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.equations import Formalism, massless_speeds
+from multibody_sym.dynamics.formalisms.equations import Formalism, coupled_groups, massless_speeds
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind, LikeContacts, Weighted, like_contacts
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
@@ -390,21 +390,12 @@ def _driven(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Seque
 
     f is the forcing and M^-1 f the free motion.
     """
-    joined = disjoint([*known.columns(), *known.moves[: len(mechanism.rows)]])
+    joined = coupled_groups([*known.columns(), *known.moves[: len(mechanism.rows)]])
     f, free = outputs["forcing"], outputs["free"]
     powers = [sum((f[k] * free[k] for k in sorted(each)), start=ZERO) for each in joined]
     of_speed = {speed: number for number, each in enumerate(joined) for speed in each}
     reached = [sorted({of_speed[speed] for speed in speeds}) for speeds in known.moves]
     return [sqrt(absolute(sum((powers[number] for number in numbers), start=ZERO))) for numbers in reached]
-
-
-def disjoint(sets: Iterable[set[int]]) -> list[set[int]]:
-    """Return the unions of sets that have members in common, which have none in common."""
-    found: list[set[int]] = []
-    for each in sets:
-        apart = [other for other in found if not other & each]
-        found = [*apart, each.union(*(other for other in found if other & each))]
-    return found
 
 
 def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion]) -> list[S]:

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import accumulate, pairwise
 from typing import Any, Final
 
-from multibody_sym.dynamics.formalisms.articulated_body import eliminated, inward, outward
+from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated
 from multibody_sym.dynamics.programs.quantities import Sources
@@ -215,7 +215,7 @@ def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
 
     force, moment = vectors(read["carried"][:6])
     inertia = articulated(rigid).plus(unpacked(read["carried"][6:]))
-    freedoms, left = eliminated(body.u, moved, inertia)
+    freedoms, left = eliminate_joint(body.u, moved, inertia)
     remaining, wrench = inward(freedoms, forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
     handed = to_parent(moved, wrench)
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, constrained, correction
-from multibody_sym.dynamics.formalisms.equations import Formalism, Friction, TreeDynamics
+from multibody_sym.dynamics.formalisms.equations import Formalism, FrictionTerms, TreeDynamics
 from multibody_sym.dynamics.programs.quantities import Sources, answered, events
 from multibody_sym.dynamics.programs.repeated_bodies import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
@@ -280,14 +280,14 @@ def _unheld(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:
     return [ZERO if k in mechanism.held else value for k, value in enumerate(values)]
 
 
-def friction_of(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
+def friction_of(dynamics: TreeDynamics, acting: Sequence[int]) -> FrictionTerms | None:
     """Return what those rows that act exert and define, None where it is H^T lambda."""
     whole = dynamics.friction
     if whole is None:
         return None
     coupling = [[as_node(whole.coupling[j][k]) for k in acting] for j in acting]
     beside = {acting.index(k): tuple(map(acting.index, others)) for k, others in whole.beside.items()}
-    return Friction(_nodes([whole.exerts[k] for k in acting]), coupling, beside)
+    return FrictionTerms(_nodes([whole.exerts[k] for k in acting]), coupling, beside)
 
 
 def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:

@@ -23,11 +23,11 @@ from multibody_sym.dynamics.constraints.closing import (
     CLOSED,
     Missed,
     Rows,
+    best_guess,
     closed_from,
-    exactly,
     generic_jacobian,
-    guessed,
     least_change,
+    least_norm,
     suffice,
 )
 from multibody_sym.dynamics.start.parameters import verify_values
@@ -105,7 +105,7 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
 
     @functools.cache
     def guess() -> Floats:
-        return guessed(rows, q, unknown)
+        return best_guess(rows, q, unknown)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
         found = None
@@ -151,7 +151,7 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
         return Missed(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + terms)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
-        found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, exactly)
+        found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, least_norm)
         # rounding of the change may open small rows that the declared speeds close
         return next((values for values in (found, u) if missed(values).closed(jacobian)), None)
 

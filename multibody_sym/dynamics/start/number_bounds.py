@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Final
 
-from multibody_sym.dynamics.formalisms.articulated_body import eliminated, tree_factors
+from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
@@ -155,7 +155,7 @@ def _pivots_of_body(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
     own = articulated(about_origin(body_mass(body, state)))
     rigid = own.plus(unpacked(read["carried"][_ARTICULATED:]))
-    freedoms, left = eliminated(body.u, moved, own.plus(unpacked(read["carried"][:_ARTICULATED])))
+    freedoms, left = eliminate_joint(body.u, moved, own.plus(unpacked(read["carried"][:_ARTICULATED])))
     found = []
     for freedom, linear, angular in zip(freedoms, moved.linear, moved.angular, strict=True):
         force, moment = rigid.wrench(linear, angular)

@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near, moved, normalize
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, displaced, normalize
 from multibody_sym.dynamics.constraints.redundancy import (
     contradictions_named,
     generic_rank,
@@ -317,7 +317,7 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, close
     """Return a random state; raises an error at rows that are nearly dependent, and where friction jams."""
     change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
     rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
-    apart = moved(mechanism, np.array(begin.q, dtype=float), change)
+    apart = displaced(mechanism, np.array(begin.q, dtype=float), change)
     closed = closed_near(rows, apart) if closes else None
     if closed is None and any(body.is_foot for body in mechanism.bodies):
         raise ValueError("a curve is not where its foot is, and what touches it is told by that")

@@ -1,8 +1,8 @@
 """What a system conserves: constant combinations of momenta, energy and Jacobi's integral whose rates vanish.
 
-The rates are exact expressions, looked at in random positions, speeds and times that the constraints allow, not along a
-run. Floats propose the combinations; 50 digits decide, and give their coefficients: what is left is below 1e-30 of its
-terms, or it is not conserved. What has one value in all states, as the momentum across a plane, is not told.
+The rates are exact expressions, evaluated in random positions, speeds and times that the constraints allow, not along a
+run. Floats propose the combinations; 50 digits decide, and give their coefficients: the rate of a conserved combination
+is below 1e-30 of its terms. Combinations with one value in all states, as the momentum across a plane, are left out.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, spl
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import Load, PointForce, PointPull, span_leaves
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.system import System
@@ -55,8 +55,8 @@ from multibody_sym.text.printer import text as in_model_language
 #
 #     P and L about the origin, the momenta p_k = dT/du_k of the speeds, T + V, Jacobi's integral sum p_k u_k - T + V
 #
-# Constant combinations of these are what the named classes hold: momenta along fixed directions and about fixed axes,
-# cyclic coordinates, the energy, Jacobi's integral; and about the centre of mass L_C.
+# Constant combinations of these give momenta along fixed directions and about fixed axes, cyclic coordinates, the
+# energy, Jacobi's integral, and L_C about the centre of mass.
 
 
 Kind = Literal["momentum", "axis", "centre", "speed", "energy", "jacobi"]
@@ -74,7 +74,7 @@ class Candidate:
 
 
 def candidates(mechanism: Mechanism) -> list[Candidate]:
-    """Return all quantities that are looked at, in slots; rates name the accelerations as slots `udot`."""
+    """Return all candidates, in slots; rates name the accelerations as slots `udot`."""
     motion = motion_of(mechanism, slot_state(mechanism))
     parts = body_momenta(motion)
     named: list[tuple[str, Kind, int, S]] = []
@@ -95,33 +95,32 @@ def candidates(mechanism: Mechanism) -> list[Candidate]:
     named += [("total_energy()", "energy", 0, energy), ("jacobi_integral()", "jacobi", 0, jacobi_integral(motion))]
     values = [as_node(value) for *_, value in named]
     rates = tangents(values, rates_of_state(mechanism))
-    found = [
+    every = [
         Candidate(name, kind, place, value, as_node(rate))
         for (name, kind, place, _), value, rate in zip(named, values, rates, strict=True)
     ]
     potential = [load for load in split(mechanism.loads)[1] if _has_potential(load)]
-    return [*found, _with_potentials(motion, found[-2], potential)] if potential else found
-
-
-def _with_potentials(motion: Motion, energy: Candidate, loads: Sequence[Load]) -> Candidate:
-    """Return the energy less the work of forces that have a potential, though V does not hold it."""
-    power = power_of(motion, applied_forces(motion, loads, weight=False).of_body)
-    name = " - ".join([energy.name, *(in_model_language(quantity("work", [load.name])) for load in loads)])
-    return replace(energy, name=name, place=1, rate=energy.rate - power)
+    if potential:  # the energy less the work of these forces, which V does not hold
+        of_energy = every[-2]
+        power = power_of(motion, applied_forces(motion, potential, weight=False).of_body)
+        works = (in_model_language(quantity("work", [load.name])) for load in potential)
+        every.append(
+            replace(of_energy, name=" - ".join([of_energy.name, *works]), place=1, rate=of_energy.rate - power)
+        )
+    return every
 
 
 def _has_potential(load: Load) -> bool:
     """Return whether a force depends on the distance of its points alone, or is the same everywhere and always."""
     if isinstance(load, PointPull):
-        distance = span_leaves(load.name)[0]
-        return all(leaf == distance or _is_parameter(leaf) for leaf in leaves([load.value], "slot", "quantity"))
-    if isinstance(load, PointForce):
-        return load.axes < 0 and all(map(_is_parameter, leaves(load.value, "slot", "quantity")))
-    return False
-
-
-def _is_parameter(leaf: Node) -> bool:
-    return leaf.op == "slot" and leaf.data[0] == "parameters"
+        free = {span_leaves(load.name)[0]}
+        named = leaves([load.value], "slot", "quantity")
+    elif isinstance(load, PointForce) and load.axes < 0:
+        free = set()
+        named = leaves(load.value, "slot", "quantity")
+    else:
+        return False
+    return all(leaf in free or (leaf.op == "slot" and leaf.data[0] == "parameters") for leaf in named)
 
 
 def rates_of_state(mechanism: Mechanism) -> dict[Node, Node]:
@@ -139,7 +138,7 @@ def freedom_name(mechanism: Mechanism, speed: int) -> str:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The symmetry behind a conserved quantity, in words: which motion of the whole, or change of time, changes nothing.
+# The symmetry behind a conserved quantity, in words: the motion of the whole, or the shift of time, without effect.
 
 
 _NEARLY: Final = 1e-9
@@ -147,31 +146,26 @@ Part = tuple[Candidate, float]
 
 
 def symmetry(mechanism: Mechanism, parts: Sequence[Part]) -> str:
-    """Return what gives a combination of candidates its constant value."""
+    """Return the symmetry in words that keeps a combination of candidates constant."""
     kinds = {part.kind for part, _ in parts}
-    if "energy" in kinds:
-        found = _of_energy(parts)
+    if "energy" in kinds and len(parts) == 1:
+        text = "time: no energy, force or constraint that does work depends on it"
+        text += ", and these forces have a potential" * bool(parts[0][0].place)
+    elif "energy" in kinds:
+        text = "time, as seen from what is driven steadily (Jacobi's integral): there nothing depends on it"
     elif "jacobi" in kinds:
-        found = "time, as seen from what moves as prescribed: there no energy or force depends on it"
+        text = "time, as seen from what moves as prescribed: there no energy or force depends on it"
     elif "speed" in kinds:
-        found = _of_freedoms(mechanism, [part for part, _ in parts])
+        text = _symmetry_of_freedoms(mechanism, [part for part, _ in parts])
     elif kinds == {"centre"}:
         axes = ", ".join(AXES[part.place] for part, _ in parts)
-        found = f"turning all about the centre of mass: no moment from outside about it along {axes}"
+        text = f"turning all about the centre of mass: no moment from outside about it along {axes}"
     else:
-        found = _of_space(mechanism, parts)
-    return f"{found}, while the states of the start last" if mechanism.one_way else found
+        text = _symmetry_of_space(parts)
+    return f"{text}, while the states of the start last" if mechanism.one_way else text
 
 
-def _of_energy(parts: Sequence[Part]) -> str:
-    if len(parts) == 1 and parts[0][0].place:
-        return "time: no energy, force or constraint that does work depends on it, and these forces have a potential"
-    if len(parts) == 1:
-        return "time: no energy, force or constraint that does work depends on it"
-    return "time, as seen from what is driven steadily (Jacobi's integral): there nothing depends on it"
-
-
-def _of_freedoms(mechanism: Mechanism, parts: Sequence[Candidate]) -> str:
+def _symmetry_of_freedoms(mechanism: Mechanism, parts: Sequence[Candidate]) -> str:
     """Return that coordinates are cyclic, or that turning a body about an axis of its own changes nothing."""
     rates = {u for body in mechanism.bodies for _, u in body.rate_pairs}
     places = [part.place for part in parts if part.kind == "speed"]
@@ -184,8 +178,13 @@ def _of_freedoms(mechanism: Mechanism, parts: Sequence[Candidate]) -> str:
     return f"{names} change together: no energy or constraint depends on that, and no force acts along it"
 
 
-def _of_space(mechanism: Mechanism, parts: Sequence[Part]) -> str:
-    along, about = (_vector(parts, kind) for kind in ("momentum", "axis"))
+def _symmetry_of_space(parts: Sequence[Part]) -> str:
+    """Return along which direction, or about which axis or screw, moving all changes nothing."""
+    vectors = {"momentum": np.zeros(3), "axis": np.zeros(3)}
+    for part, c in parts:
+        if part.kind in vectors:
+            vectors[part.kind][part.place] += c
+    along, about = vectors.values()
     if not about.any():
         return f"moving all along {_direction(along)}: no force from outside acts along it"
     axis = about / np.linalg.norm(about)
@@ -197,14 +196,6 @@ def _of_space(mechanism: Mechanism, parts: Sequence[Part]) -> str:
     return f"turning all about the axis {_direction(about)}{place}: no moment from outside about it"
 
 
-def _vector(parts: Sequence[Part], kind: str) -> Floats:
-    found = np.zeros(3)
-    for part, c in parts:
-        if part.kind == kind:
-            found[part.place] += c
-    return found
-
-
 def _direction(vector: Floats) -> str:
     unit = vector / np.linalg.norm(vector)
     for k, axis in enumerate(AXES):
@@ -214,26 +205,22 @@ def _direction(vector: Floats) -> str:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# States of a mechanism, its accelerations, and expressions there, in 50 digits: what vanishes to 30 is zero.
+# States of a mechanism, its accelerations, and expressions there, in 50 digits: a value that vanishes to 30 is zero.
 
 
 MP: Final = MPContext()
 MP.dps = 50
 ZERO_BELOW: Final = MP.mpf(10) ** -30
-"""The part of the terms' sizes below which a result is rounding: 20 digits are left for what cancels."""
+"""The part of the terms' sizes below which a result is rounding: 20 digits are left for cancellation."""
 _CLOSED: Final = MP.mpf(10) ** -40
 _STEPS: Final = 6
 Number = Any
 Matrix = list[list[Number]]
 
 
-def _tabulated(function: Tabulated, order: int, a: Number) -> Number:
+def _table_value(function: Tabulated, order: int, a: Number) -> Number:
     x = symbol("x")
-    return evaluated([function.piece(order, float(a), x)], {x: a})[0]
-
-
-def _choose(condition: Number, a: Number, b: Number) -> Number:
-    return a if condition else b
+    return precise_values([function.piece(order, float(a), x)], {x: a})[0]
 
 
 _OPERATIONS: Final[dict[str, Callable[..., Number]]] = {
@@ -241,18 +228,21 @@ _OPERATIONS: Final[dict[str, Callable[..., Number]]] = {
     "pow": MP.power, "sin": MP.sin, "cos": MP.cos, "tan": MP.tan, "asin": MP.asin,
     "acos": MP.acos, "atan": MP.atan, "atan2": MP.atan2, "sinh": MP.sinh, "cosh": MP.cosh, "tanh": MP.tanh,
     "exp": MP.exp, "log": MP.log, "sqrt": MP.sqrt, "abs": abs, "sign": MP.sign, "min": min, "max": max,
-    "less": lambda a, b: MP.mpf(a < b), "less_equal": lambda a, b: MP.mpf(a <= b), "where": _choose,
-    "table": _tabulated,
+    "less": lambda a, b: MP.mpf(a < b), "less_equal": lambda a, b: MP.mpf(a <= b),
+    "where": lambda condition, a, b: a if condition else b, "table": _table_value,
 }  # fmt: skip
 
 
-def evaluated(nodes: Iterable[Node], leaf: Mapping[Node, Number]) -> list[Number]:
-    """Return expressions in 50 digits, given their leaves. Raises what `UNDEFINED` names where one has no value."""
+def precise_values(nodes: Iterable[Node], leaf: Mapping[Node, Number]) -> list[Number]:
+    """Return the values of expressions in 50 digits, given their leaves. Raises `UNDEFINED` where one has none."""
     roots = list(nodes)
     values: dict[Node, Number] = {}
     for n in postorder(roots):
         if n.args:
-            values[n] = _real(_OPERATIONS[n.op](*n.own, *(values[a] for a in n.args)))
+            value = _OPERATIONS[n.op](*n.own, *(values[a] for a in n.args))
+            if isinstance(value, MP.mpc) or not MP.isfinite(value):
+                raise UndefinedValueError("no real value")
+            values[n] = value
         elif n.op == "number":
             values[n] = MP.mpf(n.data.numerator) / n.data.denominator
         else:
@@ -260,30 +250,24 @@ def evaluated(nodes: Iterable[Node], leaf: Mapping[Node, Number]) -> list[Number
     return [values[n] for n in roots]
 
 
-def _real(value: Number) -> Number:
-    if isinstance(value, MP.mpc) or not MP.isfinite(value):
-        raise UndefinedValueError("no real value")
-    return value
-
-
 @dataclass(frozen=True)
 class Precise:
-    """A mechanism's equations as expressions, to be evaluated in 50 digits; `parameters` (np) as the start has them."""
+    """A mechanism's equations as expressions for values in 50 digits; `parameters` (np) as at the start."""
 
     mechanism: Mechanism
     parameters: Sequence[float]
 
     @cached_property
     def _known(self) -> dict[Node, Number]:
-        """The values of the parameters: of their expressions where they have one, so that 1/3 is a third."""
+        """The values of the parameters, from their expressions where they have one, so that 1/3 is a third."""
         known: dict[Node, Number] = {}
-        for k, (entry, value) in enumerate(zip(self.mechanism.parameters, self.parameters, strict=True)):
-            found = MP.mpf(value)
-            if entry.value is not None and all(leaf in known for leaf in postorder([entry.value]) if _named(leaf)):
-                precise = evaluated([entry.value], known)[0]
-                if abs(precise - found) <= 1e-12 * abs(found):
-                    found = precise
-            known[slot("parameters", k)] = found
+        for k, (entry, as_float) in enumerate(zip(self.mechanism.parameters, self.parameters, strict=True)):
+            value = MP.mpf(as_float)
+            if entry.value is not None and all(leaf in known for leaf in leaves([entry.value], "slot")):
+                precise = precise_values([entry.value], known)[0]
+                if abs(precise - value) <= 1e-12 * abs(value):
+                    value = precise
+            known[slot("parameters", k)] = value
         return known
 
     @cached_property
@@ -291,9 +275,9 @@ class Precise:
         return composite_body(self.mechanism, slot_state(self.mechanism))
 
     def at(self, state: State) -> dict[Node, Number]:
-        """Return the slots at a state nearby that satisfies the constraints, the accelerations `udot` among them.
+        """Return the slots at a state nearby that satisfies the constraints, with the accelerations `udot`.
 
-        Raises UndefinedValueError where that is not found, and what `evaluated` raises.
+        Raises UndefinedValueError where no such state is found, and `UNDEFINED` where an expression has no value.
         """
         leaf = dict(self._known)
         leaf[TIME] = MP.mpf(state.slots[TIME])
@@ -305,7 +289,7 @@ class Precise:
         return leaf
 
     def _add_inputs(self, leaf: dict[Node, Number]) -> None:
-        inputs = evaluated(self.mechanism.inputs.values(), leaf)
+        inputs = precise_values(self.mechanism.inputs.values(), leaf)
         leaf.update((slot("inputs", k), x) for k, x in enumerate(inputs))
 
     def _close(self, leaf: dict[Node, Number]) -> None:
@@ -317,17 +301,17 @@ class Precise:
         closing = [row for row in rows if row.holonomic]
         for _ in range(_STEPS):
             self._add_inputs(leaf)
-            phi = evaluated([as_node(row.phi) for row in closing], leaf)
+            phi = precise_values([as_node(row.phi) for row in closing], leaf)
             if all(abs(x) < _CLOSED for x in phi):
                 break
             self._move(leaf, _least(self._matrix(closing, leaf), [-x for x in phi]))
         else:
             raise UndefinedValueError("the constraints are not closed")
-        psi = evaluated([as_node(row.phidot) for row in rows], leaf)
+        psi = precise_values([as_node(row.phidot) for row in rows], leaf)
         for k, change in enumerate(_least(self._matrix(rows, leaf), [-x for x in psi])):
             leaf[slot("u", k)] += change
         self._add_inputs(leaf)
-        if any(abs(x) > _CLOSED for x in evaluated([as_node(row.phidot) for row in rows], leaf)):
+        if any(abs(x) > _CLOSED for x in precise_values([as_node(row.phidot) for row in rows], leaf)):
             raise UndefinedValueError("the constraints are not kept")
 
     def _move(self, leaf: dict[Node, Number], change: Sequence[Number]) -> None:
@@ -335,7 +319,7 @@ class Precise:
         state = slot_state(self.mechanism)
         rates = coordinate_rates(self.mechanism, state.q, state.u)
         there = {**leaf, **{slot("u", k): x for k, x in enumerate(change)}}
-        for k, rate in enumerate(evaluated(map(as_node, rates), there)):
+        for k, rate in enumerate(precise_values(map(as_node, rates), there)):
             leaf[slot("q", k)] += rate
         self._normalize(leaf)
 
@@ -346,7 +330,7 @@ class Precise:
                 leaf[slot("q", k)] /= length
 
     def _matrix(self, rows: Sequence[Any], leaf: Mapping[Node, Number]) -> Matrix:
-        flat = evaluated([as_node(x) for row in rows for x in row.jacobian], leaf)
+        flat = precise_values([as_node(x) for row in rows for x in row.jacobian], leaf)
         n = len(self.mechanism.speeds)
         return [flat[n * k : n * k + n] for k in range(len(rows))]
 
@@ -360,26 +344,22 @@ class Precise:
         matrix = [[*found.mass_matrix[i], *(-row.forces[i] for row in found.rows)] for i in range(n)]
         matrix += [[*row.jacobian, *coupling[k]] for k, row in enumerate(found.rows)]
         right = [*found.forcing, *(row.gamma for row in found.rows)]
-        flat = evaluated([as_node(x) for row in (*matrix, right) for x in row], leaf)
+        flat = precise_values([as_node(x) for row in (*matrix, right) for x in row], leaf)
         size = n + s
         rows = [flat[size * k : size * k + size] for k in range(size)]
-        udot = solved(rows, flat[size * size :])[:n]
+        udot = solve_precisely(rows, flat[size * size :])[:n]
         return [MP.mpf(0) if k in self.mechanism.held else x for k, x in enumerate(udot)]
-
-
-def _named(leaf: Node) -> bool:
-    return leaf.op == "slot"
 
 
 def _least(matrix: Matrix, right: Sequence[Number]) -> list[Number]:
     """Return the x of least norm with A x = r, for dependent rows too that agree."""
     count = len(matrix[0]) if matrix else 0
     products = [[MP.fdot(a, b) for b in matrix] for a in matrix]
-    y = solved(products, right)
+    y = solve_precisely(products, right)
     return [MP.fdot(y, [row[k] for row in matrix]) for k in range(count)]
 
 
-def solved(matrix: Matrix, right: Sequence[Number]) -> list[Number]:
+def solve_precisely(matrix: Matrix, right: Sequence[Number]) -> list[Number]:
     """Return a solution of A x = r, zero in what dependent columns leave open.
 
     Raises UndefinedValueError where there is none.
@@ -415,19 +395,19 @@ def solved(matrix: Matrix, right: Sequence[Number]) -> list[Number]:
 MOST: Final = 60
 """Speeds beyond which expressions of the rates would be too long."""
 MANY: Final = 6
-"""Speeds beyond which their momenta are looked at one by one, not in combinations."""
+"""Speeds beyond which their momenta are candidates one by one, not in combinations."""
 _SPARE: Final = 3
 _PROPOSED: Final = 1e-7
-"""The part of a column that combinations of others leave up to which 50 digits are asked."""
+"""The part of a column that combinations of others leave, up to which 50 digits decide."""
 _BY_FLOATS: Final = 1e-11
 """The same part below which floats decide alone, where expressions have no value in 50 digits."""
 _SAME: Final = 1e-6
-"""The part of a combination that others leave below which it says nothing new."""
+"""The part of a combination that others leave, below which it depends on them."""
 _SEED: Final = 11
 _ORDER: Final[tuple[Kind, ...]] = ("momentum", "axis", "centre", "energy", "jacobi", "speed")
 """The plainest first."""
 _COMBINED: Final[tuple[Kind, ...]] = ("momentum", "axis", "centre", "speed", "energy", "jacobi")
-"""What is combined with what stands before it."""
+"""Each kind is combined with those before it."""
 _TOLD: Final[tuple[Kind, ...]] = ("energy", "jacobi", "momentum", "axis", "centre", "speed")
 
 
@@ -435,7 +415,7 @@ _TOLD: Final[tuple[Kind, ...]] = ("energy", "jacobi", "momentum", "axis", "centr
 class Conserved:
     """A quantity that stays constant: its `name`, an expression that outputs may have, and the `symmetry` behind it.
 
-    `coefficients` of what it is made of, by name; `exact`: decided in 50 digits, not by floats alone.
+    `coefficients` of the candidates in it, by name; `exact`: decided in 50 digits, not by floats alone.
     """
 
     name: str
@@ -446,16 +426,16 @@ class Conserved:
 
 
 def conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
-    """Return what a mechanism conserves, in its mode at the start; energy first.
+    """Return the quantities that a mechanism conserves in its mode at the start, energy first.
 
-    Of more than `MOST` speeds nothing is told, which would take long.
+    None are searched for with more than `MOST` speeds, which would take long.
     """
     if len(mechanism.speeds) > MOST:
         return []
     pool = candidates(mechanism)
     alone = len(mechanism.speeds) if len(mechanism.speeds) > MANY else 0
     states = sampled_states(mechanism, begin, len(pool) - alone + _SPARE, _SEED)[1:]
-    table = _conserved_tabulated(mechanism, pool, states)
+    table = _table_of(mechanism, pool, states)
     if table is None:
         return []
     kinds = [x.kind for x in pool]
@@ -464,8 +444,13 @@ def conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
     trivial = table.constant(columns, alone)
     known = [table.scaled(x) for x in trivial]
     proposed = [x for x in table.vanishing(columns, alone) if not _in_span(table.scaled(x), known)]
-    chosen = _chosen(pool, table, [x for x in proposed if decide.confirms(x)], trivial)
-    found = [_told(mechanism, pool, decide.precise_of(x), decide.exact) for x in chosen]
+    found = []
+    for x in _plainest(pool, table, [x for x in proposed if decide.confirms(x)], trivial):
+        precise = decide.precise_of(x)
+        named = {pool[k].name: c for k, c in precise.items()}
+        parts = [(pool[k], c) for k, c in precise.items()]
+        first = "energy" if any(p.kind == "energy" for p, _ in parts) else parts[0][0].kind
+        found.append(Conserved(_expression(named), first, symmetry(mechanism, parts), named, decide.exact))
     return sorted(found, key=lambda x: _TOLD.index(x.kind))
 
 
@@ -479,9 +464,9 @@ def conserved_quantities(
     project: bool | None = None,
     formalism: str | None = None,
 ) -> list[Conserved]:
-    """Return what a system conserves, from its start on; nothing where it has no start.
+    """Return the quantities that a system conserves from its start on; none where it has no start.
 
-    `parameters` .. `project`: what the call changes of the system (`Overrides`); the formalism makes no difference.
+    `parameters` .. `project` change the system (`Overrides`); the formalism makes no difference.
     """
     asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     try:
@@ -512,7 +497,7 @@ class _Table:
         return list(self._dependent(self.values - self.values[0], columns, alone))
 
     def _dependent(self, matrix: Floats, columns: Sequence[int], alone: int) -> Iterator[Combination]:
-        """Yield each column that earlier ones combine to; the first `alone` of them are combined with none."""
+        """Yield each column as a combination of earlier ones; the first `alone` are combined with none."""
         basis: list[int] = []
         for place, k in enumerate(columns):
             column = matrix[:, k]
@@ -520,8 +505,8 @@ class _Table:
             x = least_squares(matrix[:, used], column) if used else np.zeros(0)
             rest = column - matrix[:, used] @ x if used else column
             if np.abs(rest).max(initial=0.0) <= _PROPOSED:
-                mixed = {j: -c * self.sizes[k] / self.sizes[j] for j, c in zip(used, x, strict=True) if _counts(c)}
-                yield {k: 1.0, **mixed}
+                pairs = ((j, c) for j, c in zip(used, x, strict=True) if abs(c) > _PROPOSED)
+                yield {k: 1.0, **{j: -c * self.sizes[k] / self.sizes[j] for j, c in pairs}}
             elif place >= alone:
                 basis.append(k)
 
@@ -535,12 +520,8 @@ class _Table:
         return found
 
 
-def _counts(coefficient: float) -> bool:
-    return abs(coefficient) > _PROPOSED
-
-
-def _conserved_tabulated(mechanism: Mechanism, pool: Sequence[Candidate], states: Sequence[State]) -> _Table | None:
-    """Return the table over those states at which all has a value; None where these are too few to tell."""
+def _table_of(mechanism: Mechanism, pool: Sequence[Candidate], states: Sequence[State]) -> _Table | None:
+    """Return the table over the states at which all candidates have values; None where these are too few."""
     nodes = [x for each in pool for x in (each.value, each.rate)]
     rows = []
     for state in states:
@@ -560,7 +541,7 @@ def _conserved_tabulated(mechanism: Mechanism, pool: Sequence[Candidate], states
 
 
 class _Decision:
-    """Whether combinations' rates vanish in 50 digits, with the coefficients at which they do."""
+    """Decides in 50 digits whether rates of combinations vanish, and with which coefficients."""
 
     def __init__(
         self, mechanism: Mechanism, begin: Start, pool: Sequence[Candidate], states: Sequence[State]
@@ -580,7 +561,7 @@ class _Decision:
             self._found[key] = proposed
             return True
         try:
-            x = solved([row[1:] for row in rows[: len(others)]], [-row[0] for row in rows[: len(others)]])
+            x = solve_precisely([row[1:] for row in rows[: len(others)]], [-row[0] for row in rows[: len(others)]])
         except MultibodyError:
             return False
         for row in rows:
@@ -610,26 +591,33 @@ class _Decision:
             except (*UNDEFINED, MultibodyError):
                 continue
         try:
-            return [evaluated([self._pool[k].rate for k in places], leaf) for leaf in islice(self._slots, count)]
+            return [precise_values([self._pool[k].rate for k in places], leaf) for leaf in islice(self._slots, count)]
         except (*UNDEFINED, MultibodyError):
             return None
 
 
-def _chosen(
+def _plainest(
     pool: Sequence[Candidate], table: _Table, proposed: Sequence[Combination], trivial: Sequence[Combination]
 ) -> list[Combination]:
-    """Return independent combinations, the plainest first, that do not follow from others or from constants."""
+    """Return independent combinations, the plainest first, that do not follow from others or from constants.
+
+    Of combinations of energies only one counts.
+    """
 
     def plainness(x: Combination) -> tuple[int, int, int]:
         first = pool[next(iter(x))]
         return len(x), _ORDER.index(first.kind), first.place
+
+    def has_energy(x: Combination) -> bool:
+        return any(pool[k].kind in ("energy", "jacobi") for k in x)
 
     turning = {pool[k].place for x in proposed for k in x if pool[k].kind == "axis"}
     turning -= {pool[k].place for x in trivial if len(x) == 1 for k in x if pool[k].kind == "axis"}
     known = [table.scaled(x) for x in trivial]
     found: list[Combination] = []
     for x in sorted(proposed, key=plainness):
-        if any(pool[k].kind == "centre" and pool[k].place in turning for k in x) or _follows(pool, x, found):
+        follows = has_energy(x) and any(map(has_energy, found))
+        if follows or any(pool[k].kind == "centre" and pool[k].place in turning for k in x):
             continue
         vector = table.scaled(x)
         if _in_span(vector, known):
@@ -646,19 +634,6 @@ def _in_span(vector: Floats, known: Sequence[Floats]) -> bool:
     basis = np.array(known).T
     rest = vector - basis @ least_squares(basis, vector)
     return bool(np.linalg.norm(rest) <= _SAME)
-
-
-def _follows(pool: Sequence[Candidate], x: Combination, found: Sequence[Combination]) -> bool:
-    """Return whether a combination is of energies where one of energies is conserved already."""
-    energies = [[k for k in each if pool[k].kind in ("energy", "jacobi")] for each in (x, *found)]
-    return bool(energies[0]) and any(energies[1:])
-
-
-def _told(mechanism: Mechanism, pool: Sequence[Candidate], combination: Combination, exact: bool) -> Conserved:
-    named = {pool[k].name: c for k, c in combination.items()}
-    parts = [(pool[k], c) for k, c in combination.items()]
-    first = "energy" if any(p.kind == "energy" for p, _ in parts) else parts[0][0].kind
-    return Conserved(_expression(named), first, symmetry(mechanism, parts), named, exact)
 
 
 def _expression(named: Mapping[str, float]) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import Missed, Rows
-from multibody_sym.dynamics.constraints.redundancy import Contradiction, contradiction_of, nearly_dependent
+from multibody_sym.dynamics.constraints.redundancy import RowContradiction, contradiction_of, nearly_dependent
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.dynamics.programs.reactions import ropes
@@ -628,7 +628,7 @@ def _in_rows_of_its_mode(run: Trajectory, failure: RunFailure) -> RunFailure:
     return replace(failure, component=own.index(name) if name in own else None)
 
 
-def _contradiction(run: Trajectory, time: float) -> Contradiction | None:
+def _contradiction(run: Trajectory, time: float) -> RowContradiction | None:
     """Return the constraints that contradict each other at a time near the end of a run."""
     mechanism, parameters = _ended_in(run)
     rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)

@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, in_floats, shared
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, in_floats, least_multipliers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.state import state_of
@@ -26,14 +26,14 @@ def test_shared_multipliers_are_those_of_the_pseudo_inverse(seed: int) -> None:
     lengths = np.linalg.norm(matrix, axis=1)
     x = independent.T @ rng.normal(size=3)
     scaled = np.linalg.pinv((matrix / lengths[:, None]).T, rcond=1e-10) @ x
-    found = np.array(shared(matrix, x, in_floats)) * lengths
+    found = np.array(least_multipliers(matrix, x, in_floats)) * lengths
     assert found == pytest.approx(scaled, rel=1e-9, abs=1e-9 * np.abs(scaled).max())
 
 
 def test_independent_rows_leave_nothing_to_share() -> None:
     matrix, right = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 3.0]]), np.array([1.0, -2.0])
     found = solve(matrix, right)
-    assert np.array(shared(matrix, found.solution, in_floats)) == pytest.approx(found.multipliers, rel=1e-14)
+    assert np.array(least_multipliers(matrix, found.solution, in_floats)) == pytest.approx(found.multipliers, rel=1e-14)
 
 
 def door(multipliers: str, coordinates: str = "absolute") -> mbs.System:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.dynamics.formalisms.inertia import about_origin, handed_over
+from multibody_sym.dynamics.formalisms.inertia import about_origin, split_at_joint
 from multibody_sym.mechanics.alignment import aligned
 from multibody_sym.mechanics.motion import motion_of
 
@@ -21,7 +21,7 @@ def test_the_parent_and_the_kept_part_move_as_the_body_does(seed: int, described
     motion = motion_of(described(case.mechanism), state)
     for body, moved, mass in zip(motion.mechanism.bodies, motion.bodies, motion.masses, strict=True):
         inertia = about_origin(mass)
-        kept, handed = handed_over(body, moved, inertia)
+        kept, handed = split_at_joint(body, moved, inertia)
         v, w, rates = rng.normal(size=3), rng.normal(size=3), rng.normal(size=len(body.u))
         R, p = np.array(moved.R_PB, dtype=float), np.array(moved.p_PB, dtype=float)
         linear, angular = (np.array(x, dtype=float).reshape(-1, 3) for x in (moved.linear, moved.angular))
