@@ -13,7 +13,7 @@ from multibody_sym.analysis.hints import Hint, declared_hints, first_at_each_pla
 from multibody_sym.analysis.independent_checks import agreement, beyond_rounding, short_run_misses
 from multibody_sym.contact_laws.problem import Verdict
 from multibody_sym.derivation.routes import FORMALISMS, MANY_SPEEDS, ROUTES, formalism_name
-from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.constraints.redundancy import contradiction_of, redundancy
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -239,7 +239,7 @@ def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -
     generic = resolved.parameters.independent_rows(begin.parameters)
     for state in states if generic < len(resolved.rows) else ():
         t = float(state.slots[TIME])
-        rows = Rows(resolved, begin.parameters, range(len(resolved.rows)), t)
+        rows = ConstraintRows(resolved, begin.parameters, range(len(resolved.rows)), t)
         q, u = (np.array(x, dtype=float) for x in (state.q, state.u))
         found = contradiction_of(rows, q, u, generic)
         if found is not None:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.programs.system import inputs_program, state_derivative
 from multibody_sym.mechanics.energy import potential_energy
 from multibody_sym.mechanics.mechanism import Mechanism, Source
@@ -467,7 +467,7 @@ class _Path:
 
     def moved(self, sigma: Floats, du: Floats, t: float) -> tuple[Floats, Floats] | None:
         """Return the state at time t that is nearest to one displaced, None where there is none."""
-        rows = Rows(self.flow.mechanism, self.flow.parameters, range(len(self.flow.mechanism.rows)), t)
+        rows = ConstraintRows(self.flow.mechanism, self.flow.parameters, range(len(self.flow.mechanism.rows)), t)
         try:
             q = closed_near(rows, displaced(self.flow.mechanism, self.q, sigma))
             return None if q is None else (q, self.flow.completed(q, self.u + du, t, self.tangents.places))

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import Flow, Tangents, displaced
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near, normalize
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, normalize
 from multibody_sym.dynamics.contact.contact_problem import Scale, one_way_rows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start
@@ -63,7 +63,7 @@ class Places:
     """Comparison of positions of a mechanism; `start` is a closed one."""
 
     flow: Flow
-    rows: Rows
+    rows: ConstraintRows
     start: Floats
 
     @property
@@ -297,7 +297,7 @@ _ROUNDED: Final = 1e-13
 def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> Search:
     """Return the search for positions of equilibrium from a start."""
     verify_kept(resolved)
-    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
+    rows = ConstraintRows(resolved, begin.parameters, range(len(resolved.rows)))
     flow = Flow(resolved, begin.parameters, formalism)
     return Search(resolved, flow, rows, Places(flow, rows, np.array(begin.q, dtype=float)))
 
@@ -366,7 +366,7 @@ class Search:
 
     mechanism: Mechanism
     flow: Flow
-    rows: Rows
+    rows: ConstraintRows
     places: Places
 
     def reached(self, guess: Floats, until: float = -np.inf) -> Floats | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.equilibrium_search import MOST, SECONDS, guesses, search_from, stands
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.parameters import value_or_none
 from multibody_sym.dynamics.start.start import Start, start_beside
@@ -37,7 +37,7 @@ _MOST_NAMED: Final = 4
 
 
 def none_found(
-    flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bool, one_way: str = ""
+    flow: Flow, rows: ConstraintRows, guesses: Iterable[Floats], *, in_time: bool, one_way: str = ""
 ) -> NoSolutionError:
     """Return the error for a search that found nothing from guesses (nq): the start, and others with open rows.
 
@@ -88,7 +88,7 @@ def _closing(mechanism: Mechanism) -> str:
     return ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
 
 
-def _accelerations(flow: Flow, rows: Rows, tried: Iterable[Floats]) -> Iterator[Floats]:
+def _accelerations(flow: Flow, rows: ConstraintRows, tried: Iterable[Floats]) -> Iterator[Floats]:
     """Yield the accelerations (nu) at rest in the positions that close the rows."""
     for guess in tried:
         try:

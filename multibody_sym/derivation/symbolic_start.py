@@ -15,7 +15,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import absolute, exact, exact_solve, register_angles, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import linear_parts, roots
-from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.constraints.redundancy import held_coordinates
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
 from multibody_sym.dynamics.programs.quantities import Instant
@@ -543,7 +543,7 @@ class _SymbolicStart:
     def measure(self) -> None:
         """Put what they are at the start in place of angles: of tangents, ground's axes on their planes, of wraps."""
         begin, rest = self.begin, [ZERO] * len(self.u)
-        there = Rows(self.mechanism, begin.parameters, []).motion(np.array(begin.q), np.zeros(len(begin.u)))
+        there = ConstraintRows(self.mechanism, begin.parameters, []).motion(np.array(begin.q), np.zeros(len(begin.u)))
         here = self._motion(self.q, rest)
         for place, entry in enumerate(self.mechanism.parameters):
             if isinstance(entry.measure, TangentAngle):

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import multibody_sym as mbs
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.linearize import period_multipliers
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
@@ -69,7 +69,7 @@ def test_random_mechanisms_with_rows_against_finite_differences(seed: int) -> No
     """dz/dt beside a state, on the constraints: z is moved along X, put back onto them, and the flow compared."""
     case = random_case(seed, bodies=(1, 3), rows=True)
     _, guess, _ = random_state(np.random.default_rng(seed), case)
-    rows = Rows(case.mechanism, case.parameters, range(len(case.mechanism.rows)))
+    rows = ConstraintRows(case.mechanism, case.parameters, range(len(case.mechanism.rows)))
     q = closed_near(rows, np.array(guess))
     assert q is not None, "choose a seed with a closed position near its random one"
     u = admissible(case, q, np.zeros(len(case.mechanism.speeds)))

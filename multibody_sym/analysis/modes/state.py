@@ -25,7 +25,7 @@ from multibody_sym.analysis.linearize import At, Linearization, flow_at, settled
 from multibody_sym.analysis.rest.exact_ends import fits
 from multibody_sym.analysis.state_asked_about import REST, told_of
 from multibody_sym.derivation.symbolic_start import SymbolicState, declared_state, linear_equations
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
@@ -150,7 +150,7 @@ class _Steady:
 
     def found(self) -> Start | None:
         """Return the state, None where there is none near."""
-        rows = Rows(self.flow.mechanism, self.flow.parameters, range(len(self.flow.mechanism.rows)))
+        rows = ConstraintRows(self.flow.mechanism, self.flow.parameters, range(len(self.flow.mechanism.rows)))
         q, u = self.q, self.u
         for _ in range(_STEPS):
             step, moved = self._step(q, u)

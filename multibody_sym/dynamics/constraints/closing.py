@@ -55,7 +55,7 @@ _SEED: Final = 1
 _DAMPING: Final = 1e-2
 
 
-class Missed(NamedTuple):
+class Residual(NamedTuple):
     """Residuals of rows (s), and the sizes of their terms (s), which tell residuals from rounding."""
 
     residuals: Floats
@@ -70,7 +70,7 @@ class Missed(NamedTuple):
         if self.within(CLOSED) or not self.within(WRITTEN):
             return self.within(CLOSED)
         reached = jacobian @ least_squares(jacobian, self.residuals, SLOPES)
-        return Missed(reached, self.sizes).within(CLOSED)
+        return Residual(reached, self.sizes).within(CLOSED)
 
 
 class Moving(NamedTuple):
@@ -82,7 +82,7 @@ class Moving(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Rows:
+class ConstraintRows:
     """The `active` rows of a mechanism are to be closed, for given parameters, at the start or another time.
 
     Rows that define forces are not active: they close nothing. Their numbers come from the kinematics of all bodies in
@@ -116,7 +116,7 @@ class Rows:
         rows = row_motions(motion) if self.active else []
         return [rows[k] for k in self.active]
 
-    def holonomic(self) -> Rows:
+    def holonomic(self) -> ConstraintRows:
         """Return those of the rows that restrict positions."""
         every = self.mechanism.rows
         return replace(self, active=[k for k in self.active if every[k].is_holonomic])
@@ -167,7 +167,7 @@ class Rows:
         """Return H (s x n) of rows, without the rounding of rows that move nothing."""
         return constraint_jacobian(rows).reshape(len(rows), len(self.mechanism.speeds))
 
-    def missed(self, q: Floats, least: float = 0.0) -> Missed | None:
+    def missed(self, q: Floats, least: float = 0.0) -> Residual | None:
         """Return phi of holonomic rows with the model's length as their size, or |H| by lengths for expressions.
 
         The length is the farthest distance of a body or named point from the origin, `least` (m) or more; a direction
@@ -181,7 +181,7 @@ class Rows:
         for j, row in enumerate(self.mechanism.rows[k] for k in self.active):
             if not isinstance(row, ExpressionRow):
                 sizes[j] = 1.0 if isinstance(row, AngleRow) else length
-        return Missed(here[0], sizes)
+        return Residual(here[0], sizes)
 
     def length(self, q: Floats) -> float:
         """Return how far the farthest body or named point is from the origin."""
@@ -206,7 +206,7 @@ def _remember_last(find: Callable[[Floats], Found]) -> Callable[[Floats], Found]
     return found
 
 
-def closed_from(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+def closed_from(rows: ConstraintRows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
     """Return coordinates with phi = 0 by Newton's method on the free speeds, from other guesses if the first fails."""
     rng = np.random.default_rng(_SEED)
     tries = [(True, 0.0), (False, 0.0)] if weighted else [(False, 0.0)]
@@ -231,14 +231,14 @@ def suffice(jacobian: Floats, free: Sequence[int], among: Sequence[int]) -> bool
     return of_free == of_all
 
 
-def generic_jacobian(rows: Rows, q: Floats) -> Floats | None:
+def generic_jacobian(rows: ConstraintRows, q: Floats) -> Floats | None:
     """Return H beside q, where columns do not vanish that do so at q itself (a rod along an axis)."""
     count = len(rows.mechanism.speeds)
     near = rows.at(displaced(rows.mechanism, q, np.random.default_rng(_SEED).uniform(0.01, 0.1, count)))
     return None if near is None else near[1]
 
 
-def _turned_over(rows: Rows, q: Floats) -> bool:
+def _turned_over(rows: ConstraintRows, q: Floats) -> bool:
     """Return whether the axis that a cut joint's frames share points opposite ways in them, though its rows hold."""
     angles = [row for row in (rows.mechanism.rows[k] for k in rows.active) if isinstance(row, AngleRow)]
     if not angles:
@@ -253,14 +253,14 @@ def _turned_over(rows: Rows, q: Floats) -> bool:
     return False
 
 
-def closed_near(rows: Rows, q: Floats) -> Floats | None:
+def closed_near(rows: ConstraintRows, q: Floats) -> Floats | None:
     """Return coordinates with phi = 0 near q, None where Newton's method finds none, or joints turned over."""
     rows = rows.holonomic()
     found = _newton(rows, q, range(len(rows.mechanism.speeds)), weighted=False) if rows.active else q
     return None if found is None or _turned_over(rows, found) else found
 
 
-def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+def _newton(rows: ConstraintRows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
     """Return coordinates with phi = 0 by Newton's method from q on, None where it does not converge."""
     here, slow = rows.at(q), 0
     begun = 0.0 if here is None else rows.length(q)  # all may come to the origin, where the model has no length
@@ -294,7 +294,7 @@ def _is_rounding(step: Floats) -> bool:
     return float(np.abs(step).max(initial=0.0)) < _TINY
 
 
-def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Floats | None:
+def least_missed(rows: ConstraintRows, q: Floats, free: Sequence[int] | None = None) -> Floats | None:
     """Return coordinates near q, displaced by the free speeds (all), at which |phi| is least; None without values.
 
     Source: Levenberg, Marquardt.
@@ -322,7 +322,7 @@ def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Fl
     return q
 
 
-def best_guess(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
+def best_guess(rows: ConstraintRows, q: Floats, unknown: Sequence[int]) -> Floats:
     """Return q displaced by the `unknown` speeds to where the rows are missed least, by searches from all around.
 
     A position in which a joint is turned over is taken for want of others: its rows are missed as little.
@@ -361,7 +361,13 @@ def normalize(mechanism: Mechanism, q: Floats) -> None:
 
 
 def least_change(
-    rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool, solver: Solver
+    rows: ConstraintRows,
+    q: Floats,
+    jacobian: Floats,
+    wanted: Floats,
+    free: Sequence[int],
+    weighted: bool,
+    solver: Solver,
 ) -> Floats:
     """Return the smallest change of the free speeds with H change = wanted, as `solver` finds it."""
     change = np.zeros(len(rows.mechanism.speeds))

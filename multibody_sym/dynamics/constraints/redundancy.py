@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near, displaced, least_missed
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, displaced, least_missed
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics, coupled_groups
@@ -210,7 +210,9 @@ class RowContradiction:
         )
 
 
-def contradiction_of(rows: Rows, q: Floats, u: Floats, known_rank: int | None = None) -> RowContradiction | None:
+def contradiction_of(
+    rows: ConstraintRows, q: Floats, u: Floats, known_rank: int | None = None
+) -> RowContradiction | None:
     """Return the rows that contradict each other near a state, on the first level where some do.
 
     `known_rank`: that of the rows in positions that satisfy them, None where no such position is known.
@@ -236,7 +238,7 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, known_rank: int | None = 
 
 
 @contextmanager
-def contradictions_named(rows: Rows, q: Floats, u: Floats) -> Iterator[None]:
+def contradictions_named(rows: ConstraintRows, q: Floats, u: Floats) -> Iterator[None]:
     """Raise NoSolutionError with the names of contradicting rows in place of an error that they cause."""
     try:
         yield
@@ -247,14 +249,14 @@ def contradictions_named(rows: Rows, q: Floats, u: Floats) -> Iterator[None]:
         raise found.error(rows.mechanism, "at the start") from None
 
 
-def verify_consistent(rows: Rows, q: Floats, u: Floats, rank: int) -> None:
+def verify_consistent(rows: ConstraintRows, q: Floats, u: Floats, rank: int) -> None:
     """Raise NoSolutionError where no accelerations satisfy rows of a `rank` in a state that satisfies them."""
     found = contradiction_of(rows, q, u, rank) if rank < rows.acting else None
     if found is not None:
         raise found.error(rows.mechanism, "at the start")
 
 
-def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:
+def _lasts(rows: ConstraintRows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:
     """Return whether rows that depend on each other at a position do so nearby, or the rank is no greater there.
 
     Neither is true at the end of a reach. Of rows that block each other only one may be true.
@@ -274,7 +276,7 @@ _NEAR: Final = 0.1
 _SINGULAR_SEED: Final = 7
 
 
-def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
+def generic_rank(rows: ConstraintRows, q: Floats) -> tuple[int, int]:
     """Return how many rows are independent at q, and the most at q and at positions around it that satisfy them.
 
     Rows may depend on each other only where they hold; beside such a position rounding makes all independent.
@@ -284,14 +286,14 @@ def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
     return here, max(here, *(_singular_rank(rows, near) for near in around), 0)
 
 
-def _singular_rank(rows: Rows, q: Floats) -> int:
+def _singular_rank(rows: ConstraintRows, q: Floats) -> int:
     found = rows.numbers(q)
     if found is not None:
         return rank(found.weighted[list(rows.active)], CLOSED)
     return approximate_rank(_dynamics(rows, q))
 
 
-def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) -> None:
+def verify_regular(rows: ConstraintRows, q: Floats, here: int, generic: int, called: str) -> None:
     """Raise NoSolutionError where the rank of rows at q is less than the generic one, by the names of dependent rows.
 
     These depend on each other, or vanish, at q and do not beside it. `called`: the name of the state.
@@ -318,7 +320,7 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) 
     )
 
 
-def _beside(rows: Rows, q: Floats) -> Iterator[Floats]:
+def _beside(rows: ConstraintRows, q: Floats) -> Iterator[Floats]:
     """Yield positions around q that satisfy the rows."""
     rng = np.random.default_rng(_SINGULAR_SEED)
     for _ in range(_NEIGHBOURS):
@@ -327,7 +329,7 @@ def _beside(rows: Rows, q: Floats) -> Iterator[Floats]:
             yield near
 
 
-def _dynamics(rows: Rows, q: Floats) -> TreeDynamics:
+def _dynamics(rows: ConstraintRows, q: Floats) -> TreeDynamics:
     return restricting_rows(composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state))
 
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import (
     CLOSED,
-    Missed,
-    Rows,
+    ConstraintRows,
+    Residual,
     best_guess,
     closed_from,
     generic_jacobian,
@@ -86,7 +86,7 @@ Close = Callable[[Sequence[int], bool], Floats | None]
 # --- positions -----------------------------------------------------------------------------------------------------
 
 
-def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assembled:
+def assembled_position(rows: ConstraintRows, q: Floats, *, project: bool = False) -> Assembled:
     """Return coordinates with phi = 0, from declared ones.
 
     Raises NoSolutionError with the residuals by name, or ModelError naming a row without any where nothing closes.
@@ -121,7 +121,7 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
     return _compared(q, items, *found)
 
 
-def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
+def _not_closed(rows: ConstraintRows, q: Floats) -> NoSolutionError:
     """Return the error that names the fewest elements found that no positions satisfy, or all rows that are missed."""
     known = any(c.known for c in rows.mechanism.coordinates)  # which may be all that keeps the rows from closing
     fewest = (None if known else unclosable(rows, q)) or rows
@@ -139,16 +139,16 @@ def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
 # --- speeds --------------------------------------------------------------------------------------------------------
 
 
-def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False) -> Assembled:
+def assembled_speeds(rows: ConstraintRows, q: Floats, u: Floats, *, project: bool = False) -> Assembled:
     """Return speeds with H u = -phi_t, from declared ones. Raises NoSolutionError with the residuals by name."""
     if not rows.active:
         return Assembled(u)
     phidot, jacobian, power = rows.moving(q, u)
     terms = np.abs(phidot - jacobian @ u) + power
 
-    def missed(values: Floats) -> Missed:
+    def missed(values: Floats) -> Residual:
         sizes = np.abs(values) + _LEAST * np.abs(values).max(initial=0.0)
-        return Missed(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + terms)
+        return Residual(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + terms)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
         found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, least_norm)
@@ -166,7 +166,7 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
 
 
 def _chosen(
-    items: Sequence[_Item], jacobian: Floats | None, missed: Missed | None, close: Close, project: bool
+    items: Sequence[_Item], jacobian: Floats | None, missed: Residual | None, close: Close, project: bool
 ) -> tuple[Floats, Sequence[_Item], Sequence[_Item]] | None:
     """Return closed values, the items held, and those that could have moved; None where nothing closes."""
     concerned = [item for item in items if jacobian is None or np.abs(jacobian[:, list(item.speeds)]).max() > 0]
@@ -220,7 +220,7 @@ def _compared(
     return Assembled(values, names[0], names[1], shifts)
 
 
-def _failure(rows: Rows, what: str, missed: Missed | None, cure: str = "") -> NoSolutionError:
+def _failure(rows: ConstraintRows, what: str, missed: Residual | None, cure: str = "") -> NoSolutionError:
     """Return the error that names the residuals of rows which cannot be closed, at the place of the first."""
     if missed is None:
         where = Where(path=rows.mechanism.row_path(rows.active[0]))
@@ -240,7 +240,7 @@ def _failure(rows: Rows, what: str, missed: Missed | None, cure: str = "") -> No
 # --- what does not close -------------------------------------------------------------------------------------------
 
 
-def unclosable(rows: Rows, q: Floats) -> Rows | None:
+def unclosable(rows: ConstraintRows, q: Floats) -> ConstraintRows | None:
     """Return those of rows that do not close which still do not, though they do without any one of their elements.
 
     None where there are too many to try.

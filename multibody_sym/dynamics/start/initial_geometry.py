@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.errors import ModelError, MultibodyError, at, gathered
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, fits, reach, touch
 from multibody_sym.mechanics.flat_rims import ON_POINTS, flat_rims
@@ -379,7 +379,7 @@ def _with(
     asked = [(k, entry.measure) for k, entry in enumerate(mechanism.parameters) if isinstance(entry.measure, kinds)]
     if asked:
         with valued():
-            motion = Rows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
+            motion = ConstraintRows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
             for place, measure in asked:
                 found[place] = _measured(motion, measure)
     return found

@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Rows, closed_near, displaced, normalize
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, displaced, normalize
 from multibody_sym.dynamics.constraints.redundancy import (
     contradictions_named,
     generic_rank,
@@ -110,7 +110,7 @@ def start(
     q, u = _declared_state(mechanism, declared)
     if has_curves(mechanism):
         verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
-        q = with_feet(Rows(mechanism, declared, []).motion(q, u), q)
+        q = with_feet(ConstraintRows(mechanism, declared, []).motion(q, u), q)
     return _closed(mechanism, declared, q, u, measure=True, project=project, compiled=compiled)
 
 
@@ -161,7 +161,8 @@ def _closed(
     """Return the state that satisfies all constraints, from a declared one; `measure`s constants there."""
     measured = measured_rows(mechanism) if measure else frozenset()
     active = [k for k in range(len(mechanism.rows)) if k not in measured]
-    rows = Rows(mechanism, with_sides(mechanism, declared, q) if measure else declared, active, compiled=compiled)
+    known = with_sides(mechanism, declared, q) if measure else declared
+    rows = ConstraintRows(mechanism, known, active, compiled=compiled)
     _verify_inertia(rows, q, u)
     if any(row.declared_length is not None for row in mechanism.rows):
         verify_lengths(rows.motion(q, u))
@@ -178,7 +179,7 @@ def _closed(
     if rows.active:
         _verify_inertia(rows, position.values, u)
     parameters = with_constants(mechanism, declared, position.values) if measure else list(declared)
-    every = Rows(mechanism, parameters, range(len(mechanism.rows)), compiled=compiled)
+    every = ConstraintRows(mechanism, parameters, range(len(mechanism.rows)), compiled=compiled)
     with contradictions_named(every, position.values, u):
         speeds = assembled_speeds(every, position.values, u, project=project)
     rank = 0
@@ -213,7 +214,7 @@ def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     entries = zip(mechanism.relative.parameters, joints.parameters, strict=True)
     values = {entry.name: value for entry, value in entries}
     parameters = [values.get(entry.name, 0.0) for entry in mechanism.parameters]
-    relative = Rows(mechanism.relative, joints.parameters, [])
+    relative = ConstraintRows(mechanism.relative, joints.parameters, [])
     motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
     q, u = absolute_state(mechanism, motion, parameters)
     parameters = with_constants(mechanism, parameters, q)
@@ -232,11 +233,11 @@ def ranked(mechanism: Mechanism, begin: Start) -> Start:
         return begin
     defining = sum(not row.restricts for row in mechanism.rows)
     q = np.array(begin.q, dtype=float)
-    rank, generic = generic_rank(Rows(mechanism, begin.parameters, range(len(mechanism.rows))), q)
+    rank, generic = generic_rank(ConstraintRows(mechanism, begin.parameters, range(len(mechanism.rows))), q)
     if rank < generic and mechanism.mode is not None:
         one_way = {row.name for element in mechanism.one_way for row in element.rows}
         both_ways = [k for k, row in enumerate(mechanism.rows) if row.name not in one_way]
-        own, own_generic = generic_rank(Rows(mechanism, begin.parameters, both_ways), q)
+        own, own_generic = generic_rank(ConstraintRows(mechanism, begin.parameters, both_ways), q)
         generic = rank + own_generic - own
     parameters = mechanism.parameters.changed(begin.parameters, {INDEPENDENT: float(generic + defining)})
     return replace(begin, parameters=tuple(parameters), rank=rank + defining)
@@ -245,12 +246,12 @@ def ranked(mechanism: Mechanism, begin: Start) -> Start:
 def verify_regular_start(mechanism: Mechanism, begin: Start, called: str = "the start") -> None:
     """Raise NoSolutionError, by name, where rows depend on each other that are independent beside this state."""
     if mechanism.rows:
-        rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
+        rows = ConstraintRows(mechanism, begin.parameters, range(len(mechanism.rows)))
         generic = mechanism.parameters.independent_rows(begin.parameters)
         verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, generic, called)
 
 
-def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
+def _verify_inertia(rows: ConstraintRows, q: Floats, u: Floats) -> None:
     found = rows.numbers(q, u)
     if found is not None and found.has_inertia:
         return
@@ -316,7 +317,7 @@ def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0
 def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, closes: bool) -> State:
     """Return a random state; raises an error at rows that are nearly dependent, and where friction jams."""
     change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
-    rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
+    rows = ConstraintRows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
     apart = displaced(mechanism, np.array(begin.q, dtype=float), change)
     closed = closed_near(rows, apart) if closes else None
     if closed is None and any(body.is_foot for body in mechanism.bodies):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import Missed, Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows, Residual
 from multibody_sym.dynamics.constraints.redundancy import RowContradiction, contradiction_of, nearly_dependent
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
@@ -178,7 +178,7 @@ def _tight(run: Trajectory, time: float) -> Fit | None:
     mechanism = run.ready.mechanism
     if run.integration.q_final is None or not any(body.is_foot for body in mechanism.bodies):
         return None
-    rows = Rows(mechanism, run.parameters.tolist(), [], time)
+    rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
     motion = rows.motion(run.integration.q_final, run.integration.u_final)
     normals = [row for element in mechanism.one_way for row in element.normals]
     return next((fit for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), None)
@@ -189,7 +189,7 @@ def _cause(run: Trajectory, time: float) -> str | None:
     mechanism, integration = run.ready.mechanism, run.integration
     if integration.q_final is None or integration.u_final is None:
         return None
-    rows = Rows(mechanism, run.parameters.tolist(), [], time)
+    rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
     return (
         _met(_stretched(mechanism), first, last)
@@ -228,7 +228,7 @@ def _load_grown(run: Trajectory, time: float, last: Motion) -> str | None:
     half = int(np.searchsorted(run.t, (t0 + time) / 2.0))
     if not 0 < half < len(run.t):
         return None
-    rows = Rows(mechanism, run.parameters.tolist(), [], float(run.t[half]))
+    rows = ConstraintRows(mechanism, run.parameters.tolist(), [], float(run.t[half]))
     middle = rows.motion(run.q[half], run.u[half])
     sizes = [max(map(abs, (*motion.state.q, *motion.state.u)), default=0.0) for motion in (middle, last)]
     if sizes[1] > _GROWN * sizes[0]:
@@ -421,7 +421,7 @@ def _rope_ends(run: Trajectory, rope: RopeRow, time: float) -> str | None:
     end = run.integration
     if end.q_final is None or end.u_final is None:
         return None
-    rows = Rows(run.ready.mechanism, run.parameters.tolist(), [], time)
+    rows = ConstraintRows(run.ready.mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
     return _met([(rope.name, ends) for ends in pairwise(rope.points)], first, last)
 
@@ -498,7 +498,7 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
     mechanism, end = run.ready.mechanism, run.integration
     if end.q_final is not None and end.u_final is not None:
-        rows = Rows(mechanism, run.parameters.tolist(), [], time)
+        rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
         first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
         found = _met(_stretched(mechanism), first, last) or _locked(last) or _about_nothing(first, last)
         if told := found or _turns_fast(run, time, last):
@@ -558,7 +558,7 @@ def _is_too_long(problem: Problem, failed: float) -> bool:
 def _singular(run: Trajectory, time: float) -> Reason:
     """Return that rows become dependent at a time near the end of a run, and which; or that friction jams there."""
     mechanism, parameters = _ended_in(run)
-    rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
+    rows = ConstraintRows(mechanism, parameters, range(len(mechanism.rows)), time)
     motion = rows.motion(run.integration.q_final, run.integration.u_final)
     first = rows.motion(run.ready.q0, run.ready.u0)
     if vanishing := _in_line(first, motion) or _grown(run, time, motion):
@@ -631,7 +631,7 @@ def _in_rows_of_its_mode(run: Trajectory, failure: RunFailure) -> RunFailure:
 def _contradiction(run: Trajectory, time: float) -> RowContradiction | None:
     """Return the constraints that contradict each other at a time near the end of a run."""
     mechanism, parameters = _ended_in(run)
-    rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
+    rows = ConstraintRows(mechanism, parameters, range(len(mechanism.rows)), time)
     generic = mechanism.parameters.independent_rows(parameters)
     return contradiction_of(rows, run.integration.q_final, run.integration.u_final, generic)
 
@@ -652,7 +652,7 @@ def _component(mechanism: Mechanism, failure: RunFailure) -> str:
 
 def until_departure(mechanism: Mechanism, problem: Problem, done: Integration) -> Integration:
     """Return a run, as failed at the first sample at which it had left its constraints if it did."""
-    rows = Rows(mechanism, problem.parameters.tolist(), range(len(mechanism.rows))).holonomic()
+    rows = ConstraintRows(mechanism, problem.parameters.tolist(), range(len(mechanism.rows))).holonomic()
     allowed = _LEFT * _sizes(rows, done)
     for k in range(len(done.t)):
         missed = _missed(rows, done, k)
@@ -669,7 +669,7 @@ def _ended(done: Integration, k: int, row: int) -> Integration:
     return replace(done, t=t, q=q, u=u, t_final=float(t[k]), q_final=q[k], u_final=u[k], failure=failure)
 
 
-def _sizes(rows: Rows, done: Integration) -> Floats:
+def _sizes(rows: ConstraintRows, done: Integration) -> Floats:
     """Return the largest size of each row in the run, seen at a few samples; infinite where it has none."""
     places = np.unique(np.linspace(0, len(done.t) - 1, _SIZED).astype(int))
     seen = [missed.sizes for missed in (_missed(rows, done, int(k)) for k in places) if missed is not None]
@@ -677,5 +677,5 @@ def _sizes(rows: Rows, done: Integration) -> Floats:
     return np.where(largest > 0.0, largest, np.inf)
 
 
-def _missed(rows: Rows, done: Integration, k: int) -> Missed | None:
+def _missed(rows: ConstraintRows, done: Integration, k: int) -> Residual | None:
     return replace(rows, t=float(done.t[k])).missed(done.q[k])

@@ -10,7 +10,7 @@ from windows import windows
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.constraints import closing
-from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.programs.closing import CompiledRows, closing_programs
 from multibody_sym.dynamics.programs.system import inputs_program
@@ -24,13 +24,13 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 LOOPS = ("four_bar", "spatial_four_bar", "slider_crank", "andrews_squeezer", "rolling_coin")
 
 
-def by_both(system: mbs.System) -> tuple[Rows, Rows]:
+def by_both(system: mbs.System) -> tuple[ConstraintRows, ConstraintRows]:
     """Return all rows at the start's parameters: walked through, and by Programs in Python."""
     resolved = mechanism(system)
     derived = {"inputs": inputs_program(resolved)} | closing_programs(resolved)
     programs = load(derived, backend="python").functions
-    walked = Rows(resolved, start(resolved).parameters, range(len(resolved.rows)))
-    return walked, Rows(resolved, walked.parameters, walked.active, compiled=CompiledRows(resolved, programs))
+    walked = ConstraintRows(resolved, start(resolved).parameters, range(len(resolved.rows)))
+    return walked, ConstraintRows(resolved, walked.parameters, walked.active, compiled=CompiledRows(resolved, programs))
 
 
 @pytest.mark.parametrize("name", LOOPS)

@@ -18,7 +18,7 @@ from mechanisms import Case
 from random_loops import closed
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.constraints.redundancy import contradiction_of, redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.mechanics.mechanism import TIME, Source
@@ -179,7 +179,7 @@ def test_contradicting_rows_are_named(block: int) -> None:
         missing, plant = CONTRADICTING[seed % len(CONTRADICTING)]
         loop, plants = planted(seed, plant)
         case = loop.with_rows(plants)
-        rows = Rows(case.mechanism, case.parameters, range(len(case.mechanism.rows)), loop.time)
+        rows = ConstraintRows(case.mechanism, case.parameters, range(len(case.mechanism.rows)), loop.time)
         found = contradiction_of(rows, np.array(loop.state.q), np.array(loop.state.u))
         assert found is not None, f"seed {seed}"
         assert {case.mechanism.rows[k].name for k in found.rows} == set(plants), f"seed {seed}"

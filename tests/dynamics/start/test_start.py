@@ -13,7 +13,7 @@ from mechanisms import random_case
 from random_loops import blocks
 
 from multibody_sym.answers.solve import solve
-from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
@@ -203,12 +203,12 @@ def test_known_crank_is_held_and_the_loop_closed(angle: float) -> None:
 def test_no_position_is_computed_twice_on_end(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[Sequence[float]]()
 
-    def noted(rows: Rows, q: np.ndarray, u: np.ndarray) -> Motion:
+    def noted(rows: ConstraintRows, q: np.ndarray, u: np.ndarray) -> Motion:
         asked.append(q.tolist())
         return motion(rows, q, u)
 
-    motion = Rows.motion
-    monkeypatch.setattr(Rows, "motion", noted)
+    motion = ConstraintRows.motion
+    monkeypatch.setattr(ConstraintRows, "motion", noted)
     start(mechanism(four_bar(a=Initial(q=1, known=True), b=Initial(q=-0.5))))  # d is looked for all around
     twice = sum(one == other for one, other in pairwise(asked))
     assert twice < 0.05 * len(asked)  # phases of the search begin where others have ended
