@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import ast
+import re
+import sys
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
 from package_trees import PACKAGE, nodes, trees
+
+from multibody_sym.program.runtime_constants import constants_header
 
 FILES = {path.relative_to(PACKAGE.parent): path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
 LONGEST_FILE, LONGEST_FUNCTION = 900, 60
@@ -65,6 +70,71 @@ def length(function: ast.FunctionDef) -> int:
 def test_no_module_leads_back_to_itself() -> None:
     assert cycles({"a": {"b"}, "b": {"a", "c"}, "c": set()}) == ["a", "b"]
     assert cycles({name: imported(name) for name in modules()}) == []
+
+
+C_SOURCES = sorted((PACKAGE.parent / "templates/c").glob("*.[ch]"))
+C_FILES = {path.name: path.read_text(encoding="utf-8") for path in C_SOURCES}
+STAND_INS = {name for name in C_FILES if name.startswith("no_")}
+
+
+def without_comments(text: str) -> str:
+    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+
+
+def test_no_c_file_includes_itself() -> None:
+    includes = {name: set(re.findall(r'#include "(\S+)"', text)) & set(C_FILES) for name, text in C_FILES.items()}
+    assert includes["implicit.c"] == {"stages.h"}
+    assert cycles(includes) == []
+
+
+def test_no_c_unit_calls_back_into_itself() -> None:
+    """A unit may use what others define, but none of those that use it: methods are reached through `mbs_stepper`."""
+    units = {name: without_comments(C_FILES[name]) for name in C_FILES if name.endswith(".c") and name not in STAND_INS}
+    define = re.compile(r"^(?!static|extern|typedef|#)\w[\w *]*?\b(mbs_\w+)\s*(?:\([^;{]*\)\s*\{|=)", re.MULTILINE)
+    homes = {symbol: name for name, text in units.items() for symbol in define.findall(text)}
+    assert homes["mbs_integrate"] == "runtime.c"
+    assert homes["mbs_implicit"] == "implicit.c"
+    uses = {name: {homes[x] for x in re.findall(r"\bmbs_\w+", text) if x in homes} for name, text in units.items()}
+    assert cycles({name: others - {name} for name, others in uses.items()}) == []
+
+
+def test_every_c_unit_is_in_the_map() -> None:
+    drawn = re.findall(r"^       (\w+\.[ch])  ", C_FILES["runtime.c"], flags=re.MULTILINE)
+    assert {name for name in C_FILES if name.endswith(".c")} - STAND_INS <= set(drawn)
+
+
+TWINS = ("motion/integrator/", "motion/loop/", "program/", "scalars/")
+"""Where Python does what C does; elsewhere a name and a number may meet by chance."""
+NUMBER = re.compile(r"^#define (?:MBS_)?([A-Z_]+) \(?([\d.][-+.\w]*)\)?(?: +/|$)", re.MULTILINE)
+
+
+def constants_of_python() -> Iterator[tuple[str, str, float]]:
+    """Yield the file, the name without its underscore, and the value of the numbers that modules call by a name."""
+    for path, tree in trees().items():
+        for node in tree.body:
+            target = node.target if isinstance(node, ast.AnnAssign) else None
+            if isinstance(target, ast.Name) and target.id.isupper():
+                with suppress(ValueError, TypeError, NameError):
+                    value = eval(ast.unparse(node.value), {"EPSILON": 2.0**-52, "float_info": sys.float_info})
+                    if isinstance(value, (int, float)):
+                        yield str(path), target.id.lstrip("_"), float(value)
+
+
+def test_constants_that_python_and_c_share_are_written_once() -> None:
+    """A constant of C alone has another name or value than those of Python, which writes the header for both."""
+    shared = dict(re.findall(r"^#define MBS_([A-Z_]+) ([\d.][-+.\w]*)", constants_header(), flags=re.MULTILINE))
+    assert len(shared) > 80
+    of_c = {(name, number) for text in C_FILES.values() for name, number in NUMBER.findall(text)}
+    assert ("PIVOT", "1e-5") in of_c
+    assert {name for name, _ in of_c} & set(shared) == set()
+    numbers = {(name, float.fromhex(x) if x.startswith("0x") else float(x)) for name, x in of_c}
+    of_python = list(constants_of_python())
+    assert numbers & {(name, value) for _, name, value in of_python} == set()
+    homes: dict[str, list[str]] = {name: [] for name in shared}
+    for path, name, value in of_python:
+        if path.startswith(TWINS) and name in shared and value == float(shared[name]):
+            homes[name].append(path)
+    assert {name: paths for name, paths in homes.items() if len(paths) > 1} == {}
 
 
 def test_no_file_is_long() -> None:

@@ -29,7 +29,7 @@ _NAMES: Final = ("cc", "gcc", "clang")
 _FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC")
 _ZIG_FLAGS: Final = ("-fno-sanitize=undefined",)  # which Zig asks for by itself
 _NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC")
-_SELDOM: Final = ("turns", "events", "looks", "singular", "multistep", "pairing")
+_SELDOM: Final = ("turns", "events", "looks", "switching", "singular", "multistep", "pairing")
 _LESS: Final = ("-O1",)
 """For units of the runtime that take no part of a run's time that can be measured: a third of their compilation."""
 _GENERATED: Final = (*_LESS, "-finline-small-functions")

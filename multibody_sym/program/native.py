@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multibody_sym.program.runtime_constants import DOUBLED, PASSED
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.numbers import floats
@@ -184,12 +185,12 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
         *((name, ctypes.c_double) for name in ("before", "start", "latest", "end")),
         *((name, ctypes.c_double) for name in ("least", "greatest", "peak", "rate", "least_time", "smooth")),
-        ("singular", ctypes.c_double * 8),
+        ("singular", ctypes.c_double * PASSED),
         *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations")),
         *((name, ctypes.c_longlong) for name in ("jacobians", "factorisations", "sample", "grid")),
         *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
         *((name, ctypes.c_int) for name in ("passed", "near", "stiff", "vain")),
-        ("doubled", ctypes.c_double * 7),
+        ("doubled", ctypes.c_double * DOUBLED),
     )
 
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program, operation_count, program_hash, verify_program_name
+from multibody_sym.program.runtime_constants import GOLDEN, constants_header
 from multibody_sym.program.statements import Callee, ProgramError, Solve, callees
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
@@ -155,10 +156,10 @@ def wrapped(start: str, items: Iterable[str], end: str, *, indent: str = "    ")
 # Templates: the layout of generated files, read as text.
 
 
-_ALWAYS: Final = ("calls.c", "constraints.c", "explicit.c", "runtime.c")
+_ALWAYS: Final = ("calls.c", "constraints.c", "slopes.c", "explicit.c", "trials.c", "runtime.c")
 _PARTS: Final = {
     "rows": (("solve.c", "singular.c"), "no_rows.c"),
-    "events": (("events.c", "looks.c", "turns.c"), "no_events.c"),
+    "events": (("switching.c", "looks.c", "events.c", "turns.c"), "no_events.c"),
     "implicit": (("stages.c", "implicit.c"), "no_implicit.c"),
     "multistep": (("pairing.c", "multistep.c"), "no_multistep.c"),
 }
@@ -172,7 +173,8 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 def runtime_files(parts: Collection[str] = RUNTIME_PARTS) -> dict[str, str]:
     """Return the texts of the runtime that is compiled with models that enter these parts of it, by file name."""
-    return {name: template_text(f"c/{name}") for name in (*runtime_sources(parts), *RUNTIME_HEADERS)}
+    texts = {name: template_text(f"c/{name}") for name in (*runtime_sources(parts), *RUNTIME_HEADERS)}
+    return {**texts, "constants.h": constants_header()}
 
 
 def stand_in_files() -> dict[str, str]:
@@ -330,7 +332,6 @@ Samples = Mapping[str, Sequence[Sequence[ArrayLike]]]
 
 TOLERANCE: Final = 1e-9
 """How far results may lie apart, relative to the largest of an output, or to one: functions differ between systems."""
-_GOLDEN: Final = 0.6180339887498949
 
 
 def spread_samples(programs: Mapping[str, Program], count: int = 3) -> Samples:
@@ -341,7 +342,7 @@ def spread_samples(programs: Mapping[str, Program], count: int = 3) -> Samples:
 def _spread(program: Program, sample: int) -> list[np.ndarray]:
     arrays, first = [], 1 + 1009 * sample
     for array in program.inputs:
-        numbers = np.arange(first, first + array.size) * _GOLDEN
+        numbers = np.arange(first, first + array.size) * GOLDEN
         arrays.append((0.25 + 0.5 * (numbers % 1.0)).reshape(array.shape))
         first += array.size
     return arrays

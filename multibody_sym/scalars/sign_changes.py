@@ -188,7 +188,6 @@ def _factors(n: Node) -> Iterator[Node]:
 # Values of Nodes over floats, each with a bound of its rounding: what is no more than that cannot be told from 0.
 
 
-EPSILON: Final = float_info.epsilon
 Operation = Callable[..., float]
 
 
@@ -208,7 +207,7 @@ def bounded(nodes: Iterable[Node], leaf: Mapping[Node, Bounded]) -> list[Bounded
             found[n] = leaf[n]
         elif n.shadow is not None:
             whole = n.op == "number" and isinstance(n.data, int)
-            found[n] = Bounded(n.shadow, 0.0 if whole else EPSILON * abs(n.shadow))
+            found[n] = Bounded(n.shadow, 0.0 if whole else float_info.epsilon * abs(n.shadow))
         elif n.args:
             found[n] = _operated(n, [found[a] for a in n.args])
         else:
@@ -230,7 +229,7 @@ def _operated(n: Node, operands: list[Bounded]) -> Bounded:
             change = sum(_change(operation, values, k, x.bound, value) for k, x in enumerate(operands))
     except (ArithmeticError, ValueError):
         return Bounded(math.nan, math.inf)
-    return Bounded(value, EPSILON * abs(value) + change)
+    return Bounded(value, float_info.epsilon * abs(value) + change)
 
 
 def _change(operation: Operation, values: list[float], k: int, bound: float, value: float) -> float:
@@ -251,7 +250,7 @@ def _change(operation: Operation, values: list[float], k: int, bound: float, val
 
 PROBE: Final = 2.0**-10  # part of a piece over which rates at its ends are measured
 LEAST_PROBE: Final = 2.0**-18  # part of a step over which rates within it are measured at least, ...
-NEAR: Final = 2.0**-5  # ... and of half a piece over which at most: rounding must not say what they are
+MOST_PROBE: Final = 2.0**-5  # ... and of half a piece over which at most: rounding must not say what they are
 LEAST_PIECE: Final = 2.0**-40  # part of a step that is not halved any more
 MOST_LOOKS: Final = 1000  # halvings in a step for one function, which is zero but for round-off if they do not suffice
 PIECES: Final = 64  # of a time, in which zeros are looked for
@@ -291,7 +290,7 @@ def _seen(value: Callable[[float], float], a: Look, b: Look, unseen: float, left
     if next(left, None) is None:
         return None
     half = 0.5 * width
-    middle, probe = a.theta + half, max(PROBE * half, min(NEAR * half, LEAST_PROBE))
+    middle, probe = a.theta + half, max(PROBE * half, min(MOST_PROBE * half, LEAST_PROBE))
     here, before, after = value(middle), value(middle - probe), value(middle + probe)
     if before < 0.0:
         return middle - probe

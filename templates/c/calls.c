@@ -1,4 +1,4 @@
-/* Calls of the programs of a system. */
+/* Calls of the programs of a system, states between the ends of a step, and sizes in units of the tolerances. */
 #include "stepper.h"
 
 void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out)
@@ -41,21 +41,6 @@ void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x,
     program->call(in, out);
 }
 
-static void note_report(mbs_run *r, double t)
-{
-    mbs_state *state = r->state;
-    if (r->report[0] < state->least_rank)
-        state->least_rank = r->report[0];
-    if (r->report[0] > state->greatest_rank)
-        state->greatest_rank = r->report[0];
-    if (r->report[1] < state->conditioning) {
-        state->conditioning = r->report[1];
-        state->conditioning_time = t;
-    }
-    if (r->report[2] > r->residual)
-        r->residual = r->report[2];
-}
-
 void mbs_evaluate(mbs_run *r, double t, const double *x)
 {
     double *out[4] = {r->known_slope, r->known_slope + r->system->nq, r->multipliers, r->report};
@@ -69,19 +54,41 @@ void mbs_evaluate(mbs_run *r, double t, const double *x)
     r->known_time = t;
 }
 
-int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
+int mbs_value(mbs_run *r, double theta, double *x)
 {
-    int status = MBS_RUNNING, near = r->state->near;
-    if (near && (status = mbs_closed(r, t, x, r->settled)) != MBS_RUNNING)
-        return status;
-    mbs_evaluate(r, t, near ? r->settled : x);
-    mbs_copy(r->n, r->known_slope, slope);
-    ++r->state->evaluations;
-    if (r->watching && !r->beyond)
-        r->beyond = mbs_beyond_kink(r, t, x);
-    if ((status = mbs_all_finite(r, t, slope)) == MBS_RUNNING && r->system->ns > 0) {
-        note_report(r, t);
-        mbs_note_independence(r, t);
+    mbs_state *s = r->state;
+    int status = s->extended ? MBS_RUNNING : r->stepper->extend(r);
+    if (status == MBS_RUNNING) {
+        s->extended = 1;
+        r->stepper->value(r, theta, x);
     }
     return status;
+}
+
+void mbs_hermite(const mbs_run *r, double theta, double *x)
+{
+    double rest = 1.0 - theta, h = r->state->h;
+    double a = theta * theta * (3.0 - 2.0 * theta), b = h * theta * rest * rest, c = -h * theta * theta * rest;
+    for (int i = 0; i < r->n; ++i)
+        x[i] = r->x[i] + a * (r->x_new[i] - r->x[i]) + b * r->slope[i] + c * r->slope_new[i];
+}
+
+static double scale(const mbs_run *r, double before, double after)
+{
+    double size = fabs(before) > fabs(after) ? fabs(before) : fabs(after);
+    return r->problem->atol + r->problem->rtol * size;
+}
+
+double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, double noise, int *worst)
+{
+    double sum = 0.0, most = -1.0;
+    for (int i = 0; i < r->n; ++i) {
+        double part = y[i] / (scale(r, x[i], x_new[i]) + noise);
+        sum += part * part;
+        if (fabs(part) > most) {
+            most = fabs(part);
+            *worst = i;
+        }
+    }
+    return sqrt(sum / r->n);
 }

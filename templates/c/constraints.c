@@ -1,8 +1,6 @@
 /* The state of a step put back onto the constraints. */
 #include "stepper.h"
 
-#define FLOOR (4.0 * MBS_EPSILON) /* of their size: what round-off leaves of rows at most */
-#define NOTHING 1e-12 /* of the coordinates' size: phi below that may get worse where speeds get better */
 
 /* The largest |row| of a projection program at (t, x); the rows stay in r->rows, its correction in r->correction. */
 static double violation(mbs_run *r, const mbs_program *program, double t, const double *x)
@@ -44,7 +42,7 @@ static int close_rows(mbs_run *r, const mbs_program *program, double t, double *
     double *part = x + first, *kept = r->kept;
     double size = 1.0 + mbs_largest(count, part), previous = HUGE_VAL;
     *before = *after = violation(r, program, t, x);
-    for (int round = 0; round < 20 && *after > goal && *after < 0.5 * previous; ++round) {
+    for (int round = 0; round < MBS_CLOSING_ROUNDS && *after > goal && *after < 0.5 * previous; ++round) {
         previous = *after;
         mbs_copy(count, part, kept);
         for (int i = 0; i < count; ++i)
@@ -85,7 +83,7 @@ static void correct(mbs_run *r, double t, double *x, const double *sizes, const 
 {
     const mbs_system *s = r->system;
     double previous[2] = {HUGE_VAL, HUGE_VAL}, *out[2] = {r->correction, r->correction + s->nq};
-    for (int round = 0; round < 20; ++round) {
+    for (int round = 0; round < MBS_CLOSING_ROUNDS; ++round) {
         int going[2];
         for (int k = 0; k < 2; ++k)
             going[k] = after[k] > goal[k] && after[k] < 0.5 * previous[k];
@@ -99,7 +97,7 @@ static void correct(mbs_run *r, double t, double *x, const double *sizes, const 
         previous[1] = after[1];
         look(r, t, x, after);
         int closer = going[0] && after[0] < previous[0];
-        int slower = after[0] <= NOTHING * sizes[0] && (going[0] || after[1] < previous[1]);
+        int slower = after[0] <= MBS_ROWS_NOTHING * sizes[0] && (going[0] || after[1] < previous[1]);
         if (!closer && !slower) {
             mbs_copy(r->n, r->kept, x);
             mbs_copy(2, previous, after);
@@ -114,7 +112,7 @@ static int project_together(mbs_run *r, double t, double *x, double goal)
     const mbs_system *s = r->system;
     double sizes[2] = {1.0 + mbs_largest(s->nq, x), 1.0 + mbs_largest(s->nu, x + s->nq)}, goals[2], found[2];
     for (int k = 0; k < 2; ++k)
-        goals[k] = goal > 0.0 ? goal : FLOOR * sizes[k];
+        goals[k] = goal > 0.0 ? goal : MBS_ROWS_FLOOR * sizes[k];
     look(r, t, x, found);
     r->removed_position = found[0];
     r->removed_velocity = found[1];
@@ -153,7 +151,8 @@ int mbs_moved_far(const mbs_run *r, const double *before, const double *settled,
         if (whole > step)
             step = whole;
     }
-    return moved > 0.1 * step + allowed && moved > 1e-10 * (1.0 + mbs_largest(r->n, settled)) ? component : -1;
+    double round_off = MBS_FAR_BEYOND_ROUND_OFF * (1.0 + mbs_largest(r->n, settled));
+    return moved > MBS_MOVED_FAR * step + allowed && moved > round_off ? component : -1;
 }
 
 /* A state between steps that was moved by over a tenth of the step has settled on another branch of the motion. */
@@ -165,7 +164,7 @@ static int strays(const mbs_run *r, const double *before, const double *settled)
         moved = change > moved ? change : moved;
         step = whole > step ? whole : step;
     }
-    return moved > 0.1 * step;
+    return moved > MBS_MOVED_FAR * step;
 }
 
 void mbs_settle_sample(mbs_run *r, double t, double *x)

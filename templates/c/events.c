@@ -8,66 +8,6 @@
    between, as nothing crosses. */
 #include "stepper.h"
 
-#define BEYOND 1e-6      /* part of a step by which its extension is followed beyond its end */
-#define ROUNDED (16.0 * MBS_EPSILON) /* part of a time by which a crossing at the end of a run may seem later */
-#define SHORT_OF 1e-7    /* part of the way to the crossing by which the repeated step stays away from it, ... */
-#define SHORTER 100.0    /* ... this many times more whenever that was not enough */
-#define AT_ONCE 1e-3     /* part of a step in which a function that crosses back after its own event chatters */
-#define SOON 0x1p-36     /* part of time and state over which it shows whether a function turns back after its own event */
-#define REPEATS 20
-
-static double side(double value)
-{
-    return (double)((value > 0.0) - (value < 0.0));
-}
-
-static void evaluate(mbs_run *r, double t, const double *x)
-{
-    const mbs_system *s = r->system;
-    if (s->events->n_in > 6) { /* those of a mode ask for its forces */
-        mbs_evaluate(r, t, x);
-        r->further = r->multipliers;
-    }
-    mbs_call(r, s->events, t, x, &r->values);
-    for (int i = 0; i < s->switches; ++i)
-        r->values[s->ng - s->switches + i] -= s->margins[i];
-}
-
-void mbs_switching(mbs_run *r, double t, const double *x)
-{
-    evaluate(r, t, x);
-}
-
-/* A stop is crossed upwards, a kink in both directions. */
-static int crossed(const mbs_run *r, int i)
-{
-    return r->sides[i] * r->values[i] < 0.0 && (!r->system->terminal[i] || r->values[i] > 0.0);
-}
-
-static int any_crossed(const mbs_run *r)
-{
-    for (int i = 0; i < r->system->ng; ++i)
-        if (crossed(r, i))
-            return 1;
-    return 0;
-}
-
-static void note_sides(mbs_run *r)
-{
-    for (int i = 0; i < r->system->ng; ++i)
-        if (r->values[i] != 0.0)
-            r->sides[i] = side(r->values[i]);
-}
-
-void mbs_start_events(mbs_run *r)
-{
-    mbs_fill(r->system->ng, 0.0, r->sides);
-    evaluate(r, r->state->t, r->x);
-    note_sides(r);
-    for (int i = 0; i < r->system->switches; ++i)
-        if (r->system->margins[i] >= 0.0)
-            r->sides[r->system->ng - r->system->switches + i] = -1.0;
-}
 
 /* The way that nothing from beyond a kink can bend. */
 static int straight_on(mbs_run *r, double theta, double *x)
@@ -77,14 +17,6 @@ static int straight_on(mbs_run *r, double theta, double *x)
     return MBS_RUNNING;
 }
 
-/* Where the step cannot be interpolated no function has a value, hence none has crossed. */
-static void evaluate_at(mbs_run *r, mbs_path along, double theta)
-{
-    if (along(r, theta, r->event_x) != MBS_RUNNING)
-        mbs_fill(r->n, NAN, r->event_x);
-    evaluate(r, r->state->t + theta * r->state->h, r->event_x);
-}
-
 /* Reduce [low, high], parts of the step at whose upper end function i has been crossed, to round-off of the time by the
    Illinois method, with a bisection now and then; returns the upper end. Where an end is the crossing but for round-off, a
    look beside it, by what is sought, is the last. */
@@ -92,11 +24,11 @@ static double located(mbs_run *r, mbs_path along, int i, double low, double high
 {
     double end = fabs(r->state->t) + fabs(r->state->h), least = MBS_EPSILON * end / r->state->h;
     least = least > MBS_EPSILON ? least : MBS_EPSILON;
-    evaluate_at(r, along, high);
+    mbs_switching_at(r, along, high);
     double at_high = r->values[i], at_low;
-    evaluate_at(r, along, low);
+    mbs_switching_at(r, along, low);
     at_low = r->values[i];
-    for (int round = 0, last = 0; round < 200 && high - low > least; ++round) {
+    for (int round = 0, last = 0; round < MBS_LOCATING_ROUNDS && high - low > least; ++round) {
         double middle = low + (high - low) * (at_low / (at_low - at_high));
         if (round % 3 == 2 || !(middle >= low && middle <= high)) {
             middle = 0.5 * (low + high);
@@ -104,8 +36,8 @@ static double located(mbs_run *r, mbs_path along, int i, double low, double high
             middle = middle > low + least ? middle : low + least;
             middle = middle < high - least ? middle : high - least;
         }
-        evaluate_at(r, along, middle);
-        if (crossed(r, i)) {
+        mbs_switching_at(r, along, middle);
+        if (mbs_crossed(r, i)) {
             high = middle;
             at_high = r->values[i];
             at_low = last > 0 ? 0.5 * at_low : at_low;
@@ -123,13 +55,13 @@ static double located(mbs_run *r, mbs_path along, int i, double low, double high
 /* The part of the step at which the first of the functions crosses that have crossed at `high`. */
 static double first_crossing(mbs_run *r, mbs_path along, double low, double high)
 {
-    evaluate_at(r, along, high);
+    mbs_switching_at(r, along, high);
     for (int i = 0; i < r->system->ng; ++i) {
-        if (!crossed(r, i))
+        if (!mbs_crossed(r, i))
             continue;
         double left = i == r->state->origin ? r->left / r->state->h : 0.0;
         high = located(r, along, i, left > low && left < high ? left : low, high);
-        evaluate_at(r, along, high);
+        mbs_switching_at(r, along, high);
     }
     return high;
 }
@@ -139,9 +71,9 @@ static int end_at(mbs_run *r, double t_new)
 {
     mbs_state *s = r->state;
     for (int i = 0; i < r->system->ng; ++i)
-        if (crossed(r, i) && (s->crossing < 0 || r->system->terminal[i] > r->system->terminal[s->crossing]))
+        if (mbs_crossed(r, i) && (s->crossing < 0 || r->system->terminal[i] > r->system->terminal[s->crossing]))
             s->crossing = i;
-    note_sides(r);
+    mbs_note_sides(r);
     s->t_new = t_new < r->problem->t_end ? t_new : r->problem->t_end;
     return MBS_RUNNING;
 }
@@ -150,24 +82,15 @@ static int end_at(mbs_run *r, double t_new)
 static int end_at_once(mbs_run *r)
 {
     mbs_copy(r->n, r->x_new, r->event_x);
-    evaluate(r, r->state->t_new, r->event_x);
+    mbs_switching(r, r->state->t_new, r->event_x);
     return end_at(r, r->state->t_new);
 }
 
 static int end_within(mbs_run *r, double theta)
 {
-    evaluate_at(r, mbs_value, theta);
+    mbs_switching_at(r, mbs_value, theta);
     mbs_settle_sample(r, r->state->t + theta * r->state->h, r->event_x);
     return end_at(r, r->state->t + theta * r->state->h);
-}
-
-int mbs_beyond_kink(mbs_run *r, double t, const double *x)
-{
-    evaluate(r, t, x);
-    for (int i = 0; i < r->system->ng; ++i)
-        if (!(i == r->state->origin && r->chattering) && !r->system->terminal[i] && crossed(r, i))
-            return 1;
-    return 0;
 }
 
 int mbs_stuck_at_kink(const mbs_run *r, int status)
@@ -180,7 +103,7 @@ static void look_at(mbs_run *r, double t, const double *x, double h, const doubl
 {
     for (int i = 0; i < r->n; ++i)
         r->event_x[i] = x[i] + h * slope[i];
-    evaluate(r, t, r->event_x);
+    mbs_switching(r, t, r->event_x);
 }
 
 void mbs_begin_watch(mbs_run *r)
@@ -191,7 +114,7 @@ void mbs_begin_watch(mbs_run *r)
     if (i < 0)
         return;
     double t = r->state->t, way = mbs_largest(r->n, r->x), rate = mbs_largest(r->n, r->slope);
-    double by_state = rate > 0.0 ? way / rate : 0.0, soon = SOON * (fabs(t) > by_state ? fabs(t) : by_state);
+    double by_state = rate > 0.0 ? way / rate : 0.0, soon = MBS_SOON * (fabs(t) > by_state ? fabs(t) : by_state);
     look_at(r, t, r->x, 0.0, r->slope);
     double before = r->values[i];
     look_at(r, t + soon, r->x, soon, r->slope);
@@ -205,20 +128,20 @@ static void let_chatter(mbs_run *r)
     int i = r->state->origin;
     if (i < 0 || !r->chattering)
         return;
-    evaluate(r, r->state->t_new, r->x_new);
-    if (!crossed(r, i))
+    mbs_switching(r, r->state->t_new, r->x_new);
+    if (!mbs_crossed(r, i))
         return;
-    evaluate_at(r, mbs_value, 1.0);
-    if (!crossed(r, i))
+    mbs_switching_at(r, mbs_value, 1.0);
+    if (!mbs_crossed(r, i))
         return;
-    r->flipped = located(r, mbs_value, i, 0.0, 1.0) < AT_ONCE;
+    r->flipped = located(r, mbs_value, i, 0.0, 1.0) < MBS_AT_ONCE;
     r->sides[i] = r->flipped ? -r->sides[i] : r->sides[i];
 }
 
 static int pass(mbs_run *r)
 {
-    evaluate(r, r->state->t_new, r->x_new);
-    note_sides(r);
+    mbs_switching(r, r->state->t_new, r->x_new);
+    mbs_note_sides(r);
     return MBS_RUNNING;
 }
 
@@ -231,17 +154,11 @@ static int end_clean(mbs_run *r)
             r->sides[r->state->origin] = -r->sides[r->state->origin];
         return mbs_failed(r, MBS_STEP_UNDERFLOW, r->state->t, 0);
     }
-    evaluate_at(r, mbs_value, 1.0 + BEYOND);
-    if (!any_crossed(r))
+    mbs_switching_at(r, mbs_value, 1.0 + MBS_BEYOND);
+    if (!mbs_any_crossed(r))
         return pass(r);
-    double theta = first_crossing(r, mbs_value, 1.0, 1.0 + BEYOND), t = r->state->t + theta * r->state->h;
-    return t - r->problem->t_end > ROUNDED * fabs(t) ? pass(r) : end_within(r, theta);
-}
-
-double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta)
-{
-    evaluate_at(r, along, theta);
-    return r->sides[i] * r->values[i];
+    double theta = first_crossing(r, mbs_value, 1.0, 1.0 + MBS_BEYOND), t = r->state->t + theta * r->state->h;
+    return t - r->problem->t_end > MBS_ROUNDED_TIME * fabs(t) ? pass(r) : end_within(r, theta);
 }
 
 /* The first part of a way, that nothing crosses at its end x_new, where the functions have the `values`, at which something
@@ -259,10 +176,10 @@ static double looked(mbs_run *r, mbs_path along, const double *x_new, const doub
     mbs_copy(ng, r->values, after);
     look_at(r, s->t_new - probe, x_new, -probe, slope_new);
     mbs_copy(ng, r->values, before);
-    evaluate(r, s->t, r->x);
+    mbs_switching(r, s->t, r->x);
     mbs_copy(ng, r->values, start);
     for (int i = 0; i < ng; ++i) {
-        r->sides[i] = r->sides[i] == 0.0 ? side(after[i]) : r->sides[i];
+        r->sides[i] = r->sides[i] == 0.0 ? mbs_side(after[i]) : r->sides[i];
         double on = r->sides[i], first = on * start[i];
         int above = r->system->terminal[i] && on > 0.0;
         if ((above && end[i] < 0.0) || (i == s->origin && r->chattering))
@@ -278,8 +195,8 @@ static double looked(mbs_run *r, mbs_path along, const double *x_new, const doub
 static double trouble(mbs_run *r)
 {
     r->below = 2.0;
-    evaluate(r, r->state->t_new, r->x_new);
-    if (any_crossed(r))
+    mbs_switching(r, r->state->t_new, r->x_new);
+    if (mbs_any_crossed(r))
         return 1.0;
     return r->beyond ? 2.0 : looked(r, mbs_value, r->x_new, r->slope_new);
 }
@@ -287,8 +204,8 @@ static double trouble(mbs_run *r)
 /* A part of the step at which something has crossed straight on; 2 if nothing does. */
 static double ahead(mbs_run *r)
 {
-    evaluate_at(r, straight_on, 1.0);
-    if (any_crossed(r))
+    mbs_switching_at(r, straight_on, 1.0);
+    if (mbs_any_crossed(r))
         return 1.0;
     mbs_copy(r->n, r->event_x, r->spare);
     return looked(r, straight_on, r->spare, r->slope);
@@ -301,12 +218,12 @@ static double unresolved(mbs_run *r)
     mbs_state *s = r->state;
     double probe = MBS_PROBE * s->h;
     for (int i = 0; i < r->system->ng; ++i) {
-        if (r->system->terminal[i] || !crossed(r, i))
+        if (r->system->terminal[i] || !mbs_crossed(r, i))
             continue;
         straight_on(r, MBS_PROBE, r->event_x);
-        evaluate(r, s->t + probe, r->event_x);
+        mbs_switching(r, s->t + probe, r->event_x);
         double after = r->values[i];
-        evaluate(r, s->t, r->x);
+        mbs_switching(r, s->t, r->x);
         double change = fabs(after - r->values[i]);
         return change > 0.0 ? mbs_unseen(r, i) * probe / change : 0.0;
     }
@@ -316,7 +233,7 @@ static double unresolved(mbs_run *r)
 int mbs_find_event(mbs_run *r, int status)
 {
     mbs_state *s = r->state;
-    double least = ROUNDED * fabs(s->t), way = s->h, margin = SHORT_OF;
+    double least = MBS_ROUNDED_TIME * fabs(s->t), way = s->h, margin = MBS_SHORT_OF;
     int taken = status == MBS_RUNNING;
     r->flipped = 0;
     r->retaken = 0.0;
@@ -324,7 +241,7 @@ int mbs_find_event(mbs_run *r, int status)
         let_chatter(r);
     for (int round = 0;; ++round) {
         double high = taken ? trouble(r) : 2.0;
-        int below = taken && high > 1.0 && r->below <= 1.0 && round < REPEATS;
+        int below = taken && high > 1.0 && r->below <= 1.0 && round < MBS_REPEATS;
         if (taken && high > 1.0 && !r->beyond && !below)
             return round ? end_clean(r) : pass(r);
         if (below) {
@@ -335,21 +252,21 @@ int mbs_find_event(mbs_run *r, int status)
             continue;
         }
         if (high <= 1.0) {
-            evaluate_at(r, mbs_value, high);
-            if (!any_crossed(r))
+            mbs_switching_at(r, mbs_value, high);
+            if (!mbs_any_crossed(r))
                 return end_at_once(r);
             double theta = first_crossing(r, mbs_value, 0.0, high);
             way = theta * s->h;
             double near = unresolved(r), soon = near > least ? near : least;
-            if (!(way * (1.0 - (margin < 0.5 ? margin : 0.5)) > soon) || round == REPEATS)
+            if (!(way * (1.0 - (margin < 0.5 ? margin : 0.5)) > soon) || round == MBS_REPEATS)
                 return end_within(r, theta);
         } else {
-            if (round == REPEATS)
+            if (round == MBS_REPEATS)
                 return taken ? pass(r) : status;
             if ((high = ahead(r)) <= 1.0) {
                 way = first_crossing(r, straight_on, 0.0, high) * s->h;
                 if (taken && !(way > least)) { /* at the very start: the function may tell another kink within */
-                    note_sides(r); /* of where it has crossed */
+                    mbs_note_sides(r); /* of where it has crossed */
                     r->beyond = 0;
                     continue;
                 }
@@ -361,7 +278,7 @@ int mbs_find_event(mbs_run *r, int status)
         if (!taken && !mbs_stuck_at_kink(r, status))
             return status;
         if (r->beyond)
-            margin *= SHORTER;
+            margin *= MBS_SHORTER;
         if (margin > 0.5)
             way = h;
     }

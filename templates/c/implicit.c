@@ -4,14 +4,6 @@
    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, sections IV.8 and VII.4. */
 #include "stages.h"
 
-#define KAPPA 0.01        /* of the tolerance: how far Newton's iteration is from its limit when it ends */
-#define SLOW 1e-2         /* contraction from which on a new J is worth its price in the next step */
-#define ADAPTIVE_ROUNDS 10
-#define FIXED_ROUNDS 50
-#define GROWTHS 3         /* of the change, under fixed steps: what was at rest may be moved by what moves, a round later */
-#define FAR 4.0           /* the step before is no guide to one that is so many times longer */
-#define LEAST_SCALE 1e-6  /* of the largest component of x and z: no component has to be better than this part of it */
-#define ROUND_OFF 1e-8    /* where an iteration that stands still stands still on account of rounding */
 
 /* What is known from before, first in the work space of its own. */
 enum { BEFORE, FACTORED, CONTRACTION, EXPECTED, FRESH, TRIALS, MEMORY };
@@ -55,7 +47,7 @@ static void evaluate_jacobian(mbs_run *r, const mbs_stages *p)
 /* The step before is a guide to one over h. */
 static int guided(const mbs_stages *p, double h)
 {
-    return p->memory[BEFORE] > 0.0 && h / p->memory[BEFORE] <= FAR;
+    return p->memory[BEFORE] > 0.0 && h / p->memory[BEFORE] <= MBS_FAR;
 }
 
 /* The polynomial of the step before, led on; zero where there is none, and for rows that are not active. */
@@ -114,7 +106,7 @@ static void find_scales(mbs_run *r, const mbs_stages *p, double *scales)
             if (fabs(p->z[i * p->size + k]) > scales[k])
                 scales[k] = fabs(p->z[i * p->size + k]);
     }
-    double least = LEAST_SCALE * mbs_largest(p->n, scales), noise = mbs_noise(r) * mbs_largest(p->n, r->x);
+    double least = MBS_LEAST_SCALE * mbs_largest(p->n, scales), noise = mbs_noise(r) * mbs_largest(p->n, r->x);
     for (int k = 0; k < p->n; ++k)
         if (!(problem->step > 0.0))
             scales[k] = problem->atol + problem->rtol * scales[k] + noise;
@@ -148,8 +140,8 @@ static int converged(const mbs_run *r, double size, double before, double contra
     double rest = contraction / (1.0 - contraction) * size, rtol = r->problem->rtol;
     if (r->problem->step > 0.0)
         return size <= MBS_EPSILON || (contraction < 1.0 && rest <= 0.25 * MBS_EPSILON) ||
-               (size >= before && size <= ROUND_OFF);
-    double wanted = rtol > 0.0 && 10.0 * MBS_EPSILON / rtol > KAPPA ? 10.0 * MBS_EPSILON / rtol : KAPPA;
+               (size >= before && size <= MBS_STANDSTILL);
+    double wanted = rtol > 0.0 && 10.0 * MBS_EPSILON / rtol > MBS_KAPPA ? 10.0 * MBS_EPSILON / rtol : MBS_KAPPA;
     return 10.0 * size <= wanted || (contraction < 1.0 && rest <= wanted);
 }
 
@@ -165,7 +157,7 @@ static int rounded(mbs_run *r, const mbs_stages *p)
     if (!(r->problem->step > 0.0))
         return most <= mbs_noise(r) * mbs_largest(p->n, r->x);
     find_scales(r, p, r->stage);
-    return most <= ROUND_OFF * mbs_largest(p->n, r->stage);
+    return most <= MBS_STANDSTILL * mbs_largest(p->n, r->stage);
 }
 
 /* Tell whether the contraction is one: from far off, without a prediction, the first change is much larger than what it
@@ -177,7 +169,7 @@ static int known(const mbs_run *r, const mbs_stages *p, double h, int round)
 
 static int iterate(mbs_run *r, const mbs_stages *p, double h)
 {
-    int rounds = r->problem->step > 0.0 ? FIXED_ROUNDS : ADAPTIVE_ROUNDS, growths = 0, worst = 0, status;
+    int rounds = r->problem->step > 0.0 ? MBS_FIXED_ROUNDS : MBS_ADAPTIVE_ROUNDS, growths = 0, worst = 0, status;
     double before = HUGE_VAL, contraction = p->memory[EXPECTED] = pow(p->memory[EXPECTED], 0.8);
     for (int round = 0; round < rounds; ++round) {
         if ((status = find_residual(r, p, h)) != MBS_RUNNING)
@@ -193,7 +185,7 @@ static int iterate(mbs_run *r, const mbs_stages *p, double h)
         if (converged(r, size, before, known(r, p, h, round) ? contraction : 1.0))
             return MBS_RUNNING;
         growths += round > 0 && contraction >= 1.0;
-        if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? GROWTHS : 0)) {
+        if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? MBS_GROWTHS : 0)) {
             if (rounded(r, p))
                 return MBS_RUNNING;
             break;
@@ -215,7 +207,7 @@ static int factorise(mbs_run *r, const mbs_stages *p, double h)
 static int find_stages(mbs_run *r, const mbs_stages *p, double h)
 {
     int status = MBS_NOT_CONVERGED;
-    if (!(p->memory[FRESH] > 0.0) && !(p->memory[BEFORE] > 0.0 && p->memory[CONTRACTION] <= SLOW))
+    if (!(p->memory[FRESH] > 0.0) && !(p->memory[BEFORE] > 0.0 && p->memory[CONTRACTION] <= MBS_SLOW))
         evaluate_jacobian(r, p);
     for (;;) {
         int regular = p->memory[FACTORED] == h || factorise(r, p, h);
@@ -333,4 +325,4 @@ static void value(const mbs_run *r, double theta, double *x)
         x[k] += r->x[k];
 }
 
-const mbs_stepper mbs_implicit = {own_work, restart, attempt, finish, advance, extend, value, 1.2};
+const mbs_stepper mbs_implicit = {own_work, restart, attempt, finish, advance, extend, value, MBS_LEAST_GROWTH};

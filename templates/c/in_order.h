@@ -14,9 +14,6 @@
 #define MBS_INLINE static inline
 #endif
 
-#define MBS_CLEAR 1e-6  /* of a row's length: where that much is left of every row in turn, all are independent */
-#define MBS_ALIKE 1e-12 /* of the longest row: lengths below that may be rounding */
-
 /* The factors of a matrix begin with its rank and conditioning, and whether rows were taken in another order. */
 enum { MBS_RANK, MBS_CONDITIONING, MBS_PIVOTED, MBS_HEAD };
 
@@ -68,7 +65,7 @@ MBS_INLINE void mbs_reflection(const mbs_parts *parts, int k, double length, dou
 MBS_INLINE int mbs_keep_in_order(const mbs_pattern *pattern, const double *matrix, double most, double *space)
 {
     mbs_parts parts = mbs_parts_of(pattern, space);
-    double longest = 0.0, shortest = 1e200, least = HUGE_VAL;
+    double longest = 0.0, shortest = MBS_LARGEST, least = HUGE_VAL;
     int rows = pattern->rows, columns = pattern->columns;
     if (!pattern->spans || rows == 0 || rows > columns || most < rows)
         return 0;
@@ -99,7 +96,7 @@ MBS_INLINE int mbs_keep_in_order(const mbs_pattern *pattern, const double *matri
     space[MBS_RANK] = rows;
     space[MBS_CONDITIONING] = sqrt(least * longest < shortest ? least : shortest / longest);
     space[MBS_PIVOTED] = 0.0;
-    return longest < 1e200 && shortest > 1e-200 && shortest > MBS_ALIKE * MBS_ALIKE * longest;
+    return longest < MBS_LARGEST && shortest > MBS_SMALLEST && shortest > MBS_ALIKE * MBS_ALIKE * longest;
 }
 
 /* y = R^-T r, multipliers = R^-1 y, x = Q (y, 0). Returns 0 where a right side is not finite. */

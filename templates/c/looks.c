@@ -6,17 +6,6 @@
    where it comes near, and few looks are taken at what stays away. */
 #include "stepper.h"
 
-#define LEAST_PIECE 0x1p-40 /* part of a step that is not halved any more */
-#define LEAST_STEPS 200.0   /* of a run in modes, ... */
-#define STANDING 1000.0     /* ... and of one in which nothing moves, so that no rate tells what comes */
-#define MOST_CHANGE 0.5     /* part of its distance from zero by which a function that keeps steps short changes in one, ... */
-#define MOST_OF_ALL 0.1     /* ... or of the largest it had, where it does not end before zero */
-#define LEAST_PROBE 0x1p-18 /* part of a step over which rates within it are measured at least, ... */
-#define NEAR 0x1p-5         /* ... and of half a piece over which at most: rounding must not say what they are */
-#define BESIDE 32.0         /* margins: what is that near zero all along a piece is zero but for round-off */
-#define MOVED 0x1p-20       /* part of the largest component by which the state is moved, ... */
-#define GOLDEN 0.6180339887498949 /* ... each component differently: no difference between two stays as it is */
-#define MOST_LOOKS 1000     /* halvings in a step for one function, which is zero but for round-off if they do not suffice */
 
 /* A function's value at theta, a part of the step, and its rates before and after it. */
 typedef struct {
@@ -38,20 +27,21 @@ double mbs_unseen(mbs_run *r, int i)
 {
     int own = i - (r->system->ng - r->system->switches);
     if (own >= 0 && r->system->margins[own] != 0.0)
-        return BESIDE * fabs(r->system->margins[own]);
+        return MBS_BESIDE * fabs(r->system->margins[own]);
     double size = mbs_largest(r->n, r->x);
     for (int j = 0; j < r->n; ++j)
-        r->spare[j] = r->x[j] + MOVED * (0.5 + fmod(j * GOLDEN, 1.0)) * size;
+        r->spare[j] = r->x[j] + MBS_MOVED * (0.5 + fmod(j * MBS_GOLDEN, 1.0)) * size;
     mbs_switching(r, r->state->t, r->spare);
     double beside = r->values[i];
     mbs_switching(r, r->state->t, r->x);
-    return BESIDE * MBS_EPSILON / MOVED * fabs(beside - r->values[i]);
+    return MBS_BESIDE * MBS_EPSILON / MBS_MOVED * fabs(beside - r->values[i]);
 }
 
 /* The part of the step over which rates in the middle of a piece are measured. */
 static double probe_of(double half)
 {
-    double part = MBS_PROBE * half, most = NEAR * half, least = most < LEAST_PROBE ? most : LEAST_PROBE;
+    double part = MBS_PROBE * half, most = MBS_MOST_PROBE * half;
+    double least = most < MBS_LEAST_PROBE ? most : MBS_LEAST_PROBE;
     return part > least ? part : least;
 }
 
@@ -61,7 +51,8 @@ static double seen(mbs_run *r, mbs_path along, int i, look a, look b, double uns
     if (b.value < 0.0)
         return b.theta;
     double width = b.theta - a.theta;
-    if (!uncertain(a.value, b.value, a.after * width, b.before * width, unseen) || !(width > LEAST_PIECE) || (*left)-- <= 0)
+    if (!uncertain(a.value, b.value, a.after * width, b.before * width, unseen) || !(width > MBS_LEAST_PIECE) ||
+        (*left)-- <= 0)
         return 2.0;
     double half = 0.5 * width, middle = a.theta + half, probe = probe_of(half);
     double here = mbs_on_side(r, along, i, middle), before = mbs_on_side(r, along, i, middle - probe);
@@ -85,7 +76,7 @@ static int settled(mbs_run *r, double theta, double *x)
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end)
 {
     double rise = (after - start) / MBS_PROBE, fall = (end - before) / MBS_PROBE;
-    int left = MOST_LOOKS;
+    int left = MBS_MOST_LOOKS;
     if (!(end < 0.0) && !uncertain(start, end, rise, fall, 0.0))
         return 2.0;
     double unseen = mbs_unseen(r, i);
@@ -102,7 +93,7 @@ double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double af
    and half of the rate of that, c. */
 static double reach(double now, double least, double b, double c)
 {
-    double part = MOST_CHANGE * fabs(now), allowed = part > least ? part : least;
+    double part = MBS_MOST_CHANGE * fabs(now), allowed = part > least ? part : least;
     double rate = fabs(b) + sqrt(b * b + 4.0 * fabs(c) * allowed);
     return rate > 0.0 ? 2.0 * allowed / rate : HUGE_VAL;
 }
@@ -127,7 +118,7 @@ double mbs_longest(mbs_run *r)
     const mbs_system *s = r->system;
     if (s->switches == 0)
         return to_moment(s, r->state->t);
-    double count = mbs_largest(r->n, r->slope) > 0.0 ? LEAST_STEPS : STANDING;
+    double count = mbs_largest(r->n, r->slope) > 0.0 ? MBS_LEAST_STEPS : MBS_STANDING;
     double whole = r->problem->whole > 0.0 ? r->problem->whole : r->problem->t_end - r->problem->t0;
     double longest = whole / count, t = r->state->t, seen = r->past[0];
     double way = to_moment(s, t);
@@ -148,7 +139,7 @@ double mbs_longest(mbs_run *r)
             b += c * late;
         }
         double short_of = -s->margins[place]; /* where a function that must not get to zero ends */
-        double found = reach(now, short_of > 0.0 ? short_of : MOST_OF_ALL * largest[i], b, c);
+        double found = reach(now, short_of > 0.0 ? short_of : MBS_MOST_OF_ALL * largest[i], b, c);
         longest = found < longest ? found : longest;
         before[i] = latest[i];
         latest[i] = now;

@@ -3,9 +3,6 @@
 #include "pairing.h"
 #include "stepper.h"
 
-#define SAME_LENGTH 1e-9  /* by which steps may differ and count as equal */
-#define SHORTEST 1e-3     /* of the step of a run, below which displacements have too few digits for speeds */
-#define FARTHEST_TURN 2.0 /* of a ball since the oldest point that is used, in radians */
 
 /* What stands in r->own after the starter's stages. */
 typedef struct {
@@ -45,7 +42,7 @@ static past past_of(const mbs_run *r)
 
 static int same_length(double h, double other)
 {
-    return fabs(h - other) <= SAME_LENGTH * h;
+    return fabs(h - other) <= MBS_SAME_LENGTH * h;
 }
 
 /* Whether a step over h can look back at all the points it needs. */
@@ -232,7 +229,7 @@ static int attempt_stoermer(mbs_run *r, double h, double t_new)
     past p = past_of(r);
     const double *before = p.points + 2 * r->n;
     int status;
-    if (!fits(r, &p, h) || h < SHORTEST * r->problem->step || turned(r, &p) > FARTHEST_TURN)
+    if (!fits(r, &p, h) || h < MBS_SHORTEST_STEP * r->problem->step || turned(r, &p) > MBS_FARTHEST_TURN)
         return attempt_start(r, &p, h, t_new);
     *p.by_starter = 0.0;
     look_back(r, &p);

@@ -11,6 +11,12 @@ void mbs_note_independence(mbs_run *r, double t)
     (void)r, (void)t;
 }
 
+int mbs_put_onto_rows(mbs_run *r, double t, double *x)
+{
+    (void)r, (void)t, (void)x;
+    return MBS_RUNNING;
+}
+
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
 {
     (void)t;
@@ -35,10 +41,6 @@ int mbs_comes_unforeseen(const mbs_run *r)
     return 0;
 }
 
-void mbs_foresee(mbs_run *r)
-{
-    (void)r;
-}
 
 int mbs_turns_stiff(mbs_run *r)
 {

@@ -7,7 +7,6 @@
 
 #include "vectors.h"
 
-#define SERIES 0.5 /* |phi|^2 below which series are summed */
 
 static double dot(const double *a, const double *b)
 {
@@ -59,17 +58,9 @@ static void rotation_vector(const double *q, const double *p, double *phi)
 /* c and its derivative by s; the series has |B_2k| / (2k)!. */
 static void coefficients(double s, double *c, double *by_s)
 {
-    static const double series[] = {1.0 / 12.0,
-                                    1.0 / 720.0,
-                                    1.0 / 30240.0,
-                                    1.0 / 1209600.0,
-                                    1.0 / 47900160.0,
-                                    691.0 / 1307674368000.0,
-                                    1.0 / 74724249600.0,
-                                    3617.0 / 10670622842880000.0,
-                                    43867.0 / 5109094217170944000.0};
+    static const double series[] = MBS_C_SERIES;
     *c = *by_s = 0.0;
-    if (s < SERIES) {
+    if (s < MBS_SERIES) {
         for (int power = 8; power >= 0; --power)
             *c = *c * s + series[power];
         for (int power = 8; power >= 1; --power)
@@ -84,16 +75,8 @@ static void coefficients(double s, double *c, double *by_s)
 /* (|phi| - sin |phi|) / |phi|^3; the series has (-1)^k / (2 k + 3)!. */
 static double d_of(double s)
 {
-    static const double series[] = {1.0 / 6.0,
-                                    -1.0 / 120.0,
-                                    1.0 / 5040.0,
-                                    -1.0 / 362880.0,
-                                    1.0 / 39916800.0,
-                                    -1.0 / 6227020800.0,
-                                    1.0 / 1307674368000.0,
-                                    -1.0 / 355687428096000.0,
-                                    1.0 / 121645100408832000.0};
-    if (s >= SERIES)
+    static const double series[] = MBS_D_SERIES;
+    if (s >= MBS_SERIES)
         return (sqrt(s) - sin(sqrt(s))) / (s * sqrt(s));
     double d = 0.0;
     for (int power = 8; power >= 0; --power)

@@ -1,11 +1,31 @@
-/* The integration loop: steps, their control, samples. Allocates nothing, keeps no state of its own. */
+/* The integration loop: steps, their control, samples. Allocates nothing, keeps no state of its own.
+
+   The units of the runtime, each of which calls those above it alone:
+
+       vectors.h      vectors as plain arrays
+       in_order.h     elimination of rows as they come, for small constant patterns
+       solve.c        rank-revealing solve: rows that may depend on each other, and those of them that act
+       pairing.c      displacements of coordinates along speeds
+       calls.c        calls of the programs, states between the ends of a step, sizes in units of the tolerances
+       constraints.c  states put back onto the constraints
+       singular.c     how near rows come to dependence, and how long a step there is
+       switching.c    values and sides of the switching functions
+       slopes.c       the slope of a state, watched for kinks and for the rank of the rows
+       explicit.c     explicit Runge-Kutta methods
+       multistep.c    methods that look back
+       stages.c       equations of the stages of implicit methods, and their factors
+       implicit.c     collocation methods: Newton's iteration for these equations
+       trials.c       one trial of a step: attempt, error, end
+       looks.c        where switching functions are certain to keep their signs, and the longest step
+       events.c       the step that ends where a switching function crosses zero
+       runtime.c      the loop
+       turns.c        a run from mode to mode, over switches that were decided before
+
+   runtime.h is the interface of a model, stepper.h that of the units from calls.c to runtime.c. constants.h has the codes
+   and tolerances that Python has too; Python writes it. Where a model has no rows, events, derivatives or methods that
+   look back, no_rows.c, no_events.c, no_implicit.c and no_multistep.c stand in for the units that it does not enter. */
 #include "stepper.h"
 
-#define LEAST_PACE 131072 /* steps from which a run tells whether it takes too many */
-#define SAME_PART 0.5
-#define LEAST_PART 1e-3 /* of a fixed step, into which one near a singular position may be divided */
-
-enum { STARTING, STEPPING, SAMPLING };
 
 static const mbs_stepper *stepper_of(const mbs_method *method)
 {
@@ -81,25 +101,6 @@ static const double *end_of(const mbs_run *r)
     return r->state->crossing < 0 ? r->x_new : r->event_x;
 }
 
-int mbs_value(mbs_run *r, double theta, double *x)
-{
-    mbs_state *s = r->state;
-    int status = s->extended ? MBS_RUNNING : r->stepper->extend(r);
-    if (status == MBS_RUNNING) {
-        s->extended = 1;
-        r->stepper->value(r, theta, x);
-    }
-    return status;
-}
-
-void mbs_hermite(const mbs_run *r, double theta, double *x)
-{
-    double rest = 1.0 - theta, h = r->state->h;
-    double a = theta * theta * (3.0 - 2.0 * theta), b = h * theta * rest * rest, c = -h * theta * theta * rest;
-    for (int i = 0; i < r->n; ++i)
-        x[i] = r->x[i] + a * (r->x_new[i] - r->x[i]) + b * r->slope[i] + c * r->slope_new[i];
-}
-
 static int write_sample(mbs_run *r, double *x)
 {
     double time = sample_time(r->problem, r->state->sample);
@@ -124,50 +125,6 @@ static int last_sample_due(const mbs_run *r)
 }
 
 /* ---- steps ---- */
-
-static int close_step(mbs_run *r, double t_new)
-{
-    int status = MBS_RUNNING, changed = 0;
-    mbs_copy(r->n, r->x_new, r->spare);
-    mbs_normalize(r, t_new, r->x_new, &r->deviation);
-    if (r->problem->project)
-        status = mbs_project(r, t_new, r->x_new, MBS_ROUND_OFF);
-    if (status == MBS_RUNNING && r->state->near && (status = mbs_closed(r, t_new, r->x_new, r->settled)) == MBS_RUNNING)
-        mbs_copy(r->n, r->settled, r->x_new);
-    for (int i = 0; i < r->n; ++i)
-        changed |= r->x_new[i] != r->spare[i];
-    if (status == MBS_RUNNING)
-        status = r->stepper->finish(r, t_new, changed);
-    return status == MBS_RUNNING ? mbs_verify_end(r, t_new) : status;
-}
-
-static double trial_error(mbs_run *r, int *worst);
-
-static int attempt(mbs_run *r, double h, double t_new)
-{
-    r->residual = 0.0;
-    r->beyond = 0;
-    r->state->crossing = -1;
-    r->state->extended = 0;
-    r->state->h = h;
-    r->state->t_new = t_new;
-    mbs_begin_approach(r);
-    int status = r->stepper->attempt(r, h, t_new);
-    if (status != MBS_RUNNING && mbs_turns_stiff(r)) {
-        mbs_begin_approach(r);
-        status = r->stepper->attempt(r, h, t_new);
-    }
-    return status == MBS_RUNNING ? mbs_verify_approach(r, t_new) : status;
-}
-
-int mbs_take(mbs_run *r, double h, double t_new)
-{
-    int status = attempt(r, h, t_new), worst;
-    if (status != MBS_RUNNING)
-        return status;
-    r->retaken = r->problem->step > 0.0 ? 0.0 : trial_error(r, &worst);
-    return close_step(r, t_new);
-}
 
 static void keep_largest(double *kept, double value)
 {
@@ -211,7 +168,7 @@ static int accept(mbs_run *r, int status)
     keep_largest(&s->removed_position, r->removed_position);
     keep_largest(&s->removed_velocity, r->removed_velocity);
     keep_largest(&s->quaternion_deviation, r->deviation);
-    s->phase = SAMPLING;
+    s->phase = MBS_SAMPLING;
     mbs_find_singular(r);
     return contradiction(r);
 }
@@ -246,7 +203,7 @@ static int fixed_trial(mbs_run *r, double whole, double t_new)
         int status = mbs_take(r, h, t_new);
         if (status == MBS_RUNNING || mbs_stuck_at_kink(r, status))
             status = accept(r, status);
-        if (s->phase == SAMPLING)
+        if (s->phase == MBS_SAMPLING)
             return status;
         if (mbs_comes_unforeseen(r)) {
             mbs_foresee(r);
@@ -254,7 +211,7 @@ static int fixed_trial(mbs_run *r, double whole, double t_new)
             h = longest *= mbs_retreat(r, longest, 0.0);
             t_new = s->t + h;
         }
-        if (h < LEAST_PART * whole)
+        if (h < MBS_LEAST_PART * whole)
             return s->near ? mbs_failed(r, MBS_SINGULAR, s->t, -1) : status;
         ++s->rejected;
     }
@@ -271,53 +228,9 @@ static int fixed_step(mbs_run *r)
         next = grid_time(p, ++s->grid + 1, count);
     double whole_step = whole && next < p->t_end ? p->step : next - s->t;
     status = fixed_trial(r, whole_step, next);
-    if (s->phase == SAMPLING && s->t_new >= next)
+    if (s->phase == MBS_SAMPLING && s->t_new >= next)
         ++s->grid;
     return status;
-}
-
-static double scale(const mbs_run *r, double before, double after)
-{
-    double size = fabs(before) > fabs(after) ? fabs(before) : fabs(after);
-    return r->problem->atol + r->problem->rtol * size;
-}
-
-double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, double noise, int *worst)
-{
-    double sum = 0.0, most = -1.0;
-    for (int i = 0; i < r->n; ++i) {
-        double part = y[i] / (scale(r, x[i], x_new[i]) + noise);
-        sum += part * part;
-        if (fabs(part) > most) {
-            most = fabs(part);
-            *worst = i;
-        }
-    }
-    return sqrt(sum / r->n);
-}
-
-/* The error of a trial beside so much noise. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with
-   the coarser, e3. */
-static double error_beside(mbs_run *r, double noise, int *worst)
-{
-    double fine = mbs_scaled_norm(r, r->error, r->x, r->x_new, noise, worst);
-    int ignored;
-    if (!r->method->coarse_error || fine == 0.0)
-        return fine;
-    double coarse = mbs_scaled_norm(r, r->coarse, r->x, r->x_new, noise, &ignored);
-    return fine * fine / sqrt(fine * fine + 0.01 * (coarse * coarse));
-}
-
-/* The error of a trial whose `plain` one is known: near a singular position what round-off does there counts as allowed. */
-static double error_allowing(mbs_run *r, double plain, int *worst)
-{
-    double noise = mbs_noise(r);
-    return noise == 0.0 ? plain : error_beside(r, noise * mbs_largest(r->n, r->x_new), worst);
-}
-
-static double trial_error(mbs_run *r, int *worst)
-{
-    return error_allowing(r, error_beside(r, 0.0, worst), worst);
 }
 
 static double control_power(const mbs_method *m)
@@ -329,9 +242,9 @@ static double control_power(const mbs_method *m)
 static double change_after(const mbs_run *r, double error)
 {
     double power = control_power(r->method), integral = 0.2 * power;
-    double change = pow(error, power - 0.75 * integral) / pow(r->state->error, integral) / 0.9;
-    change = change < 5.0 ? change : 5.0;
-    return change > 0.1 ? change : 0.1;
+    double change = pow(error, power - 0.75 * integral) / pow(r->state->error, integral) / MBS_SAFETY;
+    change = change < MBS_SHRINKAGE ? change : MBS_SHRINKAGE;
+    return change > 1.0 / MBS_GROWTH ? change : 1.0 / MBS_GROWTH;
 }
 
 /* The length of the step after an accepted one over h: it grows only as the error without the allowance for round-off
@@ -355,7 +268,7 @@ static int end_before_kink(mbs_run *r, double h)
 {
     int status = accept(r, MBS_NOT_CONVERGED);
     r->state->h_next = h;
-    r->state->error = 1e-4;
+    r->state->error = MBS_LEAST_ERROR;
     return status == MBS_RUNNING;
 }
 
@@ -366,27 +279,28 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
     double t = s->t, t_end = r->problem->t_end;
     int last = t + 1.01 * s->h_next >= t_end, worst = 0;
     double t_new = last ? t_end : t + s->h_next, h = last ? t_end - t : s->h_next;
-    int status = attempt(r, h, t_new);
+    int status = mbs_attempt(r, h, t_new);
     if (status == MBS_RUNNING) {
-        double plain = error_beside(r, 0.0, &worst), error = error_allowing(r, plain, &worst);
+        double plain = mbs_error_beside(r, 0.0, &worst), error = mbs_error_allowing(r, plain, &worst);
         if (!(error <= 1.0)) {
             if (rejected && r->beyond && end_before_kink(r, h))
                 return MBS_RUNNING;
-            double power = control_power(r->method), shrink = pow(error, power - 0.75 * (0.2 * power)) / 0.9;
-            s->h_next = h / (shrink < 5.0 ? shrink : 5.0);
+            double power = control_power(r->method), shrink = pow(error, power - 0.75 * (0.2 * power)) / MBS_SAFETY;
+            s->h_next = h / (shrink < MBS_SHRINKAGE ? shrink : MBS_SHRINKAGE);
             *wished = 0.0;
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
-        status = close_step(r, t_new);
+        status = mbs_close_step(r, t_new);
         if (status == MBS_RUNNING && (worst = mbs_moved_far(r, r->spare, r->x_new, 0.0)) >= 0) {
-            s->h_next = h > 1e-9 * (t_end - r->problem->t0) ? h * 0.25 : 0.0; /* a jump stays one in any step */
+            int jump = !(h > MBS_LEAST_AT_KINK * (t_end - r->problem->t0)); /* stays one in any step */
+            s->h_next = jump ? 0.0 : h * MBS_RETREAT;
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
         if (status == MBS_RUNNING) {
             status = accept(r, status);
-            if (s->phase == SAMPLING) {
+            if (s->phase == MBS_SAMPLING) {
                 s->h_next = length_after(r, h, error, plain, rejected, *wished);
-                s->error = error > 1e-4 ? error : 1e-4;
+                s->error = error > MBS_LEAST_ERROR ? error : MBS_LEAST_ERROR;
                 return status;
             }
         }
@@ -395,7 +309,7 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
         mbs_foresee(r);
         return status;
     }
-    s->h_next = h * mbs_retreat(r, h, 0.25);
+    s->h_next = h * mbs_retreat(r, h, MBS_RETREAT);
     *wished = !s->near ? 0.0 : h > *wished ? h : *wished;
     return status;
 }
@@ -409,11 +323,11 @@ static int adaptive_step(mbs_run *r)
     wished = s->h_next < whole ? whole : 0.0;
     for (int rejected = 0; s->h_next >= least_step(r); rejected = 1) {
         status = adaptive_trial(r, rejected, &wished);
-        if (s->phase == SAMPLING)
+        if (s->phase == MBS_SAMPLING)
             break;
         ++s->rejected;
     }
-    return s->phase != SAMPLING && s->near ? mbs_failed(r, MBS_SINGULAR, s->t, -1) : status;
+    return s->phase != MBS_SAMPLING && s->near ? mbs_failed(r, MBS_SINGULAR, s->t, -1) : status;
 }
 
 /* A first step for which an explicit Euler step and the second derivative stay small. */
@@ -450,7 +364,7 @@ static int start(mbs_run *r, double *samples)
     if (r->state->sample == 0)
         mbs_copy(r->n, r->x, samples);
     r->state->sample += r->state->sample == 0;
-    r->state->phase = STEPPING;
+    r->state->phase = MBS_STEPPING;
     r->past[0] = 0.0;
     r->stepper->restart(r);
     if (r->system->ng > 0)
@@ -485,7 +399,7 @@ static int approaches_steadily(const double *doubled)
         least = fmin(least, way / before);
         largest = fmax(largest, way / before);
     }
-    return least >= SAME_PART * largest;
+    return least >= MBS_SAME_PART * largest;
 }
 
 static int pace(mbs_run *r)
@@ -496,7 +410,7 @@ static int pace(mbs_run *r)
     for (int i = 0; i + 1 < MBS_DOUBLED; ++i)
         s->doubled[i] = s->doubled[i + 1];
     s->doubled[MBS_DOUBLED - 1] = s->t;
-    if (s->steps < LEAST_PACE)
+    if (s->steps < MBS_LEAST_PACE)
         return MBS_RUNNING;
     double middle = s->doubled[MBS_DOUBLED / 2], before = middle - s->doubled[0], way = s->t - middle;
     double ratio = before > 0.0 ? way / before : 8.0, t = s->t, steps = (double)s->steps, most = (double)r->problem->max_steps;
@@ -519,7 +433,7 @@ static int move_on(mbs_run *r)
     mbs_copy(r->n, end_of(r), r->x);
     mbs_copy(r->n, r->slope_new, r->slope);
     s->t = s->t_new;
-    s->phase = STEPPING;
+    s->phase = MBS_STEPPING;
     if (stopping(r))
         return MBS_STOPPED;
     if (!(s->t < r->problem->t_end))
@@ -545,15 +459,15 @@ void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, d
 {
     const mbs_state fresh = {.t = problem->t0,
                              .t_new = problem->t0,
-                             .error = 1e-4,
+                             .error = MBS_LEAST_ERROR,
                              .least_rank = HUGE_VAL,
                              .greatest_rank = 0.0,
                              .conditioning = HUGE_VAL,
                              .start = HUGE_VAL,
                              .latest = HUGE_VAL,
-                             .peak = 0.01,
+                             .peak = MBS_USUAL,
                              .event = -1,
-                             .phase = STARTING,
+                             .phase = MBS_STARTING,
                              .crossing = -1,
                              .origin = -1,
                              .status = MBS_RUNNING};
@@ -569,12 +483,12 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
     state->event = -1;
     state->passed = 0;
     while (state->status == MBS_RUNNING && steps > 0) {
-        if (state->phase == STARTING) {
+        if (state->phase == MBS_STARTING) {
             if (rows == 0 && state->sample == 0)
                 break;
             written += state->sample == 0;
             state->status = start(&r, samples);
-        } else if (state->phase == STEPPING) {
+        } else if (state->phase == MBS_STEPPING) {
             state->status = step(&r);
         } else {
             while (state->status == MBS_RUNNING && written < rows && sample_due(&r)) {

@@ -2,6 +2,8 @@
 #ifndef MBS_RUNTIME_H
 #define MBS_RUNTIME_H
 
+#include "constants.h"
+
 /* Storage of large work arrays: static, one for each thread, where the compiler can do that; else on the stack. */
 #if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L && !defined(__STDC_NO_THREADS__)
 #define MBS_SCRATCH static _Thread_local
@@ -105,8 +107,6 @@ typedef struct {
     int hermite;                /* not 0: between its ends a step is the cubic through them, not u */
 } mbs_collocation;
 
-enum { MBS_EXPLICIT, MBS_COLLOCATION, MBS_ADAMS, MBS_STOERMER, MBS_VERLET };
-
 /* A method. The tableau is that of an explicit Runge-Kutta method, or of the starter of one that looks back. The last
    stage of a step is the end point: its row of a gives the new state. Stages after it are evaluated only where a step
    is interpolated. */
@@ -178,22 +178,6 @@ typedef struct {
     int project;          /* not 0: each accepted step and each sample is put back onto the constraints */
     int crosses;          /* not 0: steps lead across singular positions */
 } mbs_problem;
-
-enum {
-    MBS_RUNNING = 0,
-    MBS_DONE = 1,
-    MBS_NOT_FINITE = 2,     /* component of (q, u) whose derivative or value is not finite */
-    MBS_STEP_UNDERFLOW = 3, /* component of (q, u) with the largest error */
-    MBS_STEP_LIMIT = 4,
-    MBS_CONTRADICTION = 5,  /* row that is broken because dependent rows ask for different accelerations */
-    MBS_NOT_CLOSED = 6,     /* row that projection cannot satisfy */
-    MBS_STOPPED = 7,        /* a stop was met: t and x are those of the event */
-    MBS_NOT_CONVERGED = 8,  /* component of (q, u) that moved most in Newton's iteration */
-    MBS_SINGULAR = 9        /* rows become dependent, and no step leads across */
-};
-
-#define MBS_PASSED 8 /* singular positions that are told of a step */
-#define MBS_DOUBLED 7
 
 /* Where a run stands. The first entries of the work space hold x at time t. */
 typedef struct {

@@ -6,26 +6,6 @@
    onto another branch of the motion: it steps across, and goes on where the way it came by leads. */
 #include "stepper.h"
 
-#define NEAR 0.5      /* of the largest independence about a step: with less in it the step is near one, ... */
-#define NEAR_BY 0.1   /* ... as with less than this part of the largest in the run */
-#define USUAL 0.01    /* what counts as the largest at least */
-#define MARGIN 0.05   /* of the largest about a step: nothing in it may be nearer than that, ... */
-#define LEAST 1e-8    /* ... nor than this */
-#define HELD 0.25     /* where no step leads across, of what it is at its start: nothing in it may be nearer, ... */
-#define LEAST_HELD 1e-7 /* ... nor than this, a tenth of what friction that is enough may leave, ... */
-#define DIPS 0.75     /* ... nor than that beside both ends */
-#define ROOM 0.5      /* of what the step across needs before it: no step may end with less */
-#define NOISE 1e-16   /* what round-off leaves of rows that are closed, ... */
-#define MANY 50.0     /* ... but where many depend on each other so many times more, ... */
-#define MOST_NOISE 1e-7 /* ... which is to falsify no step by more */
-#define GOLDEN 0.618033988749895 /* a step made again that much shorter meets no node of the one before, nor its end */
-#define SHORTER 0.8   /* at most, where it is known what lies ahead */
-#define ASIDE 1.2     /* times the way to the middle of the widest gap: it is wide enough for what lies there */
-#define MOST_VAIN 3   /* trials of a step that fail, but not as they come too near, before a Jacobian is taken */
-#define LOOKS 16      /* how often the independence is looked at within a step, ... */
-#define FEW_LOOKS 4   /* ... if looked at so often it may be zero, ... */
-#define STEEPER 3.0   /* ... going so many times as steeply as between any two looks */
-#define SEEN 1.1      /* at most, what was seen otherwise is beside the looks */
 
 static double smaller(double a, double b)
 {
@@ -62,7 +42,7 @@ static double least(const mbs_state *s)
 
 static int comes_near(const mbs_state *s)
 {
-    return least(s) < larger(NEAR * most(s), NEAR_BY * s->peak);
+    return least(s) < larger(MBS_NEAR * most(s), MBS_NEAR_BY * s->peak);
 }
 
 static int singular(mbs_run *r, double t)
@@ -97,13 +77,13 @@ void mbs_note_independence(mbs_run *r, double t)
 /* The part of the speeds by which round-off may falsify a state. */
 static double round_off(const mbs_state *s)
 {
-    return NOISE / (least(s) * least(s));
+    return MBS_NOISE / (least(s) * least(s));
 }
 
 /* As much noise, or more of it where many rows depend on each other. */
 static double among_many(double noise)
 {
-    return larger(noise, smaller(MANY * noise, MOST_NOISE));
+    return larger(noise, smaller(MBS_MANY * noise, MBS_MOST_NOISE));
 }
 
 /* A state has been put onto another branch of the motion: further than round-off puts it. */
@@ -112,8 +92,7 @@ static int strays(const mbs_run *r, const double *x, const double *closed)
     return mbs_moved_far(r, x, closed, among_many(round_off(r->state)) * mbs_largest(r->n, x)) >= 0;
 }
 
-/* Put x onto the constraints as far as round-off lets it be; nothing is recorded of it. */
-static int put_onto_rows(mbs_run *r, double t, double *x)
+int mbs_put_onto_rows(mbs_run *r, double t, double *x)
 {
     double kept[] = {r->removed_position, r->drift_position, r->removed_velocity, r->drift_velocity};
     int status = mbs_project(r, t, x, 0.0);
@@ -127,7 +106,7 @@ static int put_onto_rows(mbs_run *r, double t, double *x)
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
 {
     mbs_copy(r->n, x, closed);
-    int status = put_onto_rows(r, t, closed);
+    int status = mbs_put_onto_rows(r, t, closed);
     return status == MBS_RUNNING && strays(r, x, closed) ? singular(r, t) : status;
 }
 
@@ -135,7 +114,7 @@ int mbs_slope_on_rows(mbs_run *r, const double *x, double *slope)
 {
     double t = r->state->t;
     mbs_copy(r->n, x, r->settled);
-    int status = put_onto_rows(r, t, r->settled);
+    int status = mbs_put_onto_rows(r, t, r->settled);
     if (status != MBS_RUNNING)
         return status;
     mbs_evaluate(r, t, r->settled);
@@ -150,7 +129,7 @@ int mbs_restart_approach(mbs_run *r)
     s->near = s->stiff = 0;
     s->before = s->rate = 0.0;
     s->start = s->latest;
-    return s->start < LEAST ? singular(r, s->t) : MBS_RUNNING;
+    return s->start < MBS_LEAST ? singular(r, s->t) : MBS_RUNNING;
 }
 
 void mbs_advance_approach(mbs_run *r)
@@ -173,39 +152,19 @@ int mbs_comes_unforeseen(const mbs_run *r)
     return r->problem->crosses && comes_near(r->state) && !r->state->near;
 }
 
-/* Start the step on the constraints. */
-static void start_on_rows(mbs_run *r)
-{
-    mbs_copy(r->n, r->x, r->x_new);
-    if (put_onto_rows(r, r->state->t, r->x) == MBS_RUNNING &&
-        mbs_derivative(r, r->state->t, r->x, r->slope_new) == MBS_RUNNING)
-        mbs_copy(r->n, r->slope_new, r->slope);
-    else
-        mbs_copy(r->n, r->x_new, r->x);
-}
-
-void mbs_foresee(mbs_run *r)
-{
-    r->state->near = 1;
-    if (r->method->collocation)
-        r->stepper->restart(r);
-    if (!r->problem->project)
-        start_on_rows(r);
-}
-
 static int comes_too_near(const mbs_run *r)
 {
     const mbs_state *s = r->state;
     if (!r->problem->crosses)
-        return s->start < HUGE_VAL && s->least < larger(LEAST_HELD, HELD * s->start);
-    return comes_near(s) && s->least < larger(LEAST, MARGIN * most_within(s));
+        return s->start < HUGE_VAL && s->least < larger(MBS_LEAST_HELD, MBS_HELD * s->start);
+    return comes_near(s) && s->least < larger(MBS_LEAST, MBS_MARGIN * most_within(s));
 }
 
 /* A step that must not lead across may have done so. */
 static int dips(const mbs_run *r)
 {
     const mbs_state *s = r->state;
-    return !r->problem->crosses && s->least < DIPS * smaller(s->start, s->end);
+    return !r->problem->crosses && s->least < MBS_DIPS * smaller(s->start, s->end);
 }
 
 int mbs_turns_stiff(mbs_run *r)
@@ -213,7 +172,7 @@ int mbs_turns_stiff(mbs_run *r)
     mbs_state *s = r->state;
     if (!r->method->collocation || s->stiff || !s->near || comes_too_near(r))
         return 0;
-    if (++s->vain < MOST_VAIN)
+    if (++s->vain < MBS_MOST_VAIN)
         return 0;
     s->stiff = 1;
     r->stepper->restart(r);
@@ -251,7 +210,7 @@ static double widest_gap(const mbs_method *m)
 static int leaves_no_room(const mbs_run *r)
 {
     const mbs_state *s = r->state;
-    double left = ROOM * SHORTER * SHORTER * widest_gap(r->method);
+    double left = MBS_ROOM * MBS_SHORTER_AHEAD * MBS_SHORTER_AHEAD * widest_gap(r->method);
     return s->end < s->start && s->end <= s->least && s->end < left * (s->start - s->end);
 }
 
@@ -282,7 +241,7 @@ double mbs_noise(const mbs_run *r)
 static double way_to_singular(const mbs_state *s)
 {
     double expected = s->rate > 0.0 ? s->start / s->rate : 0.0, ahead = s->least_time - s->t;
-    if (!(ahead > 0.0 && s->least < NEAR * s->start))
+    if (!(ahead > 0.0 && s->least < MBS_NEAR * s->start))
         return expected;
     double before = ahead * s->start / (s->start - s->least), behind = ahead * s->start / (s->start + s->least);
     if (!(expected > 0.0))
@@ -298,8 +257,10 @@ double mbs_retreat(mbs_run *r, double h, double otherwise)
         return otherwise;
     double way = way_to_singular(s) / h, gap = widest_gap(r->method);
     if (!(way > 0.0))
-        return GOLDEN;
-    return way <= SHORTER * gap ? way / gap : smaller(way - SHORTER * SHORTER * gap, SHORTER);
+        return MBS_GOLDEN_RETREAT;
+    if (way <= MBS_SHORTER_AHEAD * gap)
+        return way / gap;
+    return smaller(way - MBS_SHORTER_AHEAD * MBS_SHORTER_AHEAD * gap, MBS_SHORTER_AHEAD);
 }
 
 /* How long to make a step that might be h: where the singular position comes into it, or so near behind it that the next
@@ -315,7 +276,7 @@ double mbs_laid(const mbs_run *r, double h)
         return h;
     if (way <= gap)
         return h * (way / gap);
-    return way <= ASIDE * gap ? h : h * smaller(way - gap, 1.0);
+    return way <= MBS_ASIDE * gap ? h : h * smaller(way - gap, 1.0);
 }
 
 /* ---- when they were passed ---- */
@@ -334,7 +295,7 @@ static double within(mbs_run *r, double theta)
 static double dip(mbs_run *r, const double *places, const double *values, double *left)
 {
     double low = places[0], high = places[1], at_low = values[0], at_high = values[1], theta = low;
-    for (int round = 0; round < 5; ++round) {
+    for (int round = 0; round < MBS_DIP_ROUNDS; ++round) {
         double width = 0.125 * (high - low);
         theta = low + (high - low) * (at_low / (at_low + at_high));
         low = larger(theta - width, places[0]);
@@ -349,9 +310,9 @@ static double dip(mbs_run *r, const double *places, const double *values, double
 /* Fill in every `stride`-th look but those of every `known`-th. */
 static void look_within(mbs_run *r, double end, int stride, int known, double *looks)
 {
-    for (int k = 0; k <= LOOKS; k += stride)
+    for (int k = 0; k <= MBS_LOOKS; k += stride)
         if (known == 0 || k % known)
-            looks[k] = within(r, end * k / LOOKS);
+            looks[k] = within(r, end * k / MBS_LOOKS);
 }
 
 /* Whether the independence may go down to zero and up again between two looks, of every `stride`-th, as steeply as it goes
@@ -359,48 +320,48 @@ static void look_within(mbs_run *r, double end, int stride, int known, double *l
 static int may_vanish(const double *looks, int stride, int low, int high)
 {
     double steepest = 0.0;
-    for (int k = 0; k < LOOKS; k += stride)
+    for (int k = 0; k < MBS_LOOKS; k += stride)
         steepest = larger(steepest, fabs(looks[k + stride] - looks[k]));
-    return !(looks[low] + looks[high] > STEEPER * steepest * ((high - low) / stride));
+    return !(looks[low] + looks[high] > MBS_STEEPER * steepest * ((high - low) / stride));
 }
 
 /* Whether the independence goes one way all along, as a few looks and all slopes of the step have it. */
 static int vanishes_nowhere(const mbs_state *s, const double *looks)
 {
-    int stride = LOOKS / FEW_LOOKS, up = 1, down = 1;
-    for (int k = 0; k < LOOKS; k += stride) {
+    int stride = MBS_LOOKS / MBS_FEW_LOOKS, up = 1, down = 1;
+    for (int k = 0; k < MBS_LOOKS; k += stride) {
         up &= looks[k] <= looks[k + stride];
         down &= looks[k] >= looks[k + stride];
         if (may_vanish(looks, stride, k, k + stride))
             return 0;
     }
-    double lowest = up ? looks[0] : looks[LOOKS], highest = up ? looks[LOOKS] : looks[0];
-    return (up || down) && least(s) >= lowest / SEEN && most_within(s) <= highest * SEEN;
+    double lowest = up ? looks[0] : looks[MBS_LOOKS], highest = up ? looks[MBS_LOOKS] : looks[0];
+    return (up || down) && least(s) >= lowest / MBS_SEEN && most_within(s) <= highest * MBS_SEEN;
 }
 
 /* Beside a singular position the independence goes down, and up again, in proportion to the distance. */
 void mbs_find_singular(mbs_run *r)
 {
     mbs_state *s = r->state;
-    double looks[LOOKS + 1], largest = 0.0, end = (s->t_new - s->t) / s->h;
+    double looks[MBS_LOOKS + 1], largest = 0.0, end = (s->t_new - s->t) / s->h;
     s->passed = 0;
     if (!s->near)
         return;
-    look_within(r, end, LOOKS / FEW_LOOKS, 0, looks);
+    look_within(r, end, MBS_LOOKS / MBS_FEW_LOOKS, 0, looks);
     if (vanishes_nowhere(s, looks))
         return;
-    look_within(r, end, 1, LOOKS / FEW_LOOKS, looks);
-    for (int k = 0; k <= LOOKS; ++k)
+    look_within(r, end, 1, MBS_LOOKS / MBS_FEW_LOOKS, looks);
+    for (int k = 0; k <= MBS_LOOKS; ++k)
         largest = larger(largest, looks[k]);
-    for (int k = 0; k <= LOOKS; ++k) {
-        int low = k > 0 ? k - 1 : 0, high = k < LOOKS ? k + 1 : LOOKS;
-        if (!((k == 0 || looks[k] < looks[low]) && (k == LOOKS || looks[k] <= looks[high])))
+    for (int k = 0; k <= MBS_LOOKS; ++k) {
+        int low = k > 0 ? k - 1 : 0, high = k < MBS_LOOKS ? k + 1 : MBS_LOOKS;
+        if (!((k == 0 || looks[k] < looks[low]) && (k == MBS_LOOKS || looks[k] <= looks[high])))
             continue;
         if (!may_vanish(looks, 1, low, high))
             continue;
-        double places[] = {end * low / LOOKS, end * high / LOOKS}, values[] = {looks[low], looks[high]}, left;
+        double places[] = {end * low / MBS_LOOKS, end * high / MBS_LOOKS}, values[] = {looks[low], looks[high]}, left;
         double theta = dip(r, places, values, &left);
-        if (left < 0.5 * smaller(looks[low], looks[high]) && left < MARGIN * largest && s->passed < MBS_PASSED)
+        if (left < 0.5 * smaller(looks[low], looks[high]) && left < MBS_MARGIN * largest && s->passed < MBS_PASSED)
             s->singular[s->passed++] = s->t + theta * s->h;
     }
 }

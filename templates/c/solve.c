@@ -3,8 +3,6 @@
 
 /* ---- rows that may depend on each other: Householder QR of A^T with column pivoting ---- */
 
-#define ROUNDING 2e-14 /* of the longest row's largest number: rows of smaller ones count as zero */
-#define TIE 1e-8 /* lengths closer than this fraction count as equal: the row declared first is taken */
 
 /* The parts of the factors: `order` holds the row kept k-th as a whole number, `scale` what row j of A was divided by;
    `vectors` and multipliers keep the places in which rows are declared. */
@@ -40,7 +38,7 @@ static void scale_rows(const qr *f, const double *matrix, double longest)
         int first = span_of(f, j).first, count = span_of(f, j).end - first;
         double *row = f->part.vectors + j * f->columns, *to = row + first;
         double size = mbs_largest(count, matrix), length = 1.0;
-        int empty = size <= ROUNDING * longest;
+        int empty = size <= MBS_ROUNDING * longest;
         if (empty)
             size = longest > 0.0 ? longest : 1.0;
         mbs_fill(f->columns, 0.0, row);
@@ -67,7 +65,7 @@ static double take_pivot(const qr *f, int k)
             longest = lengths[j];
     }
     int chosen = k;
-    while (chosen < f->rows - 1 && !(lengths[chosen] >= (1.0 - TIE) * longest))
+    while (chosen < f->rows - 1 && !(lengths[chosen] >= (1.0 - MBS_TIE) * longest))
         ++chosen;
     double row = order[chosen];
     for (int j = chosen; j > k; --j)
@@ -195,9 +193,6 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 
 /* ---- some rows ---- */
 
-#define SHORTEST 1e-6       /* part of the longest row's length that scales shorter rows */
-#define NEARLY_ZERO 1e-150
-#define PLAIN 2.0           /* acts, and multipliers are of least norm as they are */
 
 /* Rows that act fall apart into islands: rows of two of them have no column in common. Of an island, one after the other
    in what begins with how many rows and columns it has: which these are, the room for their right side and their
@@ -384,7 +379,7 @@ static int made_units(const island *s, int plain)
         s->lengths[k] = plain ? 1.0 : sqrt(mbs_dot(n, s->unit + k * n, s->unit + k * n));
         longest = s->lengths[k] > longest ? s->lengths[k] : longest;
     }
-    double shortest = SHORTEST * longest > NEARLY_ZERO ? SHORTEST * longest : NEARLY_ZERO;
+    double shortest = MBS_SHORTEST * longest > MBS_NEARLY_ZERO ? MBS_SHORTEST * longest : MBS_NEARLY_ZERO;
     for (int k = 0; k < count && differs; ++k) {
         if (!(s->lengths[k] > shortest))
             s->lengths[k] = shortest;
@@ -489,7 +484,7 @@ static double factorise_all(const mbs_rows *rows, const double *matrix, const mb
     double rank = count < 0 ? NAN : 0.0, *space = factors + 2;
     mbs_span *spans = p.spans;
     for (int number = 0; number < count; ++number) {
-        int plain = acting[p.link[p.link[number].low].first] == PLAIN;
+        int plain = acting[p.link[p.link[number].low].first] == MBS_PLAIN;
         island s = laid_out_island(rows, matrix, forces, exerted, number, p, spans, space);
         rank += factorise_island(space, spans, forces != 0, plain, most);
         space = island_at(space, spans, forces != 0).end;

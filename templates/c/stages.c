@@ -3,7 +3,6 @@
    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, sections IV.8 and VII.4. */
 #include "stages.h"
 
-#define DIFFERENCE 1e-3 /* of the distance from a singular position, by which states are moved to see how slopes change */
 
 static int has_single(const mbs_collocation *m)
 {
@@ -104,7 +103,7 @@ static void choose(const mbs_run *r, const mbs_stages *p, int first, int column,
    is off the constraints. */
 static void differentiate_slope(mbs_run *r, const mbs_stages *p)
 {
-    double *slope = p->packed, *other = slope + p->n, part = DIFFERENCE * r->state->start;
+    double *slope = p->packed, *other = slope + p->n, part = MBS_DIFFERENCE * r->state->start;
     if (mbs_slope_on_rows(r, r->x, slope) != MBS_RUNNING)
         return;
     for (int j = 0; j < p->n; ++j) {

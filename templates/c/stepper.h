@@ -5,9 +5,6 @@
 #include "runtime.h"
 #include "vectors.h"
 
-#define MBS_ROUND_OFF 1e-14 /* rows that small hold */
-#define MBS_PROBE 0x1p-10   /* part of a piece of a step over which rates of switching functions at its ends are measured */
-
 typedef struct mbs_run mbs_run;
 
 /* A family of methods. A step goes from (t, x), where the slope is `slope`, to (t_new, x_new) over h. The loop calls
@@ -67,20 +64,31 @@ struct mbs_run {
     double retaken;  /* the error of an adaptive step that was taken again to just before an event */
 };
 
+/* ---- calls.c ---- */
+
 /* Note when and where a run failed; returns `status`. */
 int mbs_failed(mbs_run *r, int status, double time, int component);
 
 /* MBS_RUNNING if all values (n) are finite. */
 int mbs_all_finite(mbs_run *r, double time, const double *values);
 
-/* Fill known_slope, multipliers and report at (t, x). */
-void mbs_evaluate(mbs_run *r, double t, const double *x);
-
 /* Call a program of the system at (t, x), with the inputs that its program for them gives. */
 void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out);
 
-/* The slope at (t, x); watches the rank of the rows and how far dependent ones disagree. */
-int mbs_derivative(mbs_run *r, double t, const double *x, double *slope);
+/* Fill known_slope, multipliers and report at (t, x). */
+void mbs_evaluate(mbs_run *r, double t, const double *x);
+
+/* The state at t + theta h in the step that is finished, as interpolated. */
+int mbs_value(mbs_run *r, double theta, double *x);
+
+/* The cubic through x and x_new with their slopes, at t + theta h. */
+void mbs_hermite(const mbs_run *r, double theta, double *x);
+
+/* The size of y in units of noise and the tolerance at x and x_new, in the mean square; `worst`: the component with most
+   of it. */
+double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, double noise, int *worst);
+
+/* ---- constraints.c ---- */
 
 /* Whether there are rows on positions, or on `speeds`. */
 int mbs_has_rows(const mbs_system *s, int speeds);
@@ -99,12 +107,19 @@ void mbs_normalize(mbs_run *r, double t, double *x, double *deviation);
 int mbs_project(mbs_run *r, double t, double *x, double goal);
 
 /* The component that settling has moved most, if by more than a tenth of the way from r->x, round-off and what is
-   allowed; else -1. Such a
-   step has gone over a kink in the constraints, of which the error estimate knows nothing, or settled on another branch
-   of the motion. */
+   allowed; else -1. Such a step has gone over a kink in the constraints, of which the error estimate knows nothing, or
+   settled on another branch of the motion. */
 int mbs_moved_far(const mbs_run *r, const double *before, const double *settled, double allowed);
 
-/* `closed` receives x put onto the constraints as far as round-off lets it be, if it is not moved far. */
+/* Normalise a state between steps and put it back onto the constraints; where that fails it stays as it is. */
+void mbs_settle_sample(mbs_run *r, double t, double *x);
+
+/* ---- singular.c, or no_rows.c ---- */
+
+/* Put x onto the constraints as far as round-off lets it be; nothing is recorded of it. */
+int mbs_put_onto_rows(mbs_run *r, double t, double *x);
+
+/* `closed` receives x put onto the constraints, if that does not move it far. */
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed);
 
 /* The slope at the start of the step, at x put onto the constraints, wherever that is; nothing is noted of it. */
@@ -138,49 +153,81 @@ double mbs_noise(const mbs_run *r);
 /* The trial comes near a singular position and was not made for that. */
 int mbs_comes_unforeseen(const mbs_run *r);
 
-/* Let the next trial be made for that: slopes are taken at states put onto the constraints. They hardly change with what
-   is off them, so implicit methods do without the Jacobian, which tells the contrary, and find their stages by iteration;
-   what they know of other slopes does not count. */
-void mbs_foresee(mbs_run *r);
-
 /* A trial that failed as others of the step, but not as it came too near, is to be made again with a Jacobian of such
    slopes, and those after it, as with stiff forces; 0 if it is not. */
 int mbs_turns_stiff(mbs_run *r);
 
 /* Over which part of a step over h, that failed, to make the next: `otherwise` far from singular positions. */
 double mbs_retreat(mbs_run *r, double h, double otherwise);
+
+/* How long to make a step that might be h. */
 double mbs_laid(const mbs_run *r, double h);
 
 /* Note which singular positions the step that is finished has passed. */
 void mbs_find_singular(mbs_run *r);
 
-/* The state at t + theta h in the step that is finished, as interpolated. */
-int mbs_value(mbs_run *r, double theta, double *x);
-
-/* The cubic through x and x_new with their slopes, at t + theta h. */
-void mbs_hermite(const mbs_run *r, double theta, double *x);
-
-/* The size of y in units of noise and the tolerance at x and x_new, in the mean square; `worst`: the component with most
-   of it. */
-double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, double noise, int *worst);
-
-/* Normalise a state between steps and put it back onto the constraints; where that fails it stays as it is. */
-void mbs_settle_sample(mbs_run *r, double t, double *x);
-
-/* Try the step over h to t_new, then settle its end and find its slope. The end as it was before stays in `spare`. */
-int mbs_take(mbs_run *r, double h, double t_new);
-
-/* Note on which side of zero the switching functions are at (t, x). */
-void mbs_start_events(mbs_run *r);
+/* ---- switching.c, or no_events.c ---- */
 
 /* A way from x on: the continuous extension of a step, or straight on. */
 typedef int (*mbs_path)(mbs_run *r, double theta, double *x);
 
+/* The values of the switching functions at (t, x), those of a mode less their margins. */
+void mbs_switching(mbs_run *r, double t, const double *x);
+
+/* The same at t + theta h on the way `along` a step. */
+void mbs_switching_at(mbs_run *r, mbs_path along, double theta);
+
 /* Switching function i at t + theta h on the way `along` a step, times its side. */
 double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta);
 
-/* A part of the way `along` a step at which switching function i has crossed, near the first; 2 if it keeps its sign. Its values
-   times its side: at the start, MBS_PROBE after it, as much before the end, and at the end. */
+/* The sign of a value, 0 for zero. */
+double mbs_side(double value);
+
+/* Whether the value of function i is beyond zero: a stop is crossed upwards, a kink in both directions. */
+int mbs_crossed(const mbs_run *r, int i);
+int mbs_any_crossed(const mbs_run *r);
+
+/* Note on which sides of zero the values are. */
+void mbs_note_sides(mbs_run *r);
+
+/* Note on which side of zero the switching functions are at the start of a run. */
+void mbs_start_events(mbs_run *r);
+
+/* Whether (t, x) lies beyond a kink. */
+int mbs_beyond_kink(mbs_run *r, double t, const double *x);
+
+/* ---- slopes.c ---- */
+
+/* The slope at (t, x); watches the rank of the rows and how far dependent ones disagree. */
+int mbs_derivative(mbs_run *r, double t, const double *x, double *slope);
+
+/* Let the next trial be made for a singular position: slopes are taken at states put onto the constraints. They hardly
+   change with what is off them, so implicit methods do without the Jacobian, which tells the contrary, and find their
+   stages by iteration; what they know of other slopes does not count. */
+void mbs_foresee(mbs_run *r);
+
+/* ---- trials.c ---- */
+
+/* Let the method try the step over h to t_new, again where it turns stiff near a singular position. */
+int mbs_attempt(mbs_run *r, double h, double t_new);
+
+/* Settle the end of a trial and find its slope. The end as it was before stays in `spare`. */
+int mbs_close_step(mbs_run *r, double t_new);
+
+/* The error of a trial beside so much noise. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with
+   the coarser, e3. */
+double mbs_error_beside(mbs_run *r, double noise, int *worst);
+
+/* The error of a trial whose `plain` one is known: near a singular position round-off there counts as allowed. */
+double mbs_error_allowing(mbs_run *r, double plain, int *worst);
+
+/* Try the step over h to t_new, then settle its end and find its slope. */
+int mbs_take(mbs_run *r, double h, double t_new);
+
+/* ---- looks.c, or no_events.c ---- */
+
+/* A part of the way `along` a step at which switching function i has crossed, near the first; 2 if it keeps its sign. Its
+   values times its side: at the start, MBS_PROBE after it, as much before the end, and at the end. */
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end);
 
 /* As far from zero the values of a switching function are round-off all along a piece of the step: without a margin what it
@@ -192,16 +239,12 @@ double mbs_unseen(mbs_run *r, int i);
    is looked at now and then. */
 double mbs_longest(mbs_run *r);
 
-/* The values of the switching functions, those of a mode less their margins. */
-void mbs_switching(mbs_run *r, double t, const double *x);
+/* ---- events.c, or no_events.c ---- */
 
 /* Note of the function at whose event the step starts whether it goes back to where it came from. */
 void mbs_begin_watch(mbs_run *r);
 
-/* Tell whether (t, x) lies beyond a kink. */
-int mbs_beyond_kink(mbs_run *r, double t, const double *x);
-
-/* Tell whether a step that ended with `status` has no solution because it would lead over a kink. */
+/* Whether a step that ended with `status` has no solution because it would lead over a kink. */
 int mbs_stuck_at_kink(const mbs_run *r, int status);
 
 /* If a switching function crosses zero in the step just taken, or got stuck at a kink, end the step there:

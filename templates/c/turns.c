@@ -2,24 +2,13 @@
 #include "stepper.h"
 #include "turns.h"
 
-#define TOUCHING 1e-9  /* part of the model's size, and of its speed, that gaps and speeds of what touches may have */
-#define ROUNDING 1e-15 /* and that is not put back */
-#define SLIGHT 1e-6    /* part of speeds that may be put back */
-#define INDEPENDENT 1e-3 /* part of a row that others leave, where rows are put back */
-#define CLEAR 3e-10    /* part of the largest force, and of an acceleration's terms, by which inequalities hold */
-#define ROUNDED 1e-12  /* and of the largest acceleration */
-#define WITHIN 0.1     /* part of that by which a limit is kept */
-#define PIVOT 1e-5     /* ... and where forces are asked */
-#define FEW 8          /* rows that are put back */
-#define MOST 12        /* rows that act */
-#define BESIDE 1.37
-#define LEAST_LEFT (16.0 * MBS_EPSILON) /* part of a time that no step leads on by */
+#define PIVOT 1e-5 /* part of a row that others leave, where forces are asked */
 
 enum { OPEN, INSIDE, RESTING, LEAVING, CLOSING };
 
 /* The forces of what acts, what they do, by what they are measured. */
 typedef struct {
-    double z[MOST], *x;
+    double z[MBS_MOST_ACTIVE], *x;
     double force, rounded;
 } solved;
 
@@ -31,8 +20,8 @@ static int width(const mbs_course *c)
 long long mbs_room(const mbs_course *course)
 {
     const mbs_system *s = course->modes->problem->system;
-    int widest = s->nu > MOST ? s->nu : MOST;
-    return (long long)(MOST + 5) * s->nu + 4LL * s->nq + MBS_FACTORS(MOST, widest);
+    int widest = s->nu > MBS_MOST_ACTIVE ? s->nu : MBS_MOST_ACTIVE;
+    return (long long)(MBS_MOST_ACTIVE + 5) * s->nu + 4LL * s->nq + MBS_FACTORS(MBS_MOST_ACTIVE, widest);
 }
 
 static void ask(const mbs_course *c, double t, const double *q, const double *u)
@@ -81,12 +70,13 @@ static int standing(const mbs_course *c, int element)
 {
     const mbs_laws *l = c->laws;
     int normal = l->normals[element];
-    double gap = l->phi[normal], rate = l->phidot[normal], allowed = TOUCHING * (l->angles[element] ? 1.0 : l->length);
+    double gap = l->phi[normal], rate = l->phidot[normal];
+    double allowed = MBS_TOUCHING * (l->angles[element] ? 1.0 : l->length);
     if (gap > allowed || l->reaches[element] < -fmin(allowed, l->past_ends[element]))
         return OPEN;
     if (gap < -allowed)
         return INSIDE;
-    return fabs(rate) <= TOUCHING * speed_along(c, normal) ? RESTING : rate > 0.0 ? LEAVING : CLOSING;
+    return fabs(rate) <= MBS_TOUCHING * speed_along(c, normal) ? RESTING : rate > 0.0 ? LEAVING : CLOSING;
 }
 
 /* What touches is what did when the switch was decided, and nothing closes. */
@@ -97,7 +87,7 @@ static int touches_alike(const mbs_course *c, const mbs_turn *turn, const int *c
         int now = standing(c, k), touches = now == RESTING || now == CLOSING || (closed[k] && now != LEAVING);
         if (touches != turn->touching[k])
             return 0;
-        if (touches && l->phidot[l->normals[k]] < -TOUCHING * speed_along(c, l->normals[k]))
+        if (touches && l->phidot[l->normals[k]] < -MBS_TOUCHING * speed_along(c, l->normals[k]))
             return 0;
     }
     return 1;
@@ -107,7 +97,7 @@ static int signs_alike(const mbs_course *c, const mbs_turn *turn)
 {
     for (int k = 0; k < turn->parts; ++k) {
         int tangent = turn->signs[k].tangent;
-        double speed = c->laws->phidot[tangent], allowed = TOUCHING * speed_along(c, tangent);
+        double speed = c->laws->phidot[tangent], allowed = MBS_TOUCHING * speed_along(c, tangent);
         if (turn->signs[k].sign != (fabs(speed) <= allowed ? 0 : speed > 0.0 ? 1 : -1))
             return 0;
     }
@@ -118,8 +108,8 @@ static int signs_alike(const mbs_course *c, const mbs_turn *turn)
 static int least_norm(const mbs_course *c, mbs_pattern rows, const double *matrix, const double *wanted, double least,
                       double *x)
 {
-    double *factors = c->room + (MOST + 5) * width(c) + 4 * c->modes->problem->system->nq;
-    double multipliers[MOST], report[3];
+    double *factors = c->room + (MBS_MOST_ACTIVE + 5) * width(c) + 4 * c->modes->problem->system->nq;
+    double multipliers[MBS_MOST_ACTIVE], report[3];
     mbs_factorise(&rows, matrix, rows.rows, factors);
     mbs_substitute(&rows, factors, wanted, x, multipliers, report);
     return report[0] == rows.rows && report[1] > least;
@@ -133,7 +123,7 @@ static int least_change(const mbs_course *c, int count, const int *rows, const d
     const mbs_pattern pattern = {count, n, 0};
     for (int i = 0; i < count; ++i)
         mbs_copy(n, c->laws->matrix + rows[i] * n, some + i * n);
-    if (!least_norm(c, pattern, some, wanted, INDEPENDENT, x))
+    if (!least_norm(c, pattern, some, wanted, MBS_INDEPENDENT, x))
         return 0;
     for (int k = 0; k < n; ++k)
         change[k] = dot(n, c->laws->inverse + k * n, x);
@@ -144,19 +134,19 @@ static int least_change(const mbs_course *c, int count, const int *rows, const d
 static int onto_rows(const mbs_course *c, const mbs_turn *turn, double t, double *q, const double *u)
 {
     const mbs_system *s = c->modes->problem->system;
-    int rows[FEW], count = 0;
-    double wanted[FEW], largest = 0.0, *change = c->room + s->nu;
+    int rows[MBS_MOST_PUT_BACK], count = 0;
+    double wanted[MBS_MOST_PUT_BACK], largest = 0.0, *change = c->room + s->nu;
     for (int k = 0; k < turn->keeps; ++k) {
         double phi = c->laws->phi[turn->kept[k]];
         largest = fabs(phi) > largest ? fabs(phi) : largest;
         if (phi != 0.0) {
-            if (count == FEW)
+            if (count == MBS_MOST_PUT_BACK)
                 return 0;
             wanted[count] = -phi;
             rows[count++] = turn->kept[k];
         }
     }
-    if (!(largest > ROUNDING * c->laws->length))
+    if (!(largest > MBS_NOT_PUT_BACK * c->laws->length))
         return 1;
     if (!least_change(c, count, rows, wanted, change))
         return 0;
@@ -170,24 +160,24 @@ static int onto_rows(const mbs_course *c, const mbs_turn *turn, double t, double
 static int at_rest(const mbs_course *c, const mbs_turn *turn, double t, const double *q, double *u)
 {
     const mbs_laws *l = c->laws;
-    int rows[FEW], count = 0, n = width(c);
-    double wanted[FEW], largest = 0.0, *change = c->room + n;
+    int rows[MBS_MOST_PUT_BACK], count = 0, n = width(c);
+    double wanted[MBS_MOST_PUT_BACK], largest = 0.0, *change = c->room + n;
     for (int k = 0; k < turn->keeps + turn->parts; ++k) {
         if (k >= turn->keeps && turn->signs[k - turn->keeps].sign)
             continue;
-        if (count == FEW)
+        if (count == MBS_MOST_PUT_BACK)
             return 0;
         rows[count] = k < turn->keeps ? turn->kept[k] : turn->signs[k - turn->keeps].tangent;
         wanted[count] = -l->phidot[rows[count]];
         largest = fabs(wanted[count]) > largest ? fabs(wanted[count]) : largest;
         ++count;
     }
-    if (!(largest > ROUNDING * l->speed))
+    if (!(largest > MBS_NOT_PUT_BACK * l->speed))
         return 1;
     if (!least_change(c, count, rows, wanted, change))
         return 0;
     for (int k = 0; k < n; ++k)
-        if (!(fabs(change[k]) <= SLIGHT * (l->slides[k] * l->speed + (1.0 - l->slides[k]) * (l->speed / l->length))))
+        if (!(fabs(change[k]) <= MBS_SLIGHT * (l->slides[k] * l->speed + (1.0 - l->slides[k]) * (l->speed / l->length))))
             return 0;
     for (int k = 0; k < n; ++k)
         u[k] += change[k];
@@ -208,7 +198,8 @@ static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *ac
 {
     const mbs_laws *l = c->laws;
     int n = width(c), m = acting->actives;
-    double *pushes = c->room + 5 * n, matrix[MOST * MOST], right[MOST], sizes[MOST], largest = 0.0;
+    double matrix[MBS_MOST_ACTIVE * MBS_MOST_ACTIVE], right[MBS_MOST_ACTIVE], sizes[MBS_MOST_ACTIVE];
+    double *pushes = c->room + 5 * n, largest = 0.0;
     const mbs_pattern pattern = {m, m, 0};
     s->x = c->room + 4 * n;
     for (int i = 0; i < m; ++i)
@@ -250,7 +241,7 @@ static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *ac
         double wanted = fabs(l->right[turn->rows[i]]) / length_of(n, l->matrix + turn->rows[i] * n);
         largest = wanted > largest ? wanted : largest;
     }
-    s->rounded = ROUNDED / CLEAR * (sqrt(dot(n, s->x, s->x)) + largest);
+    s->rounded = MBS_CLEAR_MOTION / MBS_CLEAR_BY * (sqrt(dot(n, s->x, s->x)) + largest);
     s->force += s->rounded;
     return 1;
 }
@@ -263,7 +254,7 @@ static int clearly(const mbs_course *c, const solved *s, int row, int side)
     double size = length_of(n, a), terms = fabs(c->laws->right[row]);
     for (int k = 0; k < n; ++k)
         terms += fabs(a[k]) * fabs(s->x[k]);
-    return side * (dot(n, a, s->x) - c->laws->right[row]) / size > CLEAR * (terms / size + s->rounded);
+    return side * (dot(n, a, s->x) - c->laws->right[row]) / size > MBS_CLEAR_BY * (terms / size + s->rounded);
 }
 
 static double sized(const mbs_course *c, int row)
@@ -274,7 +265,7 @@ static double sized(const mbs_course *c, int row)
 /* All inequalities of what acts hold clearly, but for those of the row `open`. */
 static int all_hold(const mbs_course *c, const mbs_acting *acting, const solved *s, int open)
 {
-    double least = CLEAR * s->force;
+    double least = MBS_CLEAR_BY * s->force;
     for (int i = 0; i < acting->pressings; ++i) {
         int row = acting->pressing[i];
         if (row != open && !(s->z[place_of(acting, row)] * sized(c, row) > least))
@@ -341,12 +332,12 @@ static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const doub
     static const double parts[] = {0.0, 1e-7, 1e-5, 1e-3};
     const mbs_system *system = c->modes[c->mode].problem->system;
     int nq = system->nq, n = system->nu;
-    double *later_q = c->room + (MOST + 5) * n, *qdot = later_q + nq;
+    double *later_q = c->room + (MBS_MOST_ACTIVE + 5) * n, *qdot = later_q + nq;
     double *later_u = c->room + 2 * n, *udot = c->room + 3 * n;
     double *inputs = c->laws->given;
     const double *in[6] = {&t, q, u, system->parameters, inputs, system->modes};
-    double multipliers[4 * MOST], report[3], *const out[4] = {qdot, udot, multipliers, report};
-    if (system->ns > 4 * MOST)
+    double multipliers[4 * MBS_MOST_ACTIVE], report[3], *const out[4] = {qdot, udot, multipliers, report};
+    if (system->ns > 4 * MBS_MOST_ACTIVE)
         return 0;
     system->state_derivative->call(in, out);
     for (int k = 0; k < 4; ++k) {
@@ -359,9 +350,9 @@ static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const doub
         if (!holds(c, turn, &turn->before, turn->cause, s))
             return 0;
         double beyond = over(c, turn, s);
-        if (beyond > CLEAR * s->force)
+        if (beyond > MBS_CLEAR_BY * s->force)
             return k > 0 && holds(c, turn, &turn->after, -1, s);
-        if (beyond > WITHIN * CLEAR * s->force)
+        if (beyond > MBS_WITHIN * MBS_CLEAR_BY * s->force)
             return 0;
     }
     return 0;
@@ -370,7 +361,7 @@ static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const doub
 /* Rounded up to a power of two, so that it does not hang on digits. */
 static double rounded_up(double value)
 {
-    return value > 0.0 ? ldexp(1.0, (int)ceil(log2(BESIDE * value))) / BESIDE : 0.0;
+    return value > 0.0 ? ldexp(1.0, (int)ceil(log2(MBS_BETWEEN_POWERS * value))) / MBS_BETWEEN_POWERS : 0.0;
 }
 
 /* The largest force of the rows that take part. */
@@ -404,12 +395,12 @@ static double largest_cause(const mbs_course *c, const mbs_turn *turn)
 static double margin(const mbs_course *c, const mbs_margin *rule, double t, double largest)
 {
     if (rule->kind == MBS_FORCE)
-        return 2e-13 * largest;
+        return MBS_FORCE_MARGIN * largest;
     if (rule->kind == MBS_SPEED) {
-        double by_time = 4.0 * MBS_EPSILON * fabs(t) * fabs(c->laws->right[rule->row]);
-        return rounded_up(1e-13 * speed_along(c, rule->row) + by_time);
+        double by_time = MBS_TIME_MARGIN * fabs(t) * fabs(c->laws->right[rule->row]);
+        return rounded_up(MBS_SPEED_MARGIN * speed_along(c, rule->row) + by_time);
     }
-    return 1e-14 * (rule->kind == MBS_ANGLE ? 1.0 : c->laws->length);
+    return MBS_ROUNDED_GAP * (rule->kind == MBS_ANGLE ? 1.0 : c->laws->length);
 }
 
 /* Verify where a switch leads; q and u are put where the mode that follows begins, and its margins are set. */
@@ -482,7 +473,7 @@ static int turned(mbs_course *c, mbs_state *state, double *work)
     double *x = c->states + c->passed * n;
     if (index < 0 || state->status != MBS_STOPPED || c->passed == c->most || state->sample >= now->problem->samples)
         return 0;
-    if (!(state->t < now->problem->t_end - LEAST_LEFT * fabs(state->t)) || !(state->t - c->since > c->least))
+    if (!(state->t < now->problem->t_end - MBS_LEAST_LEFT * fabs(state->t)) || !(state->t - c->since > c->least))
         return 0;
     for (int k = 0; k < index; ++k)
         turn += now->turns[k];

@@ -35,7 +35,6 @@ typedef struct {
 
 /* By what a switching function of a mode may exceed zero: a part of forces (row < 0), of the model's size (`gap`, which may
    be an angle), or of the speed along a row. */
-enum { MBS_FORCE, MBS_LENGTH, MBS_ANGLE, MBS_SPEED };
 typedef struct {
     int kind, row;
 } mbs_margin;

@@ -2,9 +2,9 @@
 #ifndef MBS_VECTORS_H
 #define MBS_VECTORS_H
 
-#include <math.h>
+#include "constants.h"
 
-#define MBS_EPSILON 2.220446049250313e-16
+#include <math.h>
 
 /* The largest |x_i|; nan if one of them is nan. */
 static inline double mbs_largest(int n, const double *x)

@@ -166,9 +166,9 @@ def test_a_recalled_run_that_fails_says_why_and_where(
     assert first[0] in (0, 3)
     assert run(capsys, *words) == first
     assert run(capsys)[0] == 0
-    from multibody_sym.motion.integrator.flow import Status
     from multibody_sym.motion.loop.problem import RunFailure
     from multibody_sym.motion.runs import run as runs
+    from multibody_sym.program.runtime_constants import Status
 
     integrate = runs.integrate
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hand_models import HandModel
 
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.integrator.loop import steps_before
 from multibody_sym.motion.loop import chain as chains
 from multibody_sym.motion.loop.chain import End, Leg, chain
@@ -17,6 +16,7 @@ from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Problem, RunFailure
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.program.runtime_constants import Status
 
 LOOPS = pytest.mark.parametrize("loop", [native_loop, python_loop])
 G, E = 9.81, 0.5

@@ -9,12 +9,12 @@ import pytest
 from hand_models import BALL, BRAKED, PUSHED
 
 import multibody_sym as mbs
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Event, Problem
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.program.runtime_constants import Status
 
 LOOPS = pytest.mark.parametrize("loop", [native_loop, python_loop])
 STEPS = pytest.mark.parametrize(("method", "step"), [("dormand_prince", None), ("rk4", 0.07), ("heun", 0.03)])

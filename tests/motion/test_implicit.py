@@ -7,12 +7,12 @@ import pytest
 from hand_models import BLOW_UP, BRAKED, PENDULUM, HandModel
 from test_loops import elliptic_angle, problem
 
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.collocation import IMPLICIT
 from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.program.runtime_constants import Status
 
 LOOPS = pytest.mark.parametrize("loop", [native_loop, python_loop])
 ADAPTIVE = ["implicit_euler", "radau_3", "radau_5"]

@@ -21,7 +21,7 @@ from hand_models import (
 )
 from scipy.special import ellipj, ellipk
 
-from multibody_sym.motion.integrator.flow import Pairing, Status
+from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Problem
@@ -36,6 +36,7 @@ from multibody_sym.program.native import (
     StateStruct,
     SystemStruct,
 )
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.program.target_layout import runtime_files
 
 DP, RK4 = METHODS["dormand_prince"], METHODS["rk4"]

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.motion.integrator.singular import FEW_LOOKS, LOOKS, singular_times
+from multibody_sym.motion.integrator.singular import singular_times
+from multibody_sym.program.runtime_constants import FEW_LOOKS, LOOKS
 
 
 def looked(independence: Callable[[float], float], t: float = 2.0, h: float = 0.1) -> tuple[tuple[float, ...], int]:

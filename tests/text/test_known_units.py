@@ -11,9 +11,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from multibody_sym.scalars.arrays import EPSILON
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.scalars.sign_changes import EPSILON, Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bounded
 from multibody_sym.text.parser import parse
 from multibody_sym.text.units import (
     ANGLE,

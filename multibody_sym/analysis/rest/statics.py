@@ -19,7 +19,7 @@ import numpy as np
 
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.constraints.closing import normalize
-from multibody_sym.dynamics.contact.contact_problem import TOUCHING, Numbered, OneWayRows, Scale
+from multibody_sym.dynamics.contact.contact_problem import Numbered, OneWayRows, Scale
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, with_constants
 from multibody_sym.dynamics.start.parameters import parameter_values
@@ -38,6 +38,7 @@ from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Marker, PlaneSurface, RopeSlipRow, Row
 from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.bodies import Pose
+from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float

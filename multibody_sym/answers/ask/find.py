@@ -34,11 +34,11 @@ from multibody_sym.model.settings import Ask, Equation
 from multibody_sym.model.system import System
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, real, subtract, symbol
-from multibody_sym.scalars.sign_changes import EPSILON, Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bounded
 from multibody_sym.text.units import given_in
 from multibody_sym.text.values import Value
 

@@ -43,12 +43,12 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rank import least_squares
-from multibody_sym.scalars.sign_changes import EPSILON, Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bounded
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value

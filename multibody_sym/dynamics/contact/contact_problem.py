@@ -35,14 +35,15 @@ from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.program.runtime_constants import (
+    TOUCHING,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.limits import creeping
 from multibody_sym.scalars.node import slot
 from multibody_sym.scalars.rank import least_squares
 
-TOUCHING: Final = 1e-9
-"""The part of the model's size, and of its largest speed, up to which things touch, or do not move along each other."""
 ULPS: Final = 4.0
 """Roundings that what cancels may be off by."""
 _LITTLE: Final = 1e-6

@@ -16,14 +16,7 @@ from itertools import chain, combinations, islice
 from typing import Final
 
 from multibody_sym.contact_laws.problem import COLLIDE, Found, Verdict
-from multibody_sym.dynamics.contact.contact_problem import (
-    TOUCHING,
-    OneWayRows,
-    Posed,
-    Scale,
-    accelerations_of,
-    one_way_rows,
-)
+from multibody_sym.dynamics.contact.contact_problem import OneWayRows, Posed, Scale, accelerations_of, one_way_rows
 from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
@@ -38,6 +31,7 @@ from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.system import System
+from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float

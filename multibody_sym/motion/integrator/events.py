@@ -16,13 +16,25 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 from sys import float_info
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.motion.integrator.flow import Events, Flow, Status, Step, StepError, longest_in_modes
+from multibody_sym.motion.integrator.flow import Events, Flow, Step, StepError, longest_in_modes
 from multibody_sym.motion.integrator.singular import strays
+from multibody_sym.program.runtime_constants import (
+    AT_ONCE,
+    BEYOND,
+    LOCATING_ROUNDS,
+    MOST_CHANGE,
+    MOST_OF_ALL,
+    REPEATS,
+    ROUNDED_TIME,
+    SHORT_OF,
+    SHORTER,
+    SOON,
+    Status,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.sign_changes import PROBE, Look, first_seen, looks_at_ends
@@ -36,10 +48,6 @@ from multibody_sym.scalars.sign_changes import PROBE, Look, first_seen, looks_at
 # more closely where it comes near, and few looks are taken at what stays away.
 
 
-MOST_CHANGE: Final = (
-    0.5  # part of its distance from zero by which a function that keeps steps short changes in one, ...
-)
-MOST_OF_ALL: Final = 0.1  # ... or of the largest it had
 
 
 @dataclass(frozen=True)
@@ -116,14 +124,6 @@ class Reach:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
-ROUNDED: Final = 16.0 * float_info.epsilon  # part of a time by which a crossing at the end of a run may seem later
-SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...
-SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
-SOON: Final = 2.0**-36  # part of time and state over which it shows whether a function turns back after its own event
-AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
-REPEATS: Final = 20
-_ROUNDS: Final = 200
 
 Take = Callable[[float, float], Step]
 Path = Callable[[float], Floats]
@@ -211,7 +211,7 @@ class Watch:
         def straight_on(theta: float) -> Floats:  # nothing from beyond a kink can bend it
             return step.x + theta * step.h * slope
 
-        least, way, margin = ROUNDED * abs(step.t), step.h, SHORT_OF
+        least, way, margin = ROUNDED_TIME * abs(step.t), step.h, SHORT_OF
         values = self.values(step.t_new, step.x_new)
         self.flipped = False
         if problem is None:
@@ -347,7 +347,7 @@ class Watch:
         if self._crossed(self._at(step, 1.0 + BEYOND)).any():
             theta = self._first_crossing(step, 1.0, 1.0 + BEYOND)
             t = step.t + theta * step.h
-            if not t - self.flow.t_end > ROUNDED * abs(t):
+            if not t - self.flow.t_end > ROUNDED_TIME * abs(t):
                 return self._within(step, theta)
         return self._passed(step, values)
 
@@ -404,7 +404,7 @@ class Watch:
         least = max(float_info.epsilon * end / step.h, float_info.epsilon)
         at_high, at_low = (float(self._at(step, theta, along)[index]) for theta in (high, low))
         last = 0
-        for round_ in range(_ROUNDS):
+        for round_ in range(LOCATING_ROUNDS):
             if not high - low > least:
                 break
             change = at_low - at_high

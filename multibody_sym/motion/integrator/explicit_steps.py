@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Final
 
 import numpy as np
 
 from multibody_sym.motion.integrator.flow import Flow, Step, Trial, combination, hermite, require_finite
 from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
 from multibody_sym.motion.methods.runge_kutta import Tableau
+from multibody_sym.program.runtime_constants import (
+    FARTHEST_TURN,
+    SAME_LENGTH,
+    SHORTEST_STEP,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -69,9 +73,6 @@ class ExplicitStepper:
 # Steps of methods that look back over steps of one length; `multistep.c` is the same in C.
 
 
-SAME_LENGTH: Final = 1e-9  # by which steps may differ and count as equal
-SHORTEST: Final = 1e-3  # of the step of a run, below which displacements have too few digits for speeds
-FARTHEST_TURN: Final = 2.0  # of a ball since the oldest point that is used, in radians
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ class StoermerStepper:
         return Trial(t, x, slope, h, t_new, x_new, None, [moved])
 
     def _too_short(self, h: float) -> bool:
-        return self.flow.step is not None and h < SHORTEST * self.flow.step
+        return self.flow.step is not None and h < SHORTEST_STEP * self.flow.step
 
     def _turn(self) -> float:
         """Return an upper bound of the angle by which a ball has turned since the oldest point."""

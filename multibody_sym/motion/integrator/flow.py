@@ -6,13 +6,24 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import field
-from enum import IntEnum
 from sys import float_info
-from typing import Final, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from multibody_sym.motion.methods.table import Method
+from multibody_sym.program.runtime_constants import (
+    BESIDE,
+    C_SERIES,
+    D_SERIES,
+    GOLDEN,
+    LEAST_ERROR,
+    LEAST_STEPS,
+    MOVED,
+    SERIES,
+    STANDING,
+    Status,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -29,18 +40,6 @@ from multibody_sym.scalars.arrays import Floats
 
 
 Vector = tuple[float, float, float]
-
-SERIES: Final = 0.5  # |phi|^2 below which series are summed
-# |B_2k| / (2k)!: the series of c in s
-C_SERIES: Final = (
-    *(1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160),
-    *(691 / 1307674368000, 1 / 74724249600, 3617 / 10670622842880000, 43867 / 5109094217170944000),
-)
-# (-1)^k / (2 k + 3)!: the series of d in s
-D_SERIES: Final = (
-    *(1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800, -1 / 6227020800, 1 / 1307674368000),
-    *(-1 / 355687428096000, 1 / 121645100408832000),
-)
 
 
 @dataclass(frozen=True)
@@ -227,32 +226,6 @@ def ordinary(
 Derivative = Callable[[float, Floats], Floats]
 Settle = Callable[[float, Floats], Floats]
 
-LEAST_STEPS: Final = 200.0  # of a run in modes, ...
-STANDING: Final = 1000.0  # ... and of one in which nothing moves, so that no rate tells what comes
-BESIDE: Final = 32.0  # margins: what is that near zero all along a piece of a step is zero but for round-off
-_MOVED: Final = 2.0**-20  # part of the largest component by which the state is moved, ...
-_GOLDEN: Final = 0.6180339887498949  # ... each component differently: no difference between two stays as it is
-LEAST_ERROR: Final = 1e-4  # remembered by the control: a lucky step does not let the next one grow without measure
-
-
-class Status(IntEnum):
-    """How a run stands; the codes from 0 on are those of runtime.h."""
-
-    RUNNING = 0
-    DONE = 1
-    NOT_FINITE = 2
-    STEP_UNDERFLOW = 3
-    STEP_LIMIT = 4
-    CONTRADICTION = 5
-    NOT_CLOSED = 6
-    STOPPED = 7
-    NOT_CONVERGED = 8
-    SINGULAR = 9
-    INTERRUPTED = -1
-    LEFT = -2
-    NO_SLOPE = -3
-    NO_MODE = -4
-    CHATTERS = -5
 
 
 class StepError(Exception):
@@ -302,12 +275,12 @@ class Events:
         own = index - (len(self.terminal) - len(self.margins))
         if own >= 0 and self.margins[own] != 0.0:
             return BESIDE * abs(self.margins[own])
-        parts = np.array([_MOVED * (0.5 + j * _GOLDEN % 1.0) for j in range(len(x))])
+        parts = np.array([MOVED * (0.5 + j * GOLDEN % 1.0) for j in range(len(x))])
         try:
             beside = self.beyond(t, x + parts * np.abs(x).max(initial=0.0))
         except StepError:
             return 0.0
-        return float(BESIDE * float_info.epsilon / _MOVED * abs(beside[index] - self.beyond(t, x)[index]))
+        return float(BESIDE * float_info.epsilon / MOVED * abs(beside[index] - self.beyond(t, x)[index]))
 
     def to_moment(self, t: float) -> float:
         """Return the way to the next moment, later than round-off tells apart; infinity where there is none."""

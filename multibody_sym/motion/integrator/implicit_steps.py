@@ -12,21 +12,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from sys import float_info
-from typing import Final
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import (
-    Flow,
-    Status,
-    Step,
-    StepError,
-    Trial,
-    hermite,
-    require_finite,
-    scaled_norm,
-)
+from multibody_sym.motion.integrator.flow import Flow, Step, StepError, Trial, hermite, require_finite, scaled_norm
 from multibody_sym.motion.methods.collocation import Scheme
+from multibody_sym.program.runtime_constants import (
+    ADAPTIVE_ROUNDS,
+    FAR,
+    FIXED_ROUNDS,
+    GROWTHS,
+    KAPPA,
+    LEAST_GROWTH,
+    LEAST_SCALE,
+    SLOW,
+    STANDSTILL,
+    Status,
+)
 from multibody_sym.scalars.arrays import Floats
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -95,15 +97,6 @@ def _substituted(factors: _Factors, right: Floats) -> Floats:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends
-SLOW: Final = 1e-2  # contraction from which on a new Jacobian is worth its price in the next step
-ADAPTIVE_ROUNDS: Final = 10
-FIXED_ROUNDS: Final = 50
-GROWTHS: Final = 3  # of the change, under fixed steps: what was at rest may be moved by what moves, a round later
-FAR: Final = 4.0  # the step before is no guide to one that is so many times longer
-LEAST_SCALE: Final = 1e-6  # of the largest component of x and z: no component has to be better than this part of it
-ROUND_OFF: Final = 1e-8  # where an iteration that stands still stands still on account of rounding
-LEAST_GROWTH: Final = 1.2  # a step that could grow by less keeps its length, and its factors
 
 
 class CollocationStepper:
@@ -303,7 +296,7 @@ class CollocationStepper:
         """Tell whether the iteration is near enough to its limit: within a part of the tolerance, or to round-off."""
         rest = contraction / (1.0 - contraction) * size if contraction < 1.0 else math.inf
         if self.flow.step is not None:
-            at_rest = size >= before and size <= ROUND_OFF
+            at_rest = size >= before and size <= STANDSTILL
             return size <= float_info.epsilon or rest <= 0.25 * float_info.epsilon or at_rest
         wanted = max(10.0 * float_info.epsilon / self.flow.rtol, KAPPA) if self.flow.rtol > 0.0 else KAPPA
         return 10.0 * size <= wanted or rest <= wanted
@@ -317,7 +310,7 @@ class CollocationStepper:
         most = float(np.abs(change[:, : self.size]).max())
         if self.flow.step is None:
             return most <= self.flow.noise() * float(np.max(np.abs(x)))
-        return most <= ROUND_OFF * float(self._scales(x, z[:, : self.size]).max())
+        return most <= STANDSTILL * float(self._scales(x, z[:, : self.size]).max())
 
     def _error(self, t: float, x: Floats, slope: Floats, h: float, z: Floats, x_new: Floats) -> Floats:
         """Return the error; where a start that is not smooth yet makes the step fail, with the slope it leads to."""

@@ -22,7 +22,6 @@ from multibody_sym.motion.integrator.events import Ends
 from multibody_sym.motion.integrator.flow import (
     Events,
     Flow,
-    Status,
     Step,
     StepError,
     hermite,
@@ -31,6 +30,7 @@ from multibody_sym.motion.integrator.flow import (
     scaled_norm,
 )
 from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, METHODS, SCIPY, Method, MissingPackageError
+from multibody_sym.program.runtime_constants import REPEATS, Status
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.sign_changes import PROBE, first_seen
 
@@ -85,7 +85,6 @@ At order one each step errs by the tolerance, however short the flight between t
 _STARTING_STEPS: Final = 8
 _AT_ONCE: Final = 1e-9  # part of a way that is not worth another step
 _ROUNDED: Final = 2.0**-48  # part of the state by which a function may seem to have turned
-_REPEATS: Final = 20  # of a step, from its start to what crosses in it
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
 
@@ -332,7 +331,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
         sides = crossing.sides
         t_new, event = crossing.first(flow, t, x, solver)
         met = t_new < solver.t or event is not None
-        if met and again < _REPEATS and t_new - t > _AT_ONCE * abs(t) and bound - t_new > _AT_ONCE * (bound - t):
+        if met and again < REPEATS and t_new - t > _AT_ONCE * abs(t) and bound - t_new > _AT_ONCE * (bound - t):
             crossing.sides, bound, again = sides, t_new, again + 1
             solver = _open(replace(flow, t_end=bound), t, x)
             continue

@@ -12,17 +12,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import singledispatch
 from sys import float_info
-from typing import Final
 
 import numpy as np
 
 from multibody_sym.motion.integrator.events import Watch
 from multibody_sym.motion.integrator.explicit_steps import AdamsStepper, ExplicitStepper, StoermerStepper, VerletStepper
 from multibody_sym.motion.integrator.flow import (
-    LEAST_ERROR,
     Derivative,
     Flow,
-    Status,
     Step,
     StepError,
     Stepper,
@@ -38,15 +35,18 @@ from multibody_sym.motion.methods.collocation import Collocation
 from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
 from multibody_sym.motion.methods.runge_kutta import RungeKutta
 from multibody_sym.motion.methods.table import LibraryMethod, Method
+from multibody_sym.program.runtime_constants import (
+    GROWTH,
+    LEAST_AT_KINK,
+    LEAST_ERROR,
+    LEAST_PART,
+    RETREAT,
+    SAFETY,
+    SHRINKAGE,
+    Status,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-
-SAFETY: Final = 0.9
-GROWTH: Final = 10.0
-SHRINKAGE: Final = 5.0
-RETREAT: Final = 0.25  # of the step, when a trial step could not be evaluated at all
-LEAST_PART: Final = 1e-3  # of a fixed step, into which one near a singular position may be divided
-LEAST_AT_KINK: Final = 1e-9  # of the time of the run: what is still a kink in so short a step is a jump
 
 
 def steps(flow: Flow) -> Iterator[Step]:

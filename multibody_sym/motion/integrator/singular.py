@@ -12,35 +12,46 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import (
-    Flow,
-    StageEquations,
-    Status,
-    Step,
-    StepError,
-    Stepper,
-    Trial,
-    require_finite,
-)
+from multibody_sym.motion.integrator.flow import Flow, StageEquations, Step, StepError, Stepper, Trial, require_finite
 from multibody_sym.motion.methods.collocation import Collocation
 from multibody_sym.motion.methods.runge_kutta import RungeKutta
 from multibody_sym.motion.methods.table import Method
+from multibody_sym.program.runtime_constants import (
+    ASIDE,
+    DIFFERENCE,
+    DIP_ROUNDS,
+    DIPS,
+    FAR_BEYOND_ROUND_OFF,
+    FEW_LOOKS,
+    GOLDEN_RETREAT,
+    HELD,
+    LEAST,
+    LEAST_HELD,
+    LOOKS,
+    MANY,
+    MARGIN,
+    MOST_NOISE,
+    MOST_VAIN,
+    MOVED_FAR,
+    NEAR,
+    NEAR_BY,
+    NOISE,
+    ROOM,
+    SEEN,
+    SHORTER_AHEAD,
+    STEEPER,
+    USUAL,
+    Status,
+)
 from multibody_sym.scalars.arrays import Floats
 
 # ----------------------------------------------------------------------------------------------------------------------
 # When a step passed singular positions, by how independent the rows were within it; `singular.c` is the same in C.
 
 
-MARGIN: Final = 0.05  # of the largest independence about a step: nothing in it may be nearer to zero than that
-LOOKS: Final = 16  # how often the independence is looked at within a step, ...
-FEW_LOOKS: Final = 4  # ... if looked at so often it may be zero, ...
-STEEPER: Final = 3.0  # ... going so many times as steeply as between any two looks
-SEEN: Final = 1.1  # at most, what was seen otherwise is beside the looks
-_ROUNDS: Final = 5
 
 
 def singular_times(
@@ -87,7 +98,7 @@ def _dip(at: Callable[[float], float], places: tuple[float, float], values: tupl
     """Return where between two places a function goes down to zero and up again as steeply, and its value beside it."""
     (low, high), (at_low, at_high) = places, values
     theta = low
-    for _ in range(_ROUNDS):
+    for _ in range(DIP_ROUNDS):
         theta, width = low + (high - low) * (at_low / (at_low + at_high)), 0.125 * (high - low)
         low, high = max(theta - width, places[0]), min(theta + width, places[1])
         at_low, at_high = at(low), at(high)
@@ -96,24 +107,6 @@ def _dip(at: Callable[[float], float], places: tuple[float, float], values: tupl
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-NEAR: Final = 0.5  # of the largest independence about a step: with less in it the step is near a singular position, ...
-NEAR_BY: Final = 0.1  # ... as with less than this part of the largest in the run
-USUAL: Final = 0.01  # what counts as the largest at least
-LEAST: Final = 1e-8  # nothing in a step may be nearer to zero than that, nor than MARGIN
-HELD: Final = 0.25  # where no step leads across, of what it is at its start: nothing in it may be nearer, ...
-LEAST_HELD: Final = 1e-7  # ... nor than this, a tenth of what friction that is `enough` may leave, ...
-DIPS: Final = 0.75  # ... nor than that beside both ends
-ROOM: Final = 0.5  # of what the step across needs before it: no step may end with less
-NOISE: Final = 1e-16  # what round-off leaves of rows that are closed, ...
-MANY: Final = 50.0  # ... but where many depend on each other so many times more, ...
-MOST_NOISE: Final = 1e-7  # ... which is to falsify no step by more
-GOLDEN: Final = 0.618033988749895  # a step made again that much shorter meets no node of the one before, nor its end
-SHORTER: Final = 0.8  # at most, where it is known what lies ahead
-FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
-FAR_BEYOND_ROUND_OFF: Final = 1e-10
-ASIDE: Final = 1.2  # times the way to the middle of the widest gap: it is wide enough for what lies there
-MOST_VAIN: Final = 3  # trials of a step that fail, but not as they come too near, before a Jacobian is taken
-DIFFERENCE: Final = 1e-3  # of the distance from a singular position: so far states are moved to differentiate slopes
 
 
 class Approach:
@@ -254,7 +247,7 @@ class Approach:
 
     def _leaves_no_room(self) -> bool:
         """Tell whether the end is so near before the singular position that the step across would be much shorter."""
-        left = ROOM * SHORTER * SHORTER * self.gap
+        left = ROOM * SHORTER_AHEAD * SHORTER_AHEAD * self.gap
         return self.end < self.start and self.end <= self.least and self.end < left * (self.start - self.end)
 
     def noise(self) -> float:
@@ -323,10 +316,10 @@ class Approach:
             return otherwise
         way = self._way_to_singular() / h
         if not way > 0.0:
-            return GOLDEN
-        if way <= SHORTER * self.gap:
+            return GOLDEN_RETREAT
+        if way <= SHORTER_AHEAD * self.gap:
             return way / self.gap
-        return min(way - SHORTER * SHORTER * self.gap, SHORTER)
+        return min(way - SHORTER_AHEAD * SHORTER_AHEAD * self.gap, SHORTER_AHEAD)
 
     def wished(self, h: float, error: float) -> float:
         """Return the length of the next step; without noise, or with an error that is small beside none, such do."""
@@ -428,11 +421,11 @@ def moved_far(x: Floats, x_new: Floats, settled: Floats, round_off: float = 0.0)
     """
     moved, step = np.abs(settled - x_new), float(np.max(np.abs(x_new - x)))
     most = float(np.max(moved))
-    far = most > FAR * step + round_off and most > FAR_BEYOND_ROUND_OFF * (1.0 + float(np.max(np.abs(settled))))
+    far = most > MOVED_FAR * step + round_off and most > FAR_BEYOND_ROUND_OFF * (1.0 + float(np.max(np.abs(settled))))
     return int(np.argmax(moved)) if far else None
 
 
 def strays(step: Step, x: Floats, settled: Floats) -> bool:
     """Tell whether a state within a step has settled on another branch of the motion, by over a tenth of the step."""
     moved, whole = (np.abs(change).max(initial=0.0) for change in (settled - x, step.x_new - step.x))
-    return bool(moved > FAR * whole)
+    return bool(moved > MOVED_FAR * whole)

@@ -12,9 +12,9 @@ from typing import Final, Generic, Self, TypeVar
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.integrate import first_loop, loop_for
 from multibody_sym.motion.loop.problem import Begun, Event, Loop, Passage, Problem, Progress, RunFailure, Statistics
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.motion.methods.table import LibraryMethod
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

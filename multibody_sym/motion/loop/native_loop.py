@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Status, steps_before
+from multibody_sym.motion.integrator.flow import steps_before
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
 from multibody_sym.motion.loop.problem import Begun, Event, Jump, Problem, Progress, RunFailure, Statistics, chatters
 from multibody_sym.program.native import StateStruct
+from multibody_sym.program.runtime_constants import Phase, Status
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ _FIRST_PIECE: Final = 200  # steps; of small systems more, each of which takes l
 _SMALL: Final = 20_000  # numbers of the state in the first piece
 _LARGEST_PIECE: Final = 10_000_000
 _SECONDS: Final = 0.1
-_STARTING: Final = 0  # the phase of a run in runtime.c
 
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
@@ -98,7 +98,7 @@ def _jumped(jump: Jump | None, now: NativeProblem, state: StateStruct, work: Flo
         return False
     work[:size] = after
     now.margins[index] = min(now.margins[index], 0.0)
-    state.status, state.phase, state.crossing, state.origin = Status.RUNNING, _STARTING, -1, -1
+    state.status, state.phase, state.crossing, state.origin = Status.RUNNING, Phase.STARTING, -1, -1
     return True
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.runge_kutta import RungeKutta, Tableau
 from multibody_sym.motion.methods.table import Method
 from multibody_sym.program.native import CollocationStruct, MethodStruct, NativeFunction, ProblemStruct, SystemStruct
+from multibody_sym.program.runtime_constants import Family
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
@@ -23,16 +23,6 @@ if TYPE_CHECKING:
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Methods of integration as the loop in C reads them.
-
-
-class Family(IntEnum):
-    """The families of runtime.h."""
-
-    EXPLICIT = 0
-    COLLOCATION = 1
-    ADAMS = 2
-    STOERMER = 3
-    VERLET = 4
 
 
 def address(array: NDArray[Any]) -> ctypes.c_void_p:

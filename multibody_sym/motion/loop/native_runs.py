@@ -8,12 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.integrate import Integration, loop_for
 from multibody_sym.motion.loop.native_loop import native_loop, piece_of, statistics_of
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.program.native import StateStruct
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

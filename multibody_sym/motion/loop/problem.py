@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
-from sys import float_info
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.motion.integrator.flow import Pairing, Status, sample_times
+from multibody_sym.motion.integrator.flow import Pairing, sample_times
 from multibody_sym.motion.methods.table import Method
 from multibody_sym.program.loading import Compiled
+from multibody_sym.program.runtime_constants import (
+    LEAST_LEFT,
+    Status,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -21,7 +24,6 @@ from multibody_sym.scalars.arrays import Floats
 # What the loop in C has to know to go on at switches that were decided before: records for `turns.h`.
 
 
-FORCE, LENGTH, ANGLE, SPEED = range(4)
 Rule = tuple[int, int]
 """By what a switching function may exceed zero: a part of forces, of the model's size, or of the speed along a row."""
 
@@ -86,8 +88,6 @@ class Passage:
 _CROSSINGS: Final = 300
 """Kinks crossed one after the other in a part `_NO_TIME` of a run that are too many."""
 _NO_TIME: Final = 1e-6
-_LEAST_LEFT: Final = 16.0 * float_info.epsilon
-"""The part of a time that no step leads on by."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ class Problem:
 
     def is_over(self, time: float) -> bool:
         """Return whether no step leads on from a time: a switch so near the end is the end."""
-        return time >= self.t_end - _LEAST_LEFT * abs(time)
+        return time >= self.t_end - LEAST_LEFT * abs(time)
 
     def rates(self, t: float, x: Floats) -> Floats:
         """Return x' (nq + nu,) at a time and a state x."""

@@ -13,31 +13,24 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.motion.integrator.events import Watch
-from multibody_sym.motion.integrator.flow import (
-    Counts,
-    Events,
-    Flow,
-    Rows,
-    StageEquations,
-    Status,
-    Step,
-    StepError,
-    ordinary,
-)
+from multibody_sym.motion.integrator.flow import Counts, Events, Flow, Rows, StageEquations, Step, StepError, ordinary
 from multibody_sym.motion.integrator.loop import at_end, reaches, sampled, steps
 from multibody_sym.motion.integrator.singular import strays
 from multibody_sym.motion.loop.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
+from multibody_sym.program.runtime_constants import (
+    CLOSING_ROUNDS,
+    DOUBLED,
+    LEAST_PACE,
+    ROUND_OFF,
+    ROWS_FLOOR,
+    ROWS_NOTHING,
+    SAME_PART,
+    Status,
+)
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.arrays import Floats
 
 _SECONDS: Final = 0.1
-_ROUNDS: Final = 20
-_ROUND_OFF: Final = 1e-14
-_FLOOR: Final = 4.0 * EPSILON
-_NOTHING: Final = 1e-12
-_LEAST_PACE: Final = 1 << 17
-_DOUBLED: Final = 7
-_SAME_PART: Final = 0.5
 _LEVELS: Final = ("project_position", "project_velocity")
 
 
@@ -179,10 +172,10 @@ class _Run:
         """
         if number & (number - 1):
             return
-        self.doubled = (*self.doubled, time)[-_DOUBLED:]
-        if number < _LEAST_PACE:
+        self.doubled = (*self.doubled, time)[-DOUBLED:]
+        if number < LEAST_PACE:
             return
-        middle, most, steps, t = self.doubled[_DOUBLED // 2], self.problem.max_steps, float(number), time
+        middle, most, steps, t = self.doubled[DOUBLED // 2], self.problem.max_steps, float(number), time
         before, way = middle - self.doubled[0], time - middle
         ratio = way / before if before > 0.0 else 8.0
         if ratio < 0.9 and not self._approaches_steadily():
@@ -190,7 +183,7 @@ class _Run:
         while steps <= most:
             way *= ratio
             t += way
-            if not t < self.problem.t_end or way <= _FLOOR * abs(t):
+            if not t < self.problem.t_end or way <= ROWS_FLOOR * abs(t):
                 return
             steps *= 8.0
         raise StepError(Status.STEP_LIMIT, time, -1)
@@ -200,8 +193,8 @@ class _Run:
         ways = np.diff(self.doubled)
         if not (ways > 0.0).all():
             return False
-        ratios = ways[_DOUBLED // 2 :] / ways[: _DOUBLED // 2]
-        return bool(ratios.min() >= _SAME_PART * ratios.max())
+        ratios = ways[DOUBLED // 2 :] / ways[: DOUBLED // 2]
+        return bool(ratios.min() >= SAME_PART * ratios.max())
 
     def call(self, program: str, t: float, x: Floats, *further: Floats) -> tuple[Floats, ...]:
         """Return the outputs of `program` at (t, x), for `further` inputs beyond those of all."""
@@ -310,7 +303,7 @@ class _Run:
         self.trial.quaternion_deviation = float(deviation)
         return np.concatenate([q, x[len(q) :]])
 
-    def _projected(self, t: float, x: Floats, trial: _Trial, goal: float = _ROUND_OFF) -> Floats:
+    def _projected(self, t: float, x: Floats, trial: _Trial, goal: float = ROUND_OFF) -> Floats:
         if "put_back" in self.problem.compiled:
             return self._projected_together(t, x, trial, goal)
         if "project_position" in self.problem.compiled:
@@ -326,7 +319,7 @@ class _Run:
         sizes = [1.0 + _largest(x[part]) for part in parts]
         found = self._missed(t, x)
         trial.removed_position, trial.removed_velocity = found
-        x, found = self._corrected(t, x, [goal or _FLOOR * size for size in sizes], found)
+        x, found = self._corrected(t, x, [goal or ROWS_FLOOR * size for size in sizes], found)
         trial.drift_position, trial.drift_velocity = found
         for level, (after, size) in enumerate(zip(found, sizes, strict=True)):
             if not after <= self.problem.closure * size:
@@ -340,8 +333,8 @@ class _Run:
 
     def _corrected(self, t: float, x: Floats, goals: list[float], after: list[float]) -> tuple[Floats, list[float]]:
         """Correct both levels together until each holds to its goal or gets no better; see constraints.c."""
-        previous, noise = [math.inf, math.inf], _NOTHING * (1.0 + _largest(x[: len(self.problem.q0)]))
-        for _ in range(_ROUNDS):
+        previous, noise = [math.inf, math.inf], ROWS_NOTHING * (1.0 + _largest(x[: len(self.problem.q0)]))
+        for _ in range(CLOSING_ROUNDS):
             going = [a > goal and a < 0.5 * p for a, goal, p in zip(after, goals, previous, strict=True)]
             if not any(going):
                 break
@@ -359,7 +352,7 @@ class _Run:
         rows, correction = self.call(program, t, x)
         before = after = _largest(rows)
         previous = math.inf
-        for _ in range(_ROUNDS):
+        for _ in range(CLOSING_ROUNDS):
             if not (after > goal and after < 0.5 * previous):
                 break
             previous, tried = after, x.copy()
@@ -449,7 +442,7 @@ def _largest(values: Floats) -> float:
 # Runs of systems that have no state, as every motion in them is prescribed: nothing is integrated, stops are met.
 
 
-_LEAST_STEPS: Final = 200  # within each of which the conditions are looked at as within a step of a method
+_LEAST_PIECES: Final = 200  # within each of which the conditions are looked at as within a step of a method
 _EMPTY: Final = np.zeros(0)
 
 
@@ -475,7 +468,7 @@ def _first_stop(problem: Problem) -> Step | None:
 
     events = Events(values, (True,) * len(stops))
     flow = Flow(problem.method, lambda t, x: _EMPTY, problem.t0, problem.t_end, _EMPTY, events=events)
-    watch, count = Watch(flow, events), max(problem.samples - 1, _LEAST_STEPS)
+    watch, count = Watch(flow, events), max(problem.samples - 1, _LEAST_PIECES)
     times = np.linspace(problem.t0, problem.t_end, count + 1).tolist()
     for t, t_new in pairwise(times):
         step = watch.ended(_step(t, t_new - t, t_new), _EMPTY, partial(_step, t))

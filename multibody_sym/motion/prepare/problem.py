@@ -21,13 +21,14 @@ from multibody_sym.dynamics.start.time_functions import verify_mass_laws, verify
 from multibody_sym.errors import ModelError, MultibodyError, at
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.model.system import System
-from multibody_sym.motion.integrator.flow import Pairing, Status
+from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Loop, Problem
 from multibody_sym.motion.prepare.programs import compiled, known, recalled_laws
 from multibody_sym.motion.prepare.records import Numbers, Runnable
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
 from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.sign_changes import known_zeros

@@ -13,7 +13,6 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.model.argument_checks import door
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.run_labels import frozen
@@ -27,6 +26,7 @@ from multibody_sym.motion.results.remarks import (
 )
 from multibody_sym.motion.results.run_record import Made
 from multibody_sym.motion.results.samples import Samples
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

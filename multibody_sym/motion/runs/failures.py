@@ -25,11 +25,12 @@ from multibody_sym.mechanics.row_records import Marker, RopeRow, VelocityRow
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.model.bodies import GROUND, used_up
-from multibody_sym.motion.integrator.flow import Flow, Status, StepError
+from multibody_sym.motion.integrator.flow import Flow, StepError
 from multibody_sym.motion.integrator.loop import first_step, least_step
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem, Reason, RunFailure
 from multibody_sym.motion.methods.collocation import Collocation
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from multibody_sym.errors import RunError
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.integrate import Integration, first_loop, integrate
 from multibody_sym.motion.loop.problem import Chunk, Problem
 from multibody_sym.motion.prepare.records import Runnable
 from multibody_sym.motion.results.run_record import Beginning, Departed, Made, MadeAlone, Piece
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.stages import stage
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -18,7 +18,14 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.motion.switching.law_values import ROUNDED_GAP, Facts
+from multibody_sym.motion.switching.law_values import Facts
+from multibody_sym.program.runtime_constants import (
+    INDEPENDENT,
+    MOST_PUT_BACK,
+    NOT_PUT_BACK,
+    ROUNDED_GAP,
+    SLIGHT,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.least_norm import solve_lists
@@ -32,19 +39,11 @@ if TYPE_CHECKING:
 # What a switch does before forces are asked: what touches, positions on their rows, speeds of what stops at zero.
 
 
-_ROUNDING: Final = 1e-15
-"""The part of the model's size, and of its largest speed, that is not put back."""
-_FEW: Final = 8
-"""Rows that are put back as they come."""
-_INDEPENDENT: Final = 1e-3
-"""The part of a row that others leave then."""
 _COARSER: Final = (SWITCHED, 1e-7, 1e-5, 1e-3)
 """Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
 stands still holds nothing else, and a crank does not stop for a slider that does."""
 _NO_WAY: Final = 1e-9
 """The part of the model's size that is no way to slide."""
-_SLIGHT: Final = 1e-6
-"""The part of the largest speeds by which these may change: a thousand times that up to which slip counts as rest."""
 
 
 def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> Facts:
@@ -75,7 +74,7 @@ def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
     """Return the coordinates put onto closed gaps, taut ropes and constraints; None if they are there."""
     places = _kept(facts, touching)
     phi = facts.known["phi"][places]
-    if not np.abs(phi).max(initial=0.0) > _ROUNDING * facts.scale.length:
+    if not np.abs(phi).max(initial=0.0) > NOT_PUT_BACK * facts.scale.length:
         return None
     there = np.flatnonzero(phi)
     rows, wanted = facts.by_mass[places][there], -phi[there]
@@ -93,16 +92,16 @@ def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
     Friction that is always enough stops little slip at once.
     """
     problem = facts.posed(touching)
-    places, little = _kept(facts, touching), _SLIGHT * facts.scale.speed
+    places, little = _kept(facts, touching), SLIGHT * facts.scale.speed
     for part, law in zip(problem.parts, problem.problem.parts, strict=True):
         if law.rests or (law.enough and float(np.abs(law.velocity).max()) <= little):
             places += [facts.place(row) for row in part.rows]
     speeds = facts.known["phidot"][places]
-    if not np.abs(speeds).max(initial=0.0) > _ROUNDING * facts.scale.speed:
+    if not np.abs(speeds).max(initial=0.0) > NOT_PUT_BACK * facts.scale.speed:
         return None
     sizes = facts.laws.slides * facts.scale.speed + (1.0 - facts.laws.slides) * facts.scale.turning
     for change in _changes(facts, places, -speeds):
-        if (np.abs(change) <= _SLIGHT * sizes).all():
+        if (np.abs(change) <= SLIGHT * sizes).all():
             return facts.u + change
     return None
 
@@ -126,10 +125,10 @@ def _least_change(facts: Facts, rows: Floats, wanted: Floats) -> Floats | None:
 
     `turns.c` gives the same bits.
     """
-    if len(rows) > _FEW:
+    if len(rows) > MOST_PUT_BACK:
         return None
     x, _, (rank, least, _) = solve_lists(rows.tolist(), wanted.tolist(), rows.shape[1], len(rows))
-    if not (rank == len(rows) and least > _INDEPENDENT):
+    if not (rank == len(rows) and least > INDEPENDENT):
         return None
     return facts.inverse.in_order(np.array(x))
 

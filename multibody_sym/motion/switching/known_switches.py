@@ -22,21 +22,19 @@ from multibody_sym.motion.switching import impact
 from multibody_sym.motion.switching.decision import SOON, NextState
 from multibody_sym.motion.switching.law_values import Facts, Laws
 from multibody_sym.motion.switching.rare_contacts import is_tip
+from multibody_sym.program.runtime_constants import (
+    CLEAR_BY,
+    CLEAR_MOTION,
+    MOST_ACTIVE,
+    WITHIN,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.limits import most, room
 from multibody_sym.scalars.rank import least_worth
 
-CLEAR: Final = 3e-10
-"""The part of the largest force, and of an acceleration's terms, by which inequalities hold: thrice what counts."""
-ROUNDED: Final = 1e-12
-"""The part of the largest acceleration by which they hold, too."""
-WITHIN: Final = 0.1
-"""The part of that by which a limit may be exceeded that still counts as kept: a third of what counts."""
 PIVOT: Final = 1e-6
 """The least part of a row's own that others may leave."""
-MOST: Final = 12
-"""Rows that act."""
 
 
 @dataclass(frozen=True)
@@ -79,13 +77,13 @@ def known_switch(found: NextState, before: Mode, cause: Switching) -> KnownSwitc
     touching = tuple(element.name for element in posed.elements)
     after = _acting(facts.laws, mode, posed.elements, dict(signs))
     rows = tuple(facts.laws.places[name] for name in posed.names)
-    if after is None or len(after.active) > MOST:
+    if after is None or len(after.active) > MOST_ACTIVE:
         return None
     if cause.ends == "stops":
         return KnownSwitch(mode, touching, signs, rows, after)
     acting = _acting(facts.laws, before, posed.elements, dict(signs))
     row = cause.element.normals[0] if cause.part is None else cause.part.rows[0]
-    if acting is None or len(acting.active) > MOST or not _flips(before, mode, cause):
+    if acting is None or len(acting.active) > MOST_ACTIVE or not _flips(before, mode, cause):
         return None
     return KnownSwitch(mode, touching, signs, rows, after, acting, facts.laws.places[row.name])
 
@@ -171,9 +169,9 @@ def _ahead(
         if ended is None:
             return None
         over = _over(switch, ended, later, before, cause)
-        if over > CLEAR * ended.force:
+        if over > CLEAR_BY * ended.force:
             return _holds(switch, later, switch.after) if soon else None
-        if over > WITHIN * CLEAR * ended.force:
+        if over > WITHIN * CLEAR_BY * ended.force:
             return None
     return None
 
@@ -238,8 +236,8 @@ def _solved(switch: KnownSwitch, facts: Facts, acting: ActiveRows, *, static: bo
     rows = list(switch.rows)
     terms = (np.abs(A) @ np.abs(x) + np.abs(right)) / lengths
     largest = float(np.linalg.norm(x)) + float(np.abs(right / lengths)[rows].max(initial=0.0))
-    force = float(np.abs(z * sizes).max(initial=0.0)) + ROUNDED / CLEAR * largest
-    return Solved(z, (A @ x - right) / lengths, force, terms + ROUNDED / CLEAR * largest)
+    force = float(np.abs(z * sizes).max(initial=0.0)) + CLEAR_MOTION / CLEAR_BY * largest
+    return Solved(z, (A @ x - right) / lengths, force, terms + CLEAR_MOTION / CLEAR_BY * largest)
 
 
 def _lengths(rows: Floats) -> Floats:
@@ -264,5 +262,5 @@ def _clearly(solved: Solved, facts: Facts, acting: ActiveRows, free: int | None)
         forces.append((stick.tangent, sizes[stick.tangent] * left))
     ways = [(k, a[k]) for k in acting.apart]
     ways += [(slide.tangent, slide.sense * a[slide.tangent]) for slide in acting.slides if slide.begins]
-    pressed = all(force > CLEAR * solved.force for k, force in forces if k != free)
-    return bool(pressed and all(way > CLEAR * solved.terms[k] for k, way in ways if k != free))
+    pressed = all(force > CLEAR_BY * solved.force for k, force in forces if k != free)
+    return bool(pressed and all(way > CLEAR_BY * solved.terms[k] for k, way in ways if k != free))

@@ -15,7 +15,7 @@ from multibody_sym.contact_laws.check_laws import fulfils
 from multibody_sym.contact_laws.problem import Flags, LawState, Modes, Part, Scaled, scaled
 from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, solve_mode, sticking
-from multibody_sym.dynamics.contact.contact_problem import TOUCHING, ULPS, Numbered, PosedLaws, RowNumbers, Scale
+from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale
 from multibody_sym.dynamics.contact.indeterminate_forces import shared
 from multibody_sym.mechanics.flat_rims import flat_rims
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
@@ -24,14 +24,16 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.program.loading import Compiled
+from multibody_sym.program.runtime_constants import (
+    BETWEEN_POWERS,
+    ROUNDED_GAP,
+    TOUCHING,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.rank import SWITCHED, null_space, rank, row_space
 from multibody_sym.scalars.sparse_rows import Pattern, SparseRows
 
-_BESIDE: Final = 1.37
-ROUNDED_GAP: Final = 1e-14
-"""The part of the largest length by which what touches may be off its face by rounding."""
 _TURNED: Final = 1e-5
 """The angle between a corner and the face that begins there up to which it is at this corner that the face closes."""
 _NONE: Final = np.zeros(0)
@@ -263,7 +265,7 @@ class Facts(RowNumbers):
 
 def rounded_up(value: float) -> float:
     """Return a value rounded up to a power of two, beside which forces are rare: it does not hang on digits."""
-    return 2.0 ** math.ceil(math.log2(_BESIDE * value)) / _BESIDE if value > 0.0 else 0.0
+    return 2.0 ** math.ceil(math.log2(BETWEEN_POWERS * value)) / BETWEEN_POWERS if value > 0.0 else 0.0
 
 
 def larger(scale: Scale, u: Floats, slides: Floats) -> Scale:

@@ -20,7 +20,6 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import friction_parts
 from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.model.settings import Settings
-from multibody_sym.motion.integrator.flow import Status
 from multibody_sym.motion.loop.chain import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
 from multibody_sym.motion.prepare.problem import own_coefficient
@@ -52,6 +51,7 @@ from multibody_sym.motion.switching.modes import Modes, key_of, on_its_way
 from multibody_sym.motion.switching.prepared import PreparedRuns
 from multibody_sym.motion.switching.rare_contacts import first_normal
 from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import Node

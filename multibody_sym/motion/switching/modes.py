@@ -23,16 +23,15 @@ from multibody_sym.motion.switching.impact import held_speeds
 from multibody_sym.motion.switching.law_values import Facts, rounded_up, rubs
 from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_normals, rounded_meeting
 from multibody_sym.program.loading import Compiled
+from multibody_sym.program.runtime_constants import (
+    FORCE_MARGIN,
+    SPEED_MARGIN,
+    TIME_MARGIN,
+)
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.rank import ROUNDED, rank
 
-_FORCES: Final = 2e-13
-"""The part of the largest force by which a switching function of forces may be beyond zero."""
-_SPEEDS: Final = 1e-13
-"""And of the speeds along its rows."""
-_TIMES: Final = 4.0 * EPSILON
-"""And of the time: what moves by a law of time is where it is at a time that is rounded."""
 _MOST_BY_TIME: Final = 1e-12
 """But no more than this part of the speeds, as what pushes for a moment has gone long before what it moved stops."""
 _AT_REST: Final = 1e-9
@@ -258,7 +257,7 @@ def _slowly(mode: Mode, scale: Scale) -> Mode:
 def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
     """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
     if one.limits:
-        return _FORCES * largest
+        return FORCE_MARGIN * largest
     if one.ends == "leaves" and is_tip(one.element):
         return at.allowed_gap(one.element)
     if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
@@ -277,6 +276,6 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
         return _BEGUN * STARTING * math.fsum(x * x for x in way) or _NEVER
     if one.ends == "stops":
         row = one.part.rows[0]
-        by_time = _TIMES * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
-        return rounded_up(at.allowed_speed(row, _SPEEDS) + min(by_time, at.allowed_speed(row, _MOST_BY_TIME)))
+        by_time = TIME_MARGIN * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
+        return rounded_up(at.allowed_speed(row, SPEED_MARGIN) + min(by_time, at.allowed_speed(row, _MOST_BY_TIME)))
     return -at.allowed_slip(one.part, _AT_REST)

@@ -16,19 +16,7 @@ from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.motion.loop.chain import stepped
-from multibody_sym.motion.loop.problem import (
-    ANGLE,
-    FORCE,
-    LENGTH,
-    SPEED,
-    ActiveRows,
-    Course,
-    CourseMode,
-    KnownTurn,
-    Passage,
-    Problem,
-    Reason,
-)
+from multibody_sym.motion.loop.problem import ActiveRows, Course, CourseMode, KnownTurn, Passage, Problem, Reason
 from multibody_sym.motion.loop.python_loop import put_back
 from multibody_sym.motion.methods.table import LibraryMethod
 from multibody_sym.motion.switching import impact, rare_contacts
@@ -39,6 +27,7 @@ from multibody_sym.motion.switching.law_values import Facts, Laws, larger
 from multibody_sym.motion.switching.legs import Cause, Change, Leg, stops_at_turns
 from multibody_sym.motion.switching.modes import Key, Modes, key_of
 from multibody_sym.motion.switching.rare_contacts import Tips, is_tip, rounded_meeting
+from multibody_sym.program.runtime_constants import MarginKind
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -123,10 +112,11 @@ class SwitchMemory:
 
     def _rule(self, one: Switching | None) -> tuple[int, int]:
         if one is None or one.limits:
-            return FORCE, -1
+            return MarginKind.FORCE, -1
         if one.part is None:
-            return (ANGLE if one.element.name in self.laws.turning else LENGTH), -1
-        return SPEED, self.laws.places[one.part.rows[0].name]
+            turns = one.element.name in self.laws.turning
+            return (MarginKind.ANGLE if turns else MarginKind.LENGTH), -1
+        return MarginKind.SPEED, self.laws.places[one.part.rows[0].name]
 
     def _turn(self, switch: KnownSwitch) -> KnownTurn:
         places, mechanism = self.laws.places, self.laws.mechanism

@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.contact.contact_problem import TOUCHING
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contact_geometry import corners_of
 from multibody_sym.mechanics.law_elements import INACTIVE, LawElement, Mode
@@ -33,7 +32,8 @@ from multibody_sym.mechanics.row_records import (
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.motion.switching.decision import NextState
-from multibody_sym.motion.switching.law_values import ROUNDED_GAP, Facts, Laws
+from multibody_sym.motion.switching.law_values import Facts, Laws
+from multibody_sym.program.runtime_constants import ROUNDED_GAP, TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.node import ONE, ZERO, slot
