@@ -23,7 +23,7 @@ import sympy
 from sympy.core.cache import clear_cache
 from sympy.physics import mechanics
 
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import Revolute
 from multibody_sym.model.system import System

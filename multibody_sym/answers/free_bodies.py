@@ -17,13 +17,13 @@ from multibody_sym.derivation.force_letters import (
     NORMAL,
     SPRING,
     TENSION,
-    Lettered,
+    LetteredForce,
     component_label,
     force_unit,
     guide_normal,
     own_letter,
     row_letter,
-    spelt,
+    spell_forces,
 )
 from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -599,12 +599,12 @@ def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -
     guides = {key for key in map(_guide, mechanism.bodies) if key and key[1] not in system.joints}  # a moving ground's
     lettered = [each for each in _lettered(mechanism) if each.symbol in guides.union(acting)]
     joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
-    found = {key: label.text for key, label in spelt(mechanism, lettered, joints).items()}
+    found = {key: label.text for key, label in spell_forces(mechanism, lettered, joints).items()}
     book = letters_of(system.parameters)
     return {key: found.get(key) or in_letters(_own(system, key), book) for key in acting}
 
 
-def _lettered(mechanism: Mechanism) -> Iterator[Lettered]:
+def _lettered(mechanism: Mechanism) -> Iterator[LetteredForce]:
     """Yield all forces of rows, joints that guide, springs and ropes, in the order of the equations."""
     rubbing = [row for row in ropes(mechanism) if row.rubs]
     one_way = {row.name for element in mechanism.one_way for row in element.rows}
@@ -613,20 +613,20 @@ def _lettered(mechanism: Mechanism) -> Iterator[Lettered]:
         if not letter or row.name in one_way:
             continue
         if not isinstance(row, RopeRow):
-            yield Lettered(("row", row.name), letter, row.name)
+            yield LetteredForce(("row", row.name), letter, row.name)
         elif not row.rubs:
             yield _tension(row)
     for body in mechanism.bodies:
         guide = _guide(body)
         if guide:
-            yield Lettered(guide, NORMAL, body.joint_name)
+            yield LetteredForce(guide, NORMAL, body.joint_name)
     for load in mechanism.loads:
         if isinstance(load, (PointSpring, PointPull)) and load.line is not None:
-            yield Lettered(("load", load.name), SPRING, load.name)
+            yield LetteredForce(("load", load.name), SPRING, load.name)
     for row in rubbing:
         for k, asked in enumerate(row.asked):
             own = f"{row.label}{row.run + k}" if row.label else ""
-            yield Lettered(("tension", asked), TENSION, row.told[0], own)
+            yield LetteredForce(("tension", asked), TENSION, row.told[0], own)
     for element in mechanism.one_way:
         yield from _of_element(mechanism, element)
 
@@ -637,21 +637,21 @@ def _guide(body: TreeBody) -> Key:
     return () if across is None else ("joint", body.joint_name, COMPONENTS[across])
 
 
-def _of_element(mechanism: Mechanism, element: LawElement) -> Iterator[Lettered]:
+def _of_element(mechanism: Mechanism, element: LawElement) -> Iterator[LetteredForce]:
     row = element.normals[0]
     if isinstance(row, RopeRow):
         if not row.rubs:
             yield _tension(row)
     elif element.unilateral:
-        yield Lettered(("row", row.name), NORMAL, element.name)
+        yield LetteredForce(("row", row.name), NORMAL, element.name)
     for part in (part for part in element.frictions if part.rubs):
         for each in part.rows:
             letter = MOMENT if force_unit(each, mechanism) == "N*m" else FRICTION
-            yield Lettered(("row", each.name), letter, part.name)
+            yield LetteredForce(("row", each.name), letter, part.name)
 
 
-def _tension(row: RopeRow) -> Lettered:
-    return Lettered(("tension", row.asked[0]), TENSION, row.told[0], own_letter(row))
+def _tension(row: RopeRow) -> LetteredForce:
+    return LetteredForce(("tension", row.asked[0]), TENSION, row.told[0], own_letter(row))
 
 
 def _own(system: System, key: Key) -> str:

@@ -37,7 +37,7 @@ def _words() -> dict[tuple[str, str], list[str]]:
     """Return the words that fit where the command or option takes any text."""
     from multibody_sym.cli.commands.new import examples
     from multibody_sym.cli.error_pages import EXPLAINED
-    from multibody_sym.derivation.derivation import IN_MOMENTA, METHODS
+    from multibody_sym.derivation.derive import IN_MOMENTA, METHODS
     from multibody_sym.derivation.routes import FORMALISMS
     from multibody_sym.model.settings import COORDINATES
     from multibody_sym.motion.methods.table import SUMMARIES

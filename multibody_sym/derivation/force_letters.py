@@ -1,4 +1,7 @@
-"""The letters of unknown forces as a book has them: tensions T, rods S, normal forces N, friction F, A_x and M_A."""
+"""The letters of unknown forces as a book has them: tensions T, rods S, normal forces N, friction F, A_x and M_A.
+
+In: a Mechanism and the symbols of its forces. Out: a Label for each, and its meaning in words.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +22,15 @@ from multibody_sym.text.printer import COMPONENTS
 TENSION, ROD, NORMAL, FRICTION, TOOTH, MOMENT, SPRING = "T", "S", "N", "F", "Z", "M", "P"
 _SHORT: Final = 2
 _AXES: Final = "xyz"
+_WORDS: Final = {
+    TENSION: "tension of", ROD: "force of rod", NORMAL: "normal force at", FRICTION: "friction at",
+    TOOTH: "force at the teeth of", MOMENT: "moment at",
+}
 
 
 @dataclass(frozen=True)
-class Lettered:
-    """A force that has a letter: its symbol, the letter, and the element by whose name it is told where it must be.
+class LetteredForce:
+    """A force that has a letter: its symbol, the letter, the element that names it where the letter is taken.
 
     `own` is the letter that the model gives it.
     """
@@ -35,22 +42,33 @@ class Lettered:
 
 
 def force_letters(
-    mechanism: Mechanism, symbols: Symbols, used: Collection[Any], further: Sequence[Lettered] = ()
+    mechanism: Mechanism, symbols: Symbols, used: Collection[Any], further: Sequence[LetteredForce] = ()
 ) -> dict[Any, Label]:
     """Return how the unknown forces that are `used` are spelt; `further` are those that no row and joint has.
 
-    One force of a kind has the letter alone, several have it with numbers in the order of the model, friction that of
-    its normal force; where the model itself uses such a name, all of the kind have the letter with the element's name.
+    One force of a kind has the letter alone. Several have numbers in the order of the model, friction that of its
+    normal force. Where the model itself uses such a name, all of the kind have the letter with the element's name.
     """
-    lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols), *further]
-    joints = {s: label for s, label in _of_joints(mechanism, symbols).items() if s in used}
-    return spelt(mechanism, [each for each in lettered if each.symbol in used], joints)
+    lettered = [*_lettered(mechanism, symbols), *further]
+    joints = {}  # A_x and M_A, also for the rows of cut joints
+    for index, body in enumerate(mechanism.bodies):
+        for k, component in enumerate(COMPONENTS):
+            joints[symbols.reactions[6 * index + k]] = component_label(body.joint_name, component)
+    for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
+        joint, dot, rest = row.name.rpartition(".")
+        if isinstance(row, (PositionRow, AngleRow)) and dot and rest[-1:] in _AXES:
+            joints[s] = component_label(joint, ("m" if isinstance(row, AngleRow) else "f") + rest[-1])
+    own = {s: label for s, label in joints.items() if s in used}
+    return spell_forces(mechanism, [each for each in lettered if each.symbol in used], own)
 
 
-def spelt(mechanism: Mechanism, lettered: Sequence[Lettered], joints: Mapping[Any, Label]) -> dict[Any, Label]:
+def spell_forces(
+    mechanism: Mechanism, lettered: Sequence[LetteredForce], joints: Mapping[Any, Label]
+) -> dict[Any, Label]:
     """Return how forces are spelt by their symbols, which may be anything: the one place that numbers their letters.
 
-    `joints` are components of joints' reactions with their labels, which those have that have no letter of their own.
+    `joints` are labels of joints' reactions, for those without a letter of their own. No two labels are equal, and
+    none is a name of the model.
     """
     declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
     taken = {"t", *mechanism.inputs, *(each.name for each in declared)}
@@ -62,26 +80,27 @@ def spelt(mechanism: Mechanism, lettered: Sequence[Lettered], joints: Mapping[An
     pressing: dict[str, str] = {}
     for letter in sorted({each.letter for each in lettered}, key=lambda letter: letter != NORMAL):
         kind = [each for each in lettered if each.letter == letter]
-        numbers = _numbers(kind, pressing)
-        found.update(_numbered(kind, numbers, taken))
+        numbers = [""] if len(kind) == 1 else [str(k + 1) for k in range(len(kind))]
+        of_normals = [pressing.get(each.element, "") for each in kind]
+        if letter == FRICTION and all(of_normals) and len(set(of_normals)) == len(kind):
+            numbers = of_normals
+        found.update(_spell_kind(kind, numbers, taken))
         if letter == NORMAL:
             elements = [each.element for each in kind]
             pressing = {name: k for name, k in zip(elements, numbers, strict=True) if elements.count(name) == 1}
     found.update((s, label) for s, label in joints.items() if s not in found)
-    return _apart(found, taken)
+    unique = {}
+    for s, (text, latex) in found.items():
+        while text in taken:
+            text, latex = text + "_", latex + "{}'"
+        taken.add(text)
+        unique[s] = Label(text, latex)
+    return unique
 
 
-_WORDS: Final = {
-    TENSION: "tension of", ROD: "force of rod", NORMAL: "normal force at", FRICTION: "friction at",
-    TOOTH: "force at the teeth of", MOMENT: "moment at",
-}
-"""What the letters stand for."""
-
-
-def told_forces(mechanism: Mechanism, symbols: Symbols, unknown: Collection[Any]) -> dict[Any, str]:
+def describe_forces(mechanism: Mechanism, symbols: Symbols, unknown: Collection[Any]) -> dict[Any, str]:
     """Return what each multiplier, and each reaction among `unknown` ones, is in words."""
-    lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols)]
-    named = {each.symbol: f"{_WORDS[each.letter]} {each.element}" for each in lettered}
+    named = {each.symbol: f"{_WORDS[each.letter]} {each.element}" for each in _lettered(mechanism, symbols)}
     rows = dict(zip(symbols.multipliers, mechanism.rows, strict=True))
     joints = [(body.joint_name, c) for body in mechanism.bodies for c in COMPONENTS]
     reactions = zip(symbols.reactions, joints, strict=True)
@@ -90,21 +109,15 @@ def told_forces(mechanism: Mechanism, symbols: Symbols, unknown: Collection[Any]
     return {**found, **{s: named.get(s, words) for s, words in components.items()}}
 
 
-def _numbers(kind: Sequence[Lettered], pressing: Mapping[str, str]) -> list[str]:
-    """Return the numbers of the forces of one kind: friction has that of its normal force."""
-    of_normals = [pressing.get(each.element, "") for each in kind]
-    if kind[0].letter == FRICTION and all(of_normals) and len(set(of_normals)) == len(kind):
-        return of_normals
-    return [""] if len(kind) == 1 else [str(k + 1) for k in range(len(kind))]
-
-
-def _numbered(kind: Sequence[Lettered], numbers: Sequence[str], taken: Collection[str]) -> dict[Any, Label]:
+def _spell_kind(
+    kind: Sequence[LetteredForce], numbers: Sequence[str], taken: Collection[str]
+) -> dict[Any, Label]:
     """Return T, or T1, T2 .., or T_string .. for the forces of one kind."""
     letter = kind[0].letter
     if any(letter + number in taken for number in numbers):
         elements = [each.element for each in kind]
         several = [elements[: k + 1].count(name) if elements.count(name) > 1 else "" for k, name in enumerate(elements)]
-        return {each.symbol: _labelled(letter, each.element, str(k)) for each, k in zip(kind, several, strict=True)}
+        return {each.symbol: _with_element(letter, each.element, str(k)) for each, k in zip(kind, several, strict=True)}
     subscripts = [f"_{{{number}}}" if number else "" for number in numbers]
     return {
         each.symbol: Label(letter + number, letter + subscript)
@@ -112,7 +125,7 @@ def _numbered(kind: Sequence[Lettered], numbers: Sequence[str], taken: Collectio
     }
 
 
-def _labelled(letter: str, element: str, axis: str = "") -> Label:
+def _with_element(letter: str, element: str, axis: str = "") -> Label:
     plain = re.sub(r"[^A-Za-z0-9_]+", "_", element)
     words = element.replace("\\", "").replace("_", r"\_")
     under = rf"\mathrm{{{words}}}" if element.isalnum() and len(element) > 1 else words
@@ -122,20 +135,8 @@ def _labelled(letter: str, element: str, axis: str = "") -> Label:
     return Label("_".join(part for part in (letter, plain, axis) if part), f"{letter}_{{{','.join(parts)}}}")
 
 
-def _apart(found: Mapping[Any, Label], taken: Collection[str]) -> dict[Any, Label]:
-    """Return the letters such that none is another's or a name of the model."""
-    used = set(taken)
-    apart = {}
-    for s, label in found.items():
-        text, latex = label
-        while text in used:
-            text, latex = text + "_", latex + "{}'"
-        used.add(text)
-        apart[s] = Label(text, latex)
-    return apart
-
-
-def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
+def _lettered(mechanism: Mechanism, symbols: Symbols) -> Iterable[LetteredForce]:
+    """Yield the forces of rows that have a letter, and the normal forces of joints that slide in the plane."""
     elements = row_elements(mechanism)
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         letter = row_letter(row, mechanism)
@@ -143,16 +144,20 @@ def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
             plain = row.plain
             rope = plain if isinstance(plain, RopeRow) else None
             name = rope.told[0] if rope is not None else elements.get(row.name, row.name)
-            yield Lettered(s, letter, name, own_letter(rope) if rope is not None else "")
+            yield LetteredForce(s, letter, name, own_letter(rope) if rope is not None else "")
+    for index, body in enumerate(mechanism.bodies):
+        across = guide_normal(body)
+        if across is not None:
+            yield LetteredForce(symbols.reactions[6 * index + across], NORMAL, body.joint_name)
 
 
 def own_letter(rope: RopeRow) -> str:
-    """Return the letter that a model gives the tension of a run of rope, with its number; of a mean it has none."""
+    """Return the letter that a model gives the tension of a run of rope, with its number; none for a mean tension."""
     return "" if rope.rubs or not rope.label else f"{rope.label}{rope.run or ''}"
 
 
 def row_elements(mechanism: Mechanism) -> dict[str, str]:
-    """Return for each row of what holds one way only the name of the element, or of the part of it that rubs."""
+    """Return for each row of a one-way element the name of the element, or of its part that rubs."""
     found = {row.name: each.name for each in mechanism.one_way for row in each.normals}
     parts = (part for each in mechanism.one_way for part in each.frictions)
     return {**found, **{row.name: part.name for part in parts for row in part.rows}}
@@ -178,14 +183,6 @@ def force_unit(row: Row, mechanism: Mechanism) -> str:
     return MechanismUnits(replace(mechanism, rows=(row,))).multipliers[row.name]
 
 
-def _of_guides(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
-    """Return the normal forces of joints that slide along one axis in the plane."""
-    for index, body in enumerate(mechanism.bodies):
-        across = guide_normal(body)
-        if across is not None:
-            yield Lettered(symbols.reactions[6 * index + across], NORMAL, body.joint_name)
-
-
 def guide_normal(body: TreeBody) -> int | None:
     """Return which component of a joint's reaction is normal to the one axis in the plane along which it slides."""
     slides = [axis for step in body.steps for axis in step.slides]
@@ -195,22 +192,11 @@ def guide_normal(body: TreeBody) -> int | None:
     return zeros[0] if len(zeros) == 1 else None
 
 
-def _of_joints(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
-    """Return A_x and M_A for the components of joints' reactions, and what rows of cut joints are called."""
-    found = {}
-    for index, body in enumerate(mechanism.bodies):
-        for k, component in enumerate(COMPONENTS):
-            found[symbols.reactions[6 * index + k]] = component_label(body.joint_name, component)
-    for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
-        joint, dot, rest = row.name.rpartition(".")
-        if isinstance(row, (PositionRow, AngleRow)) and dot and rest[-1:] in _AXES:
-            found[s] = component_label(joint, ("m" if isinstance(row, AngleRow) else "f") + rest[-1])
-    return found
-
-
 def component_label(joint: str, component: str) -> Label:
     """Return A_x for fx of a joint A, M_A for mz and M_A_x for mx; R_hinge_x where the joint has a longer name."""
     turns, axis = component[0] == "m", component[1]
     if turns:
-        return _labelled("M", joint, "" if axis == "z" else axis)
-    return _labelled(joint, "", axis) if len(joint) <= _SHORT and joint.isalnum() else _labelled("R", joint, axis)
+        return _with_element("M", joint, "" if axis == "z" else axis)
+    if len(joint) <= _SHORT and joint.isalnum():
+        return _with_element(joint, "", axis)
+    return _with_element("R", joint, axis)

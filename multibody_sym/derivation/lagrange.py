@@ -1,10 +1,10 @@
-"""Lagrange's equations of the second kind, derived with sympy from T, V and the generalised forces.
+"""Lagrange's equations of the second kind, and with multipliers of the first, derived with sympy from T, V and Q.
 
-    N(q)^T ( d/dt dT/dqdot - dT/dq + dV/dq ) = Q
+    N(q)^T ( d/dt dT/dqdot - dT/dq + dV/dq ) = Q + H^T lambda        H = (dphi/dq) N,   H udot = gamma
 
-T and V are the energies of the kinematics; Q is the virtual work of everything that V does not hold. Derivatives are
-exact and by the chain rule over named sub-expressions. The result is M udot = Q - c like every other formalism's, with
-dV/dq inside Q; it is lowered to Nodes, so that what sympy derived is what is compiled.
+T and V are the energies of the kinematics; Q is the virtual work of all loads outside V. Derivatives are exact and by
+the chain rule over named sub-expressions. The result is M udot = Q - c like every other formalism's, with dV/dq inside
+Q; it is lowered to Nodes, so that what sympy derived is what is compiled.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from multibody_sym.mechanics.energy import brakes, dissipation, kinetic_energy, 
 from multibody_sym.mechanics.forces import TINY, applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism, once
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
-from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
+from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.model.bodies import Mass
@@ -37,7 +37,12 @@ from multibody_sym.scalars.vectors import S
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state; raises ModelError where rows restrict the tree."""
     verify_free(mechanism)
-    return lowered_tree(mechanism).at(mechanism, state)
+    return _lowered(mechanism).at(mechanism, state)
+
+
+def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
+    """Return the equations of motion at a state, with the rows' multipliers as further unknowns."""
+    return _lowered(mechanism).at(mechanism, state)
 
 
 def verify_free(mechanism: Mechanism) -> None:
@@ -52,7 +57,7 @@ def verify_free(mechanism: Mechanism) -> None:
 
 @dataclass(frozen=True)
 class Energies:
-    """What the equations are derived from, in sympy.
+    """The energies, forces and constraints from which equations are derived, in sympy.
 
     `kinetic` T(q, u); `potential` V(q, t), the weight's and each spring's; `forces` the generalised forces Q (nu) of
     each load that V does not hold; `constraints` phi(q, t) of each row, psi(q, u, t) of a nonholonomic one. In T and V
@@ -69,7 +74,7 @@ class Energies:
 
 
 def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Energies:
-    """Return T, V, the virtual work of what V does not hold, and what the rows restrict.
+    """Return T, V, the virtual work of loads outside V, and the rows' constraints.
 
     Springs belong to V where stiffness and rest are constant or given in time; all other loads, and the damping of
     every spring, to Q. Quaternions have length one here, which holds wherever the equations do.
@@ -87,15 +92,15 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
 
 
 def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
-    """Return as Nodes in slots [T], the parts of V, what the rows restrict, and Q (nu) of each load outside V."""
+    """Return as Nodes in slots [T], the parts of V, phi or psi of the rows, and Q (nu) of each load outside V."""
     motion = motion_of(mechanism, slot_state(mechanism))
     stored, working = split(mechanism.loads)
-    held = _held(mechanism)
+    held = _motion_with_held_masses(mechanism)
     weight = potential_energy(replace(held, mechanism=replace(mechanism, loads=())))
     potential = [weight, *(stored_energy(load, motion) for load in stored)]
+    constraints = [row.phi if row.holonomic else row.phidot for row in row_motions(motion)]
     forces = [applied_generalized_forces(motion, applied_forces(motion, [load], weight=False)) for load in working]
-    parts = [[kinetic_energy(held)], potential, [_restricted(row) for row in row_motions(motion)], *forces]
-    return [[as_node(x) for x in part] for part in parts]
+    return [[as_node(x) for x in part] for part in ([kinetic_energy(held)], potential, constraints, *forces)]
 
 
 def held_masses(mechanism: Mechanism) -> dict[Node, Node]:
@@ -120,7 +125,7 @@ def held_letters(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
     }
 
 
-def _held(mechanism: Mechanism) -> Motion:
+def _motion_with_held_masses(mechanism: Mechanism) -> Motion:
     """Return the motion over Nodes with masses that vary held."""
     state, held = slot_state(mechanism), held_masses(mechanism)
     if not held:
@@ -135,14 +140,10 @@ def _held(mechanism: Mechanism) -> Motion:
     return motion_of(replace(mechanism, bodies=tuple(bodies)), known)
 
 
-def _restricted(row: RowMotion) -> Any:
-    return row.phi if row.holonomic else row.phidot
-
-
 def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
     """Return the symbol of every slot, and 1 for |q|^2 of every quaternion, built as the kinematics builds it.
 
-    What keeps derivatives finite where a speed is zero is left out of closed forms.
+    TINY, which keeps derivatives finite where a speed is zero, is zero in closed forms.
     """
     known = {**symbols.slots, as_node(TINY): sympy.S.Zero}
     for body in mechanism.bodies:
@@ -152,16 +153,16 @@ def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
     return known
 
 
-# --- the equations -------------------------------------------------------------------------------------------------
+# --- the equations ---------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class LagrangeTerms:
-    """The parts of the equations, in sympy, each by speed (nu): what a student writes one after the other.
+    """The parts of the equations, in sympy, each by speed (nu), as a student writes them one after the other.
 
-    `momenta` dT/du; `mass_matrix` M; `momentum_rates` d/dt dT/du without udot; `turning` what quasi-velocities add
+    `momenta` dT/du; `mass_matrix` M; `momentum_rates` d/dt dT/du without udot; `turning` the terms of quasi-velocities
     (omega x dT/domega); `kinetic_gradient` N^T dT/dq; `potential_gradient` N^T dV/dq; `forces` Q of loads outside V.
-    Together: `velocity_terms` c, what the left side holds without udot and V; `applied` Q - N^T dV/dq.
+    Together: `velocity_terms` c, the left side without udot and V; `applied` Q - N^T dV/dq.
     """
 
     momenta: list[Any]
@@ -182,13 +183,14 @@ def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
     derivatives = names.gradient(given.kinetic, [*u, *q])
     momenta, kinetic = derivatives[: len(u)], derivatives[len(u) :]
     names.budget.enter("the mass matrix, d/dt dT/du")
-    mass_matrix = _symmetric([names.tangents(momenta[: k + 1], {u[k]: 1}) for k in range(len(u))])
+    upper = [names.tangents(momenta[: k + 1], {u[k]: 1}) for k in range(len(u))]  # columns down to the diagonal
+    mass_matrix = [[upper[max(i, j)][min(i, j)] for j in range(len(u))] for i in range(len(u))]
     names.budget.enter("the velocity terms of d/dt dT/du")
     rates = names.tangents(momenta, time_rates(mechanism, symbols, names))
-    turned = [names.name(x) for x in turning(mechanism, u, momenta)]
-    gradient = projected(mechanism, q, kinetic, names)
+    turned = [names.name(x) for x in turning_terms(mechanism, u, momenta)]
+    gradient = project_gradient(mechanism, q, kinetic, names)
     names.budget.enter("the gradient dV/dq")
-    pulls = [projected(mechanism, q, names.gradient(part, q), names) for part in given.potential]
+    pulls = [project_gradient(mechanism, q, names.gradient(part, q), names) for part in given.potential]
     potential, forces = totals(pulls, len(u)), totals(given.forces, len(u))
     return LagrangeTerms(
         momenta,
@@ -204,7 +206,7 @@ def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
 
 
 def totals(parts: Sequence[Sequence[Any]], size: int) -> list[Any]:
-    """Return the sums over all parts, element by element (`size` of them)."""
+    """Return the sums over all parts, by element (`size`)."""
     return [sympy.Add(*(part[k] for part in parts)) for k in range(size)]
 
 
@@ -214,7 +216,9 @@ def time_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) ->
     return {symbols.time: 1, **dict(zip(symbols.coordinates, qdot, strict=True))}
 
 
-def projected(mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], names: Subexpressions) -> list[Any]:
+def project_gradient(
+    mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], names: Subexpressions
+) -> list[Any]:
     """Return N(q)^T g (nu) of a gradient g (nq)."""
     found: list[Any] = []
     for body in mechanism.bodies:
@@ -224,8 +228,8 @@ def projected(mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], n
     return found
 
 
-def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
-    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
+def turning_terms(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
+    """Return the difference of N^T (d/dt dT/dqdot - dT/dq) and d/dt dT/du - N^T dT/dq: empty where u = qdot."""
     return [
         sympy.S.Zero + term
         for body in mechanism.bodies
@@ -234,13 +238,7 @@ def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> l
     ]
 
 
-def _symmetric(upper: Sequence[Sequence[Any]]) -> list[list[Any]]:
-    """Return the matrix whose column k down to the diagonal is `upper[k]`."""
-    size = len(upper)
-    return [[upper[max(i, j)][min(i, j)] for j in range(size)] for i in range(size)]
-
-
-# --- what sympy derived, as Nodes ----------------------------------------------------------------------------------
+# --- what sympy derived, as Nodes ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -263,61 +261,30 @@ class Lowered:
         return equations(motion, values[:n], values[n], values[n + 1], rows)
 
 
-def lowered(
-    mechanism: Mechanism,
-    symbols: Symbols,
-    names: Subexpressions,
-    terms: LagrangeTerms,
-    rows: Sequence[Sequence[Any]] = (),
-) -> Lowered:
-    """Return derived terms, and rows (phi, phidot, gamma, H_j ...), as Nodes."""
-    lists = [*terms.mass_matrix, terms.applied, terms.velocity_terms, *rows]
-    held, letters = held_masses(mechanism), held_letters(mechanism, symbols)
-    leaves_of = {symbol: node for node, symbol in symbols.slots.items()}
-    leaves_of |= {letter: held[leaf] for leaf, letter in letters.items()}
-    nodes = names.lowered([x for part in lists for x in part], leaves_of)
-    return Lowered(tuple(tuple(part) for part in _cut(nodes, lists)))
-
-
 def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
     """Return one list cut into lists as long as those of `like`."""
     values = iter(flat)
     return [[next(values) for _ in part] for part in like]
 
 
-@once
-def lowered_tree(mechanism: Mechanism) -> Lowered:
-    """Return the equations of a mechanism without rows."""
-    symbols = numbered_symbols(mechanism)
-    names = Subexpressions(symbols.free_prefix, Budget())
-    given = energies(mechanism, symbols, names)
-    return lowered(mechanism, symbols, names, lagrange_terms(mechanism, symbols, names, given))
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Lagrange's equations with multipliers (of the first kind): any tree with rows, derived with sympy.
-#
-#     N(q)^T ( d/dt dT/dqdot - dT/dq + dV/dq ) = Q + H^T lambda        H = (dphi/dq) N,   H udot = gamma
-#
-# The tree's terms come from `lagrange`; H and gamma from phi(q, t) alone, by differentiation.
-
-
-def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
-    """Return the equations of motion at a state, with the rows' multipliers as further unknowns."""
-    return _lowered(mechanism).at(mechanism, state)
+# --- rows, from phi(q, t) alone by differentiation -------------------------------------------------------------------
 
 
 @once
 def _lowered(mechanism: Mechanism) -> Lowered:
-    if not mechanism.rows:
-        return lowered_tree(mechanism)
+    """Derive the equations by symbols that do not depend on any name, and lower them to Nodes."""
     symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
     given = energies(mechanism, symbols, names)
     terms = lagrange_terms(mechanism, symbols, names, given)
     rows = rows_terms(mechanism, symbols, names, given)
-    lists = [(row.phi or sympy.S.Zero, row.phidot, row.gamma, *row.jacobian) for row in rows]
-    return lowered(mechanism, symbols, names, terms, lists)
+    by_row = [(row.phi or sympy.S.Zero, row.phidot, row.gamma, *row.jacobian) for row in rows]
+    lists = [*terms.mass_matrix, terms.applied, terms.velocity_terms, *by_row]
+    held, letters = held_masses(mechanism), held_letters(mechanism, symbols)
+    leaves_of = {symbol: node for node, symbol in symbols.slots.items()}
+    leaves_of |= {letter: held[leaf] for leaf, letter in letters.items()}
+    nodes = names.lowered([x for part in lists for x in part], leaves_of)
+    return Lowered(tuple(tuple(part) for part in _cut(nodes, lists)))
 
 
 @dataclass(frozen=True)
@@ -343,33 +310,26 @@ class RowTerms:
 
 
 def rows_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> list[RowTerms]:
-    """Derive all rows."""
+    """Derive all rows: holonomic ones from phi(q, t), others from psi(q, u, t), which is linear in u."""
     names.budget.enter("the constraints' derivatives")
-    return [
-        _row_terms(x, mechanism, symbols, names) if row.is_holonomic else _velocity_terms(x, mechanism, symbols, names)
-        for x, row in zip(given.constraints, mechanism.rows, strict=True)
-    ]
-
-
-def _velocity_terms(psi: Any, mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> RowTerms:
-    """Derive a nonholonomic row from psi(q, u, t), which is linear in u."""
-    rate = names.tangents([psi], time_rates(mechanism, symbols, names))[0]
-    return RowTerms(None, psi, names.gradient(psi, symbols.speeds), -rate)
-
-
-def _row_terms(phi: Any, mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> RowTerms:
-    """Derive a holonomic row from phi(q, t)."""
-    *by_coordinate, explicit = names.gradient(phi, [*symbols.coordinates, symbols.time])
-    jacobian = projected(mechanism, symbols.coordinates, by_coordinate, names)
-    phidot = names.sum([h * u for h, u in zip(jacobian, symbols.speeds, strict=True)] + [explicit])
-    rate = names.tangents([phidot], time_rates(mechanism, symbols, names))[0]
-    return RowTerms(phi, phidot, jacobian, -rate)
+    found = []
+    for x, row in zip(given.constraints, mechanism.rows, strict=True):
+        if row.is_holonomic:
+            *by_coordinate, explicit = names.gradient(x, [*symbols.coordinates, symbols.time])
+            jacobian = project_gradient(mechanism, symbols.coordinates, by_coordinate, names)
+            phidot = names.sum([h * u for h, u in zip(jacobian, symbols.speeds, strict=True)] + [explicit])
+            rate = names.tangents([phidot], time_rates(mechanism, symbols, names))[0]
+            found.append(RowTerms(x, phidot, jacobian, -rate))
+        else:
+            rate = names.tangents([x], time_rates(mechanism, symbols, names))[0]
+            found.append(RowTerms(None, x, names.gradient(x, symbols.speeds), -rate))
+    return found
 
 
 def with_friction(terms: Sequence[RowTerms], motion: Motion, symbols: Symbols, names: Subexpressions) -> list[RowTerms]:
-    """Return rows with what they exert where it is not their own force, and those that define forces, from kinematics.
+    """Return rows with the forces that they exert where these are not H^T lambda, and rows that define forces.
 
-    `motion` is over Nodes.
+    `motion` is over Nodes: both come from the kinematics.
     """
     rows = row_motions(motion)
     if all(row.exerts is None and row.kinematic for row in rows):
@@ -391,11 +351,11 @@ def with_friction(terms: Sequence[RowTerms], motion: Motion, symbols: Symbols, n
 
 
 def pressing(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
-    """Return what each row exerts its force times: its multiplier, of those that make a vector the length, once."""
-    found = list(symbols.multipliers)
+    """Return the factor of each row's force: its multiplier, and once the length of multipliers that make a vector."""
+    factors = list(symbols.multipliers)
     for k, row in enumerate(rows):
         if row.beside and min(row.beside) > k:
-            found[k] = length([found[k], *(found[other] for other in row.beside)])
+            factors[k] = length([factors[k], *(factors[other] for other in row.beside)])
         elif row.beside:
-            found[k] = sympy.S.Zero
-    return found
+            factors[k] = sympy.S.Zero
+    return factors

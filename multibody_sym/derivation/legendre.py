@@ -1,13 +1,13 @@
-"""Momenta in place of speeds, in sympy: as a book writes it where exact quotients give it, else with named parts.
+"""Momenta in place of speeds: which coordinates are cyclic, and what is left of T and V.
 
-What `routh.reduced` leaves of T and V is found over exact quotients, whose common factors cancel, and written in their
-book forms; past these over Nodes, whose shared parts get names.
+In: a mechanism, its symbols, the speeds that momenta replace. Out: the reduction in sympy, found over exact quotients,
+whose common factors cancel, and written in book form; past these over Nodes, whose shared parts get names.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Final
@@ -26,7 +26,7 @@ from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import slot_state
 from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.records import dataclass
@@ -38,17 +38,15 @@ from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.scalars.vectors import S, factorized
 from multibody_sym.text.printer import text
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Routh's reduction: coordinates that are cyclic leave the equations, and their momenta stay in them as constants.
+# --- Routh's reduction: cyclic coordinates leave the equations, and their momenta stay in them as constants ----------
 #
 #     T = u . M u/2 + b . u + T0        R = L - sum p_c u_c = u_s . M_R u_s/2 + g . u_s - V_R
 #     M_R = M_ss - M_sc M_cc^-1 M_cs    g = b_s + M_sc M_cc^-1 (p - b_c)
 #     V_R = V - T0 + (p - b_c) . M_cc^-1 (p - b_c)/2
 #
-# c are the speeds that momenta replace, s those that are kept. What replaces all of them is Legendre's transformation:
+# c are the speeds that momenta replace, s those that are kept. Replacing all of them is Legendre's transformation:
 # then V_R is Hamilton's function H(q, p). Written once over any scalar: floats, Nodes, sympy, exact quotients.
 # Sources: Goldstein, Classical Mechanics, sections 8.1 and 8.3.
-
 
 _WORK = 20_000
 """How much is done to see that a derivative vanishes, in products of terms."""
@@ -58,6 +56,10 @@ _NEARLY_ZERO = 1e-6
 """What rounding leaves of a derivative that vanishes, all letters being of order one."""
 _UNDECIDED = frozenset({"abs", "sign", "min", "max", "where", "less", "less_equal", "table"})
 """Operations whose quotient holds on the sample's side only."""
+_LEGENDRE_WORK: Final = 60_000
+"""How much is done for closed forms, in products of terms: a second or so."""
+_PLAIN: Final = frozenset({"neg", "add", "mul", "div", "pow", "sqrt", "sin", "cos", "tan"})
+"""Operations that have one quotient whatever the values are."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class EnergyTerms:
 
 @dataclass(frozen=True)
 class Reduction:
-    """What is left when momenta p take the place of the speeds `replaced`; `kept` are the others (places both).
+    """The terms that are left when momenta p take the place of the speeds `replaced`; `kept` are the others (places).
 
     `mass_matrix` M_R and `linear` g (over the kept speeds), `potential` V_R(q; p); the replaced speeds are
     `constant` + `coupling` u_s (one row each). R = u_s . M_R u_s/2 + g . u_s - V_R. `quadratic` is the part
@@ -89,7 +91,7 @@ class Reduction:
     coupling: list[list[S]]
 
     def replaced_speeds(self, kept: Sequence[S]) -> list[S]:
-        """Return the speeds that momenta replace, given those that are kept."""
+        """Return the speeds that momenta replace, given the kept ones."""
         return [
             c + sum((a * u for a, u in zip(row, kept, strict=True)), 0)
             for c, row in zip(self.constant, self.coupling, strict=True)
@@ -108,8 +110,8 @@ def energy_terms(mechanism: Mechanism) -> EnergyTerms:
     return EnergyTerms(matrix, [as_node(x) for x in linear], as_node(rest), as_node(potential_energy(motion)))
 
 
-def reduced(terms: EnergyTerms, replaced: Sequence[int], momenta: Sequence[S]) -> Reduction:
-    """Return what is left of T and V when `momenta` p take the place of the speeds at the places `replaced`."""
+def reduce_energies(terms: EnergyTerms, replaced: Sequence[int], momenta: Sequence[S]) -> Reduction:
+    """Return T and V with `momenta` p in place of the speeds at the places `replaced`."""
     M, b = terms.mass_matrix, terms.linear
     kept = tuple(k for k in range(len(M)) if k not in set(replaced))
     factors = factorized([[M[i][j] for j in replaced] for i in replaced])
@@ -133,13 +135,13 @@ def _dot(a: Sequence[S], b: Sequence[S]) -> S:
     return sum(others, first)
 
 
-# --- which coordinates are cyclic ----------------------------------------------------------------------------------
+# --- which coordinates are cyclic ------------------------------------------------------------------------------------
 
 
 def cyclic_speeds(mechanism: Mechanism) -> tuple[int, ...]:
-    """Return the places of the speeds whose coordinates are cyclic: no energy depends on these, no force acts along.
+    """Return the places of the speeds whose coordinates are cyclic: no energy depends on them, no force acts along.
 
-    A derivative that does not fold to zero is looked at exactly where that is soon done. Where rows restrict the tree
+    A derivative that does not fold to zero is examined exactly where that is soon done. Where rows restrict the tree
     nothing is cyclic here: their forces act along coordinates; nor where masses vary.
     """
     if mechanism.rows or any(varies(body) for body in mechanism.bodies):
@@ -148,19 +150,14 @@ def cyclic_speeds(mechanism: Mechanism) -> tuple[int, ...]:
     pairs = sorted((u, q) for body in mechanism.bodies for q, u in body.rate_pairs)
     lagrangian = as_node(kinetic_energy(motion) - potential_energy(motion))
     slopes = gradient(lagrangian, [slot("q", q) for _, q in pairs])
-    forces = _working_forces(motion)
+    working = applied_forces(motion, split(mechanism.loads)[1], weight=False)
+    forces = [as_node(x) for x in applied_generalized_forces(motion, working)]
     return tuple(
-        u for (u, _), slope in zip(pairs, slopes, strict=True) if forces[u] is ZERO and vanishes(as_node(slope))
+        u for (u, _), slope in zip(pairs, slopes, strict=True) if forces[u] is ZERO and _vanishes(as_node(slope))
     )
 
 
-def _working_forces(motion: Motion) -> list[Node]:
-    """Return the generalised forces of what V does not hold."""
-    loads = split(motion.mechanism.loads)[1]
-    return [as_node(x) for x in applied_generalized_forces(motion, applied_forces(motion, loads, weight=False))]
-
-
-def vanishes(expression: Node) -> bool:
+def _vanishes(expression: Node) -> bool:
     """Return whether an expression in slots is zero whatever they are, as far as exact quotients tell."""
     if expression.shadow is not None or not expression.args:
         return expression is ZERO
@@ -180,7 +177,7 @@ def vanishes(expression: Node) -> bool:
 
 
 def _vanishes_on_either_side(expression: Node) -> bool:
-    """Return whether an expression is near zero where coordinates have other signs than at the sample of quotients."""
+    """Return whether an expression is nearly zero where coordinates have other signs than in the sample."""
     unknown = leaves([expression], "slot", "quantity")
     for n in range(4):
         given = {
@@ -195,19 +192,14 @@ def _vanishes_on_either_side(expression: Node) -> bool:
     return True
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
-_LEGENDRE_WORK: Final = 60_000
-"""How much is done for closed forms, in products of terms: a second or so."""
-_PLAIN: Final = frozenset({"neg", "add", "mul", "div", "pow", "sqrt", "sin", "cos", "tan"})
-"""Operations that have one quotient whatever the values are."""
+# --- in sympy --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Transformed:
-    """A reduction in sympy: `terms` of the energies, what is left, and dV_R/dq by coordinate (nq).
+    """A reduction in sympy: `terms` of the energies, the `reduction`, and dV_R/dq by coordinate (nq).
 
-    `moves` says that T has parts that are not quadratic in the speeds, so that H is not the energy.
+    `moves`: T has parts that are not quadratic in the speeds, so that H is not the energy.
     """
 
     terms: EnergyTerms
@@ -230,31 +222,15 @@ def momentum_symbols(mechanism: Mechanism, symbols: Symbols) -> tuple[Any, ...]:
     return tuple(found)
 
 
-def transformed(
+def transform(
     mechanism: Mechanism, symbols: Symbols, momenta: Sequence[Any], replaced: Sequence[int], names: Subexpressions
 ) -> Transformed:
-    """Return what is left when the momenta of the speeds `replaced` (one symbol each) take their place.
+    """Return the reduction in which momenta (one symbol each) take the place of the speeds `replaced`.
 
-    Raises ModelError for speeds that move nothing with mass.
+    Raises ModelError where a mass varies, whose rate momenta would hold too, and for speeds that move nothing with
+    mass.
     """
     names.budget.enter("the speeds by the momenta")
-    verify_constant_masses(mechanism)
-    _verify_massive(mechanism, replaced)
-    nodes = energy_terms(mechanism)
-    moves = any(x is not ZERO for x in (*nodes.linear, nodes.rest))
-    if isinstance(names, WrittenOut):
-        try:
-            return _in_book_form(mechanism, symbols, momenta, replaced, names, nodes, moves)
-        except (NoClosedFormError, ExpressionError):
-            pass
-    slots = [slot("momenta", k) for k in range(len(momenta))]
-    known = {**known_nodes(mechanism, symbols), **dict(zip(slots, momenta, strict=True))}
-    terms, left = (_mapped(part, _Translated(part, names, known)) for part in (nodes, reduced(nodes, replaced, slots)))
-    return Transformed(terms, left, names.gradient(left.potential, symbols.coordinates), moves)
-
-
-def verify_constant_masses(mechanism: Mechanism) -> None:
-    """Raise ModelError where a mass varies, whose rate momenta would hold too."""
     for body in mechanism.bodies:
         if varies(body):
             others = "the method multipliers" if mechanism.rows else "the method lagrange or multipliers"
@@ -262,34 +238,37 @@ def verify_constant_masses(mechanism: Mechanism) -> None:
                 f"the mass of {body.name!r} varies, so that its momentum changes with it: choose {others}",
                 number="M120",
             )
-
-
-def _verify_massive(mechanism: Mechanism, replaced: Sequence[int]) -> None:
     for k in massless_speeds(mechanism):
         if k in replaced:
-            name = mechanism.speeds[k].name
             raise ModelError(
-                f"the speed {name} moves nothing that has mass, so that no momentum determines it; give what it moves "
-                "a mass or an inertia, or choose the method multipliers",
+                f"the speed {mechanism.speeds[k].name} moves nothing that has mass, so that no momentum determines it; "
+                "give what it moves a mass or an inertia, or choose the method multipliers",
                 number="M120",
             )
-
-
-# --- over quotients ------------------------------------------------------------------------------------------------
+    nodes = energy_terms(mechanism)
+    moves = any(x is not ZERO for x in (*nodes.linear, nodes.rest))
+    known = known_nodes(mechanism, symbols)
+    if isinstance(names, WrittenOut):
+        try:
+            terms = _in_sympy(nodes, names, known)
+            return _in_book_form(terms, symbols, momenta, replaced, names, moves)
+        except (NoClosedFormError, ExpressionError):
+            pass
+    slots = [slot("momenta", k) for k in range(len(momenta))]
+    known |= dict(zip(slots, momenta, strict=True))
+    terms, left = (_in_sympy(part, names, known) for part in (nodes, reduce_energies(nodes, replaced, slots)))
+    return Transformed(terms, left, names.gradient(left.potential, symbols.coordinates), moves)
 
 
 def _in_book_form(
-    mechanism: Mechanism,
+    terms: EnergyTerms,
     symbols: Symbols,
     momenta: Sequence[Any],
     replaced: Sequence[int],
     names: WrittenOut,
-    nodes: EnergyTerms,
     moves: bool,
 ) -> Transformed:
-    """Return the same in book forms. Raises NoClosedFormError, ExpressionError where there are none."""
-    known = known_nodes(mechanism, symbols)
-    terms: EnergyTerms = _mapped(nodes, _Translated(nodes, names, known))
+    """Return the reduction over quotients, in book form. Raises NoClosedFormError, ExpressionError without one."""
     forms = BookForms([x for row in terms.mass_matrix for x in row] + list(terms.linear), [*momenta, *symbols.speeds])
     exactly = replace(
         terms,
@@ -299,10 +278,10 @@ def _in_book_form(
         potential=forms.field.constant(0),
     )
     p = [forms.of(x) for x in momenta]
-    left = reduced(exactly, replaced, p)
-    parts = _parts(exactly, left, p, forms)
+    left = reduce_energies(exactly, replaced, p)
+    parts = _quadratic_parts(exactly, left, p, forms)
     stored = names.sum([terms.potential, -terms.rest])
-    written = _mapped(replace(left, potential=forms.zero, quadratic=forms.zero), forms.written)
+    written = _map_scalars(replace(left, potential=forms.zero, quadratic=forms.zero), forms.written)
     total = sympy.Add(*(forms.written(x) for x in parts), stored)
     slopes = names.gradient(stored, symbols.coordinates)
     gradient = [
@@ -312,12 +291,12 @@ def _in_book_form(
     return Transformed(terms, replace(written, potential=total, quadratic=total - stored), gradient, moves)
 
 
-def _parts(
+def _quadratic_parts(
     terms: EnergyTerms, left: Reduction, momenta: Sequence[Quotient], forms: BookForms
 ) -> list[Quotient]:
-    """Return (p - b) . M^-1 (p - b)/2 in parts, those of speeds that M couples together or as squares of L^-T (p - b).
+    """Return (p - b) . M^-1 (p - b)/2 in parts: for each group of speeds that M couples the shorter of two forms.
 
-    The shorter of both is taken: p1^2/(2 m) + p2^2/(2 M), but (p1 - p2 cos(a))^2/(2 A sin(a)^2) + p2^2/(2 C) too.
+    One is the whole, the other squares of L^-T (p - b): (p1 - p2 cos(a))^2/(2 A sin(a)^2) + p2^2/(2 C).
     """
     free = [p - terms.linear[k] for p, k in zip(momenta, left.replaced, strict=True)]
     groups: list[set[int]] = []
@@ -390,35 +369,22 @@ def _verify_plain(nodes: Sequence[Node], positive: Collection[Node]) -> None:
             raise NoClosedFormError(f"{n.op} has no one quotient")
 
 
-# --- over Nodes ----------------------------------------------------------------------------------------------------
-
-
-class _Translated:
-    """Sympy expressions of all Nodes in a record, each by itself."""
-
-    def __init__(self, part: Any, names: Subexpressions, known: Mapping[Node, Any]) -> None:
-        nodes = list(dict.fromkeys(_scalars(part)))
-        found = names.translated(nodes, known)
-        self._found = {node: names.name(e) for node, e in zip(nodes, found, strict=True)}
-
-    def __call__(self, x: Any) -> Any:
-        return self._found[x]
-
-
-def _scalars(part: Any) -> Iterator[Any]:
-    found: list[Any] = []
+def _in_sympy(part: Any, names: Subexpressions, known: Mapping[Node, Any]) -> Any:
+    """Return a record of Nodes in sympy, each scalar by itself."""
+    found: dict[Node, Any] = {}
 
     def keep(x: Any) -> Any:
-        found.append(x)
-        return x
+        return found.setdefault(x, x)
 
-    _mapped(part, keep)
-    yield from found
+    _map_scalars(part, keep)
+    translated = names.translated(list(found), known)
+    found = {node: names.name(e) for node, e in zip(found, translated, strict=True)}
+    return _map_scalars(part, found.__getitem__)
 
 
-def _mapped(part: Any, change: Any) -> Any:
+def _map_scalars(part: Any, change: Callable[[Any], Any]) -> Any:
     """Return a record of energies or a reduction with each of its scalars changed."""
     if isinstance(part, EnergyTerms | Reduction):
         places = ("kept", "replaced")
-        return replace(part, **{name: _mapped(x, change) for name, x in vars(part).items() if name not in places})
-    return [_mapped(x, change) for x in part] if isinstance(part, list | tuple) else change(part)
+        return replace(part, **{name: _map_scalars(x, change) for name, x in vars(part).items() if name not in places})
+    return [_map_scalars(x, change) for x in part] if isinstance(part, list | tuple) else change(part)

@@ -1,9 +1,12 @@
-"""The sympy symbols of a mechanism: coordinates, speeds, accelerations, parameters, inputs, multipliers, reactions."""
+"""The sympy symbols of a mechanism, the steps of a derivation as data, and how both are spelt for a person.
+
+In: a Mechanism. Out: Symbols; Steps of Equations; a Notation that writes expressions as text and in LaTeX.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final, NamedTuple
@@ -42,7 +45,7 @@ class Symbols:
 
 
 def symbols_of(mechanism: Mechanism) -> Symbols:
-    """Return the symbols of a mechanism; those of names that cannot stand in expressions are spelt with `_`."""
+    """Return the symbols of a mechanism; characters that cannot stand in expressions are spelt as `_`."""
     return _symbols(
         mechanism,
         [c.name for c in mechanism.coordinates],
@@ -73,28 +76,28 @@ def _symbols(
 ) -> Symbols:
     taken = {"t"}
     time = sympy.Symbol("t", real=True)
-    coordinates, speeds = _named(coordinate_names, taken), _named(speed_names, taken)
-    inputs = _named(input_names, taken)
-    parameters = _named(parameter_names, taken, [p.positive for p in mechanism.parameters])
-    accelerations = _named([f"{name}_rate" for name in speed_names], taken)
-    multipliers = _named([f"lambda_{name}" for name in row_names], taken)
-    reactions = _named([f"{name}_{component}" for name in joint_names for component in COMPONENTS], taken)
+    coordinates, speeds = _make_symbols(coordinate_names, taken), _make_symbols(speed_names, taken)
+    inputs = _make_symbols(input_names, taken)
+    parameters = _make_symbols(parameter_names, taken, [p.positive for p in mechanism.parameters])
+    accelerations = _make_symbols([f"{name}_rate" for name in speed_names], taken)
+    multipliers = _make_symbols([f"lambda_{name}" for name in row_names], taken)
+    reactions = _make_symbols([f"{name}_{component}" for name in joint_names for component in COMPONENTS], taken)
     slots = {TIME: time}
-    for array, made in (("q", coordinates), ("u", speeds), ("parameters", parameters), ("inputs", inputs)):
-        slots.update((slot(array, i), x) for i, x in enumerate(made))
+    for array, group in (("q", coordinates), ("u", speeds), ("parameters", parameters), ("inputs", inputs)):
+        slots.update((slot(array, i), x) for i, x in enumerate(group))
     prefix = _free("z", lambda word: any(re.fullmatch(rf"{word}\d+", name) for name in taken))
     return Symbols(time, coordinates, speeds, accelerations, parameters, inputs, multipliers, reactions, slots, prefix)
 
 
-def _named(
+def _make_symbols(
     names: Sequence[str], taken: set[str], positive: Sequence[bool] | None = None
 ) -> tuple[sympy.Symbol, ...]:
-    made = []
+    symbols = []
     for name, above_zero in zip(names, positive or [False] * len(names), strict=True):
         spelt = _free(re.sub(r"[^A-Za-z0-9_]+", "_", name), taken.__contains__)
         taken.add(spelt)
-        made.append(sympy.Symbol(spelt, positive=True) if above_zero else sympy.Symbol(spelt, real=True))
-    return tuple(made)
+        symbols.append(sympy.Symbol(spelt, positive=True) if above_zero else sympy.Symbol(spelt, real=True))
+    return tuple(symbols)
 
 
 def _free(word: str, is_taken: Callable[[str], bool]) -> str:
@@ -103,8 +106,7 @@ def _free(word: str, is_taken: Callable[[str], bool]) -> str:
     return word
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Derivation: how equations of motion came about, step by step, as data to be written out.
+# --- how equations of motion came about, step by step ----------------------------------------------------------------
 
 
 class Label(NamedTuple):
@@ -124,7 +126,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Step:
-    """One step: its title, its equations, and a note."""
+    """One step of a derivation: its title, its equations, and a note."""
 
     title: str
     equations: tuple[Equation, ...] = ()
@@ -132,61 +134,47 @@ class Step:
 
 
 Derivation = tuple[Step, ...]
+_LETTERS: Final = ("T", "V", "D", "R", "H", "L", "M", "C", "f")
+_FUNCTION: Final = re.compile(r"(d/dt )?(\(N\^T )?d?([A-Zf])(?=$|/d)")
 
 
-def with_free_letters(steps: Derivation, taken: Collection[str]) -> Derivation:
-    """Return steps in which no letter of a function or matrix, such as T, V and H, is one that the model has `taken`.
+def with_free_letters(steps: Derivation, mechanism: Mechanism) -> Derivation:
+    """Return steps in which no letter of a function or matrix, such as T, V and H, is a name of the model.
 
     Such a letter is followed by _, and calligraphic in LaTeX; the p that stands for any momentum in notes is p_k.
     """
-    letters = [letter for letter in _LETTERS if letter in taken]
-    if not letters and "p" not in taken:
-        return steps
-    for letter in letters:
-        free = letter
-        while free in taken:
-            free += "_"
-        steps = tuple(_relettered(step, letter, free) for step in steps)
+    taken = {str(name.data) for name in mechanism.symbols}
+    for letter in (letter for letter in _LETTERS if letter in taken):
+        free = _free(letter, taken.__contains__)
+        steps = tuple(_with_letter(step, letter, free) for step in steps)
     if "p" in taken:
         steps = tuple(replace(step, note=_put(step.note, "p", "p_k")) for step in steps)
     return steps
 
 
-_LETTERS: Final = ("T", "V", "D", "R", "H", "L", "M", "C", "f")
-_FUNCTION: Final = re.compile(r"(d/dt )?(\(N\^T )?d?([A-Zf])(?=$|/d)")
-
-
-def _relettered(step: Step, letter: str, free: str) -> Step:
+def _with_letter(step: Step, letter: str, free: str) -> Step:
     """Return a step in which a function or matrix has another letter."""
-    equations = tuple(
-        replace(x, left=_spelt(x.left, letter, free)) if isinstance(x.left, Label) else x for x in step.equations
-    )
+    equations = []
+    for x in step.equations:
+        head = _FUNCTION.match(x.left.text) if isinstance(x.left, Label) else None
+        if head is not None and head[3] == letter:
+            latex = re.sub(rf"(\\partial |^){letter}(?![A-Za-z_])", rf"\g<1>\\mathcal{{{letter}}}", x.left.latex)
+            x = replace(x, left=Label(_put(x.left.text, letter, free), latex))
+        equations.append(x)
     title = re.sub(rf"(Gradient of ){letter}$", rf"\g<1>{free}", step.title)
-    return replace(step, title=title, equations=equations, note=_put(step.note, letter, free))
-
-
-def _spelt(label: Label, letter: str, free: str) -> Label:
-    found = _FUNCTION.match(label.text)
-    if found is None or found[3] != letter:
-        return label
-    latex = re.sub(rf"(\\partial |^){letter}(?![A-Za-z_])", rf"\g<1>\\mathcal{{{letter}}}", label.latex)
-    return Label(_put(label.text, letter, free), latex)
+    return replace(step, title=title, equations=tuple(equations), note=_put(step.note, letter, free))
 
 
 def _put(text: str, letter: str, free: str) -> str:
-    """Return a text with another letter where one stands by itself, or as a differential: dT/du."""
+    """Return a text with another letter where it stands by itself, or as a differential: dT/du."""
     return re.sub(rf"(?<![A-Za-z_^])(d?){letter}(?![A-Za-z_])", rf"\g<1>{free}", text)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# How derived expressions are spelt and ordered for a person: the book's letters, masses first, accelerations last.
-#
-# Rates of coordinates carry primes in text and dots in LaTeX.
+# --- how expressions are spelt and ordered: the book's letters, masses first, accelerations last; primes and dots ----
 
 
 MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)
 """Kinds of symbols in the order in which a product names them; functions of them come last."""
-
 READABLE: Final = 2_000
 """Operations up to which a person reads equations."""
 
@@ -239,26 +227,22 @@ def notation_of(
     spelling: dict[Any, Label] = {}
     for s in (symbols.time, *symbols.coordinates, *symbols.parameters, *symbols.inputs, *names):
         spelling[s] = Label(s.name, latex_name(book.get(s.name, s.name)))
-    spelling.update(_balls(mechanism, symbols))
-    spelling.update(_rates(mechanism, symbols, spelling))
+    spelling.update(_spell_balls(mechanism, symbols))
+    spelling.update(_spell_rates(mechanism, symbols, spelling))
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         spelling[s] = Label(s.name, rf"\lambda_{{{upright(row.name)}}}")
-    spelling.update(_reactions(mechanism, symbols))
-    spelling.update((s, _number(node)) for s, node in (numbers or {}).items())
+    components = [(body.joint_name, component) for body in mechanism.bodies for component in COMPONENTS]
+    for s, (joint, component) in zip(symbols.reactions, components, strict=True):
+        spelling[s] = Label(s.name, f"{component[0].upper()}_{{{upright(joint)},{component[1]}}}")
+    for s, node in (numbers or {}).items():
+        exact = decimal(sympy.Rational(node.data.numerator, node.data.denominator)) if node.op == "number" else None
+        digits = exact or f"{node.shadow:.12g}"
+        spelling[s] = Label(digits, digits)
     places = {s: (NAME, i) for i, s in enumerate((*names, *(numbers or ())))}
     return Notation(spelling, {**places, **_places(mechanism, symbols)})
 
 
-def _reactions(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
-    """Return the spelling of the components of reactions: F and M with the joint's name and the axis."""
-    of = [(body.joint_name, component) for body in mechanism.bodies for component in COMPONENTS]
-    return {
-        s: Label(s.name, f"{component[0].upper()}_{{{upright(name)},{component[1]}}}")
-        for s, (name, component) in zip(symbols.reactions, of, strict=True)
-    }
-
-
-def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
+def _spell_rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
     """Return the spelling of speeds and accelerations: theta', theta'' where u is the rate of theta."""
     found = {}
     coordinate_of = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
@@ -271,7 +255,7 @@ def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]
     return found
 
 
-def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
+def _spell_balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
     """Return the spelling of quaternions and angular velocities: with the joint's name where there are several."""
     balls = [(body, free) for body in mechanism.bodies for free in body.free_steps if free.step.unit_quaternion]
     found = {}
@@ -286,7 +270,7 @@ def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
 
 
 def dotted(latex: str, accent: str) -> str:
-    """Return a name in LaTeX with dots over its letter or words, what stands below left without."""
+    """Return a name in LaTeX with dots over its letter or words, not over the subscript."""
     end = _end_of_words(latex) if latex.startswith((r"\text{", r"\mathrm{")) else latex.find("_")
     head, below = (latex, "") if end < 0 else (latex[:end], latex[end:])
     return rf"\{accent}{{{head}}}{below}"
@@ -305,14 +289,12 @@ def _end_of_words(latex: str) -> int:
 
 def latex_name(name: str) -> str:
     r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
-    head, *parts = (_latex_part(part) for part in read_parts(name))
-    return f"{head}_{{{','.join(parts)}}}" if parts else head
-
-
-def _latex_part(part: str) -> str:
-    if part in GREEK:
-        return f"\\{part}"
-    return part if part.isdigit() or (len(part) == 1 and part.isalpha() and part.isascii()) else upright(part)
+    parts = []
+    for part in read_parts(name):
+        plain = part.isdigit() or (len(part) == 1 and part.isalpha() and part.isascii())
+        parts.append(f"\\{part}" if part in GREEK else part if plain else upright(part))
+    head, *under = parts
+    return f"{head}_{{{','.join(under)}}}" if under else head
 
 
 _SPECIAL: Final = {
@@ -321,8 +303,6 @@ _SPECIAL: Final = {
     "~": r"\textasciitilde{}",
     **{c: f"\\{c}" for c in "#$%&_{}"},
 }
-
-
 _LONGEST_WORD: Final = 24
 _PARTS: Final = re.compile(r".{0,11}[_./-]|.{1,12}", re.DOTALL)
 
@@ -345,12 +325,6 @@ def breakable(words: str) -> str:
     )
 
 
-def _number(node: Node) -> Label:
-    exact = decimal(sympy.Rational(node.data.numerator, node.data.denominator)) if node.op == "number" else None
-    spelt = exact or f"{node.shadow:.12g}"
-    return Label(spelt, spelt)
-
-
 def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]]:
     masses = {leaf for body in mechanism.bodies for leaf in leaves([body.mass.mass], "slot")}
     gravity = set(leaves(mechanism.gravity, "slot"))
@@ -371,7 +345,7 @@ def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]
 
 
 class ReadableEquations:
-    """How derived equations are counted, put in their names, and shown: what all their kinds share."""
+    """The part that all kinds of derived equations share: how they are counted, resolved and shown."""
 
     method: str
     mechanism: Mechanism
@@ -390,14 +364,14 @@ class ReadableEquations:
         return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
 
     def _ordered(self) -> list[tuple[Any, Any]]:
-        """Return what has a name, each after what it names."""
+        """Return the definitions, each after those that it names."""
         return list(self.definitions)
 
     @door
     def explicit(self, expression: Any) -> Any:
-        """Return an expression or matrix with what every name and number symbol stands for in its place.
+        """Return an expression or matrix in which definitions and numbers take the place of their names.
 
-        Of equations in momenta that is one in q, p and the speeds that are kept.
+        Of equations in momenta it is one in q, p and the speeds that are kept.
         """
         if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
             raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")

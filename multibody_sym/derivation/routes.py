@@ -1,4 +1,7 @@
-"""All formalisms by name: independent routes from a mechanism to the same equations of motion."""
+"""All formalisms by name: independent routes from a mechanism to the same equations of motion.
+
+Whoever runs programs imports this file: sympy is imported when a route needs it.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,13 @@ from multibody_sym.mechanics.state import State
 from multibody_sym.records import dataclass
 
 
-def _lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:
+def _by_lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:
     from multibody_sym.derivation.lagrange import lagrange
 
     return lagrange(mechanism, state)
 
 
-def _multipliers(mechanism: Mechanism, state: State) -> TreeDynamics:
+def _by_multipliers(mechanism: Mechanism, state: State) -> TreeDynamics:
     from multibody_sym.derivation.lagrange import multipliers
 
     return multipliers(mechanism, state)
@@ -37,16 +40,16 @@ class Route:
     refuses_massless: bool = False
 
     def refuses(self, mechanism: Mechanism) -> bool:
-        """Return whether the formalism has no answer for a mechanism."""
+        """Whether the formalism has no answer for a mechanism."""
         rows = self.refuses_rows and bool(mechanism.rows)
         return rows or (self.refuses_massless and bool(massless_speeds(mechanism)))
 
     def is_compared(self, mechanism: Mechanism) -> bool:
-        """Return whether the formalism answers for a mechanism, and in seconds."""
+        """Whether the formalism answers for a mechanism, and in seconds."""
         return not self.refuses(mechanism) and not self.is_slow(mechanism)
 
     def is_slow(self, mechanism: Mechanism) -> bool:
-        """Return whether the formalism takes more than seconds for a mechanism."""
+        """Whether the formalism takes more than seconds for a mechanism."""
         return self.most_speeds is not None and len(mechanism.speeds) > self.most_speeds
 
 
@@ -58,10 +61,9 @@ ROUTES: Final[Mapping[str, Route]] = {
     "composite_body": Route(composite_body, MANY_SPEEDS),
     "block_ldl": Route(block_ldl, refuses_massless=True),
     "sweep": Route(sweep, refuses_massless=True),
-    "lagrange": Route(_lagrange, 12, refuses_rows=True),
-    "multipliers": Route(_multipliers, 12),
+    "lagrange": Route(_by_lagrange, 12, refuses_rows=True),
+    "multipliers": Route(_by_multipliers, 12),
 }
-"""Each by name. Those that derive with sympy import it when they are called."""
 FORMALISMS: Final[Mapping[str, Formalism]] = {name: route.formalism for name, route in ROUTES.items()}
 
 

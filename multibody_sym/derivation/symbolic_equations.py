@@ -1,8 +1,11 @@
-"""SymbolicEquations: equations of motion in sympy, to be read, shown in a notebook, or evaluated with NumPy."""
+"""Equations of motion in sympy, as records to be read, shown in a notebook, or evaluated with NumPy.
+
+SymbolicEquations are in speeds, CanonicalEquations in momenta, by Hamilton or Routh.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from functools import partial
 from itertools import chain
@@ -29,8 +32,7 @@ from multibody_sym.scalars.sympy_bridge import TableFunction
 from multibody_sym.scalars.tabulated import Tabulated
 from multibody_sym.scalars.vectors import factorized
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Symbolic expressions as a NumPy function, in which every symbol is a Dummy: no name becomes code.
+# --- expressions as a NumPy function, in which every symbol is a Dummy: no name becomes code -------------------------
 
 
 def declared_inputs(mechanism: Mechanism, symbols: Symbols) -> tuple[list[tuple[Any, Any]], dict[Any, Any]]:
@@ -59,28 +61,29 @@ def numpy_function(
     wanted = [[x.xreplace(replaced) for x in part] for part in lists]
     arguments = [dummies[time], *([dummies[x] for x in group] for group in groups)]
     expressions = [*(e for _, e in shared), *chain(*wanted)]
-    found = dict.fromkeys(part.func for e in expressions for part in e.atoms(TableFunction))
-    own = {f: sympy.Function(f"table_{k}") for k, f in enumerate(found, 1)}
-    shared = [(x, _renamed(e, own)) for x, e in shared]
-    wanted = [[_renamed(e, own) for e in part] for part in wanted]
-    tables = {stand_in.__name__: partial(_values, *f.own) for f, stand_in in own.items()}
+    functions = dict.fromkeys(part.func for e in expressions for part in e.atoms(TableFunction))
+    own = {f: sympy.Function(f"table_{k}") for k, f in enumerate(functions, 1)}
+    shared = [(x, _replace_functions(e, own)) for x, e in shared]
+    wanted = [[_replace_functions(e, own) for e in part] for part in wanted]
+    tables = {stand_in.__name__: partial(_table_values, *f.own) for f, stand_in in own.items()}
     compiled: Callable[..., Any] = sympy.lambdify(
         arguments, wanted, modules=[tables, "numpy"], cse=lambda expressions: (shared, list(expressions))
     )
     return compiled
 
 
-def _renamed(expression: Any, own: Mapping[Any, Any]) -> Any:
+def _replace_functions(expression: Any, own: Mapping[Any, Any]) -> Any:
     for f, stand_in in own.items():
         expression = expression.replace(f, stand_in)
     return expression
 
 
-def _values(function: Tabulated, order: int, at: ArrayLike) -> Any:
+def _table_values(function: Tabulated, order: int, at: ArrayLike) -> Any:
     return np.reshape(function.values(order, np.ravel(at).tolist()), np.shape(at))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# --- equations in speeds ---------------------------------------------------------------------------------------------
+
 
 @dataclass(frozen=True, repr=False)
 class SymbolicEquations(ReadableEquations):
@@ -97,9 +100,9 @@ class SymbolicEquations(ReadableEquations):
     start, of the parameters that a run measures there; none where that start cannot be assembled. `dissipation` is
     Rayleigh's function D of dampers, where there are any and all are linear: -dD/du is their part of the forces.
 
-    Where something slides or joints rub, `exerted` C (s x n) and `coupling` D (s x s) are what stands for H^T and is
-    added in M udot = f + C^T lambda, H udot + D lambda = gamma; else None. Rows that go `beside` others exert theirs
-    times their part of the direction of the vector that all their multipliers make.
+    Where something slides or joints rub, `exerted` C (s x n) stands for H and `coupling` D (s x s) is added in
+    M udot = f + C^T lambda, H udot + D lambda = gamma; else both are None. Rows `beside` others exert their force times
+    their part of the direction of the vector of all their multipliers.
     """
 
     method: str
@@ -143,43 +146,36 @@ class SymbolicEquations(ReadableEquations):
         """
         if not isinstance(result, str) or result not in ("accelerations", "terms"):
             raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}", number="M120")
-        return Lambdified(self, result, self._arguments, self._compiled())
-
-    def _arguments(self, q: Any, u: Any, t: Any, parameters: Any) -> tuple[float, Floats, Floats, Floats]:
-        """Return t, q, u, parameters as real numbers; raises InputError."""
-        s = self.symbols
-        declared = zip(s.parameters, parameter_values(self.mechanism, {}), strict=True)
-        values = [self.constants.get(x, value) for x, value in declared] if parameters is None else parameters
-        state, rates = vector("q", q, len(s.coordinates)), vector("u", u, len(s.speeds))
-        return number("t", t), state, rates, vector("parameters", values, len(s.parameters))
-
-    def _compiled(self) -> Callable[..., Any]:
-        """Return the compiled function of (t, q, u, parameters); every symbol becomes a Dummy, whatever its name."""
         s = self.symbols
         inputs, numbers = declared_inputs(self.mechanism, s)
         parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
         parts += () if self.exerted is None else (self.exerted, self.coupling)
         groups = (s.coordinates, s.speeds, s.parameters)
         lists = [list(part) for part in parts]
-        return numpy_function(s.time, groups, [*inputs, *self.definitions], {**self.numbers, **numbers}, lists)
+        definitions = [*inputs, *self.definitions]
+        return Lambdified(
+            self, result, numpy_function(s.time, groups, definitions, {**self.numbers, **numbers}, lists)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Lambdified:
-    """Equations as a NumPy function (see `SymbolicEquations.lambdify`); what a pickle holds is the equations."""
+    """Equations as a NumPy function (see `SymbolicEquations.lambdify`); a pickle holds the equations."""
 
     equations: SymbolicEquations
     result: str
-    given: Callable[..., Any]
     evaluate: Callable[..., Any]
 
     def __call__(
         self, q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
     ) -> Any:
         """Return udot (n,), or M, f, H, gamma; raises InputError."""
-        n = len(self.equations.symbols.speeds)
-        found = (np.array(x, dtype=float) for x in self.evaluate(*self.given(q, u, t, parameters)))
-        M, f, H, gamma, *friction = found
+        s = self.equations.symbols
+        n = len(s.speeds)
+        values = _parameters(self.equations, parameters)
+        given = vector("q", q, len(s.coordinates)), vector("u", u, n)
+        lists = self.evaluate(number("t", t), *given, vector("parameters", values, len(s.parameters)))
+        M, f, H, gamma, *friction = (np.array(x, dtype=float) for x in lists)
         terms = M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
         if self.result == "terms":
             return terms
@@ -189,6 +185,12 @@ class Lambdified:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return SymbolicEquations.lambdify, (self.equations, self.result)
+
+
+def _parameters(equations: SymbolicEquations | CanonicalEquations, given: Any) -> Any:
+    """Return the given parameters, or those of the declared start with its measured constants."""
+    declared = zip(equations.symbols.parameters, parameter_values(equations.mechanism, {}), strict=True)
+    return [equations.constants.get(x, value) for x, value in declared] if given is None else given
 
 
 def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: FrictionTerms | None) -> Floats:
@@ -205,14 +207,12 @@ def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: Fri
     return np.array(found.udot, dtype=float)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# CanonicalEquations: equations of motion in momenta, by Hamilton or Routh, to be read, shown or evaluated.
+# --- equations in momenta --------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class FirstIntegral:
-    """A quantity that stays constant: its `name` in outputs, its `expression` (sympy; None where it has none in q and
-    p), and the `symmetry` behind it."""
+    """A conserved quantity: its `name` in outputs, its `expression` in q and p (sympy, or None), and its `symmetry`."""
 
     name: str
     expression: Any
@@ -273,18 +273,16 @@ class CanonicalEquations(ReadableEquations):
                 "compile(canonical_equations(system))",
                 number="M120",
             )
-        return LambdifiedCanonical(self, self._compiled())
-
-    def _ordered(self) -> list[tuple[Any, Any]]:
-        """Return definitions and speeds in an order in which they can be evaluated."""
-        return in_order({**dict(self.definitions), **self.speeds})
-
-    def _compiled(self) -> Callable[..., Any]:
         s = self.symbols
         inputs, numbers = declared_inputs(self.mechanism, s)
         definitions = in_order({**dict(inputs), **dict(self.definitions), **self.speeds})
         groups = (s.coordinates, self.momenta, s.parameters)
-        return numpy_function(s.time, groups, definitions, {**self.numbers, **numbers}, self.rates)
+        evaluate = numpy_function(s.time, groups, definitions, {**self.numbers, **numbers}, self.rates)
+        return LambdifiedCanonical(self, evaluate)
+
+    def _ordered(self) -> list[tuple[Any, Any]]:
+        """Return definitions and speeds in an order in which they can be evaluated."""
+        return in_order({**dict(self.definitions), **self.speeds})
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -298,12 +296,10 @@ class LambdifiedCanonical:
         self, q: Sequence[float], p: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
     ) -> tuple[Floats, Floats]:
         """Return qdot (nq,), pdot (nu,); raises InputError."""
-        equations, s = self.equations, self.equations.symbols
-        declared = zip(s.parameters, parameter_values(equations.mechanism, {}), strict=True)
-        values = [equations.constants.get(x, value) for x, value in declared] if parameters is None else parameters
-        state, momenta = vector("q", q, len(s.coordinates)), vector("p", p, len(equations.momenta))
-        found = self.evaluate(number("t", t), state, momenta, vector("parameters", values, len(s.parameters)))
-        return np.array(found[0], dtype=float), np.array(found[1], dtype=float)
+        s, values = self.equations.symbols, _parameters(self.equations, parameters)
+        state, momenta = vector("q", q, len(s.coordinates)), vector("p", p, len(self.equations.momenta))
+        qdot, pdot = self.evaluate(number("t", t), state, momenta, vector("parameters", values, len(s.parameters)))
+        return np.array(qdot, dtype=float), np.array(pdot, dtype=float)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return CanonicalEquations.lambdify, (self.equations,)
@@ -312,15 +308,12 @@ class LambdifiedCanonical:
 def in_order(definitions: Mapping[Any, Any]) -> list[tuple[Any, Any]]:
     """Return definitions so that each rests on earlier ones alone."""
     found: dict[Any, Any] = {}
-
-    def waiting(name: Any) -> Iterable[Any]:
-        return [s for s in sorted(definitions[name].free_symbols, key=str) if s in definitions and s not in found]
-
     for first in definitions:
         stack = [first]
         while stack:
             name = stack[-1]
-            before = waiting(name) if name not in found else []
+            needed = sorted(definitions[name].free_symbols, key=str) if name not in found else []
+            before = [s for s in needed if s in definitions and s not in found]
             if before:
                 stack.extend(before)
                 continue

@@ -1,4 +1,7 @@
-"""States over Nodes for closed forms, in the names of the model: what one is, its parameters, and any state."""
+"""States over Nodes in the names of the model, and closed forms at one: accelerations, multipliers, forces.
+
+In: a Mechanism and its start in floats. Out: a SymbolicState, its ClosedForms over exact quotients.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,6 @@ from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import (
     Coordinate,
     Mechanism,
-    ParameterEntry,
     RopeSide,
     Speed,
     TangentAngle,
@@ -55,7 +57,7 @@ _ASIDE: Final = Fraction(1, 1009)
 
 @dataclass(frozen=True)
 class SymbolicState:
-    """A state over Nodes, and for each symbol that occurs in it the letter that stands for it in closed forms."""
+    """A state over Nodes, and the letter of each of its symbols in closed forms."""
 
     state: State
     letters: Mapping[Node, Letter]
@@ -75,34 +77,32 @@ def any_state(mechanism: Mechanism, begin: Start, start: State | None = None) ->
     q = [symbol(c.name) for c in mechanism.coordinates]
     u = [symbol(s.name) for s in mechanism.speeds]
     time = symbol("t")
-    held = {} if start is None else _held(mechanism, begin, start)
+    immobile: dict[int, Node] = {}
+    if start is not None:
+        immobile = {k: as_node(start.q[k]) for k in held_coordinates(mechanism, begin.q, begin.parameters)}
     for k, (node, value) in enumerate(zip((time, *q, *u), (0.0, *begin.q, *begin.u), strict=True)):
         # a little aside, where nothing vanishes by chance
         aside = PRECISE.mpf(_ASIDE.numerator) / (_ASIDE.denominator + 97 * k)
         letters[node] = Letter(node, PRECISE.mpf(value) + aside)
-    for k, place in held.items():
+    for k, place in immobile.items():
         del letters[q[k]], letters[u[k]]
         q[k], u[k] = place, ZERO
     return SymbolicState(state_of(mechanism, Node, time, q, u, parameters), letters)
 
 
-def _held(mechanism: Mechanism, begin: Start, start: State) -> dict[int, Node]:
-    """Return where constraints hold coordinates, by their places."""
-    return {k: as_node(start.q[k]) for k in held_coordinates(mechanism, begin.q, begin.parameters)}
-
-
 def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:
     """Return the parameter vector over Nodes (those given by others written out), and the letters of the free ones.
 
-    What a run measures or chooses, on which no acceleration depends, is zero: lengths of ropes, angles of tangents,
-    Baumgarte's coefficients.
+    Parameters that a run measures or chooses are zero, as no acceleration depends on them: lengths of ropes, angles of
+    tangents, Baumgarte's coefficients. No mass, and no coefficient of friction or restitution, is negative.
     """
     entries = mechanism.parameters
     known: dict[Node, Node] = {}
     letters: dict[Node, Letter] = {}
-    masses = {body.mass.mass for body in mechanism.bodies}
-    never_negative = masses | _coefficients(mechanism)
-    turning = _turning(mechanism)
+    coefficients = [leaves([x], "slot") for x in (*_friction_coefficients(mechanism), *_restitutions(mechanism))]
+    never_negative = {slots[0] for slots in coefficients if len(slots) == 1}
+    never_negative |= {body.mass.mass for body in mechanism.bodies}
+    either_sign = _load_factors(mechanism)
     waiting = list(range(len(entries)))
     while waiting:
         index = waiting.pop(0)
@@ -114,7 +114,7 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
             known[place] = symbol(entries[index].name)
             sample = exact(Field(_WORK), [value], {})[0].sample
             positive = entries[index].positive or (place in never_negative and sample > 0)
-            turns = place in turning and not positive
+            turns = place in either_sign and not positive
             letters[known[place]] = Letter(known[place], sample, positive, turns=turns)
         elif all(leaf in known for leaf in needed):
             known[place] = as_node(evaluate([value], known)[0])
@@ -123,18 +123,12 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
     return [known[slot("parameters", i)] for i in range(len(entries))], letters
 
 
-def _coefficients(mechanism: Mechanism) -> set[Node]:
-    """Return the slots of parameters that are coefficients of friction or restitution: no model has negative ones."""
-    alone = [leaves([x], "slot") for x in (*_rubbing(mechanism), *_bouncing(mechanism))]
-    return {slots[0] for slots in alone if len(slots) == 1}
-
-
-def _rubbing(mechanism: Mechanism) -> list[Node]:
+def _friction_coefficients(mechanism: Mechanism) -> list[Node]:
     parts = [part for element in _one_way(mechanism) for part in element.frictions]
     return [as_node(x) for part in parts for x in (part.static, part.kinetic)]
 
 
-def _bouncing(mechanism: Mechanism) -> list[Node]:
+def _restitutions(mechanism: Mechanism) -> list[Node]:
     struck = mechanism.impact
     given = [*struck.restitutions.values(), *struck.tangential.values()] if struck is not None else []
     own = [x for element in _one_way(mechanism) for x in (element.restitution, element.tangential_restitution)]
@@ -146,58 +140,44 @@ def _one_way(mechanism: Mechanism) -> list[LawElement]:
 
 
 def limits_of(mechanism: Mechanism, name: str) -> tuple[float, float]:
-    """Return the least and the greatest value that a parameter may have, as what it is, or is declared."""
+    """Return the least and the greatest value that a parameter may have."""
     place = mechanism.symbols[symbol(name)]
-    if place in _bouncing(mechanism):
+    if place in _restitutions(mechanism):
         return 0.0, 1.0
     positive = any(entry.positive for entry in mechanism.parameters if entry.name == name)
-    return (0.0 if positive or place in _rubbing(mechanism) else -inf), inf
+    return (0.0 if positive or place in _friction_coefficients(mechanism) else -inf), inf
 
 
-def _turning(mechanism: Mechanism) -> set[Node]:
-    """Return the slots of parameters with which loads are in proportion: what pushes may as well pull.
+def _load_factors(mechanism: Mechanism) -> set[Node]:
+    """Return the slots of parameters that are factors of loads, which may as well pull as push.
 
-    Weights, and what has another dimension than a force or a torque, keep the sign that they have.
+    Weights, and factors of another dimension than a force or a torque, keep their sign.
     """
-    weights = {body.mass.mass for body in mechanism.bodies} | set(leaves(map(as_node, mechanism.gravity), "slot"))
-    values = [value for load in mechanism.loads for value in _components(getattr(load, "value", ()))]
-    slots = {x for value in values for x in _in_proportion(value) if x not in weights}
-    entries = {slot("parameters", k): entry for k, entry in enumerate(mechanism.parameters)}
-    return {x for x in slots if x in entries and _is_load(entries[x])}
-
-
-def _components(value: Node | tuple[Node, ...]) -> tuple[Node, ...]:
-    return value if isinstance(value, tuple) else (value,)
-
-
-def _in_proportion(value: Node) -> list[Node]:
-    """Return the slots that are factors of the terms of a sum."""
-    found, waiting = [], [value]
+    waiting: list[Node] = []
+    for load in mechanism.loads:
+        value = getattr(load, "value", ())
+        waiting.extend(value if isinstance(value, tuple) else (value,))
+    slots = set()
     while waiting:
         node = waiting.pop()
         if node.op == "slot":
-            found.append(node)
+            slots.add(node)
         elif node.op in ("neg", "add", "mul"):
             waiting.extend(node.args)
         elif node.op == "div":
             waiting.append(node.args[0])
-    return found
+    weights = {body.mass.mass for body in mechanism.bodies} | set(leaves(map(as_node, mechanism.gravity), "slot"))
+    entries = {slot("parameters", k): entry for k, entry in enumerate(mechanism.parameters)}
+    return {x for x in slots - weights if x in entries and entries[x].dimension in (None, FORCE, ENERGY)}
 
 
-def _is_load(entry: ParameterEntry) -> bool:
-    return entry.dimension in (None, FORCE, ENERGY)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Closed forms at one state: accelerations, multipliers and whatever depends on them, in the names of the model.
+# --- closed forms at one state --------------------------------------------------------------------------------------
 #
-# The equations of motion are formed over Nodes with what is known of the state put in, and solved over exact
-# quotients:
+# The equations of motion are formed over Nodes at the state, and solved over exact quotients:
 #
 #     M udot - C^T lambda = f        H udot + D lambda = gamma
 #
 # C is H where nothing slides, and D is zero but for rows that define forces.
-
 
 WORK: Final = 50_000
 """How much is done for the closed forms of one state, in products of terms: a second or so."""
@@ -218,9 +198,8 @@ class ClosedForms:
         return exact(self.field, nodes, self.known)
 
     def give(self, row: int) -> Quotient:
-        """Return how much multiplier a row's a = H udot - gamma takes by itself, all other rows satisfied.
+        """Return the multiplier by a row's a = H udot - gamma, all other rows satisfied: a pivot of the equations.
 
-        That is 1 over the apparent mass that it meets, the other way round: a pivot of the equations.
         Raises NoClosedFormError.
         """
         place = len(self.udot) + row
@@ -278,8 +257,8 @@ def _by_length(
 ) -> tuple[list[Quotient], list[list[Quotient]]]:
     """Return the solution where unknowns make a vector whose length w presses, and the matrix along that vector.
 
-    All have the column of w in the first equations, those of the speeds; all else is linear in w, and they themselves
-    are a + b w: w = |a + b w| with its positive root, where |b| < 1.
+    In the equations of the speeds these unknowns have the column of w. All else is linear in w, and the unknowns are
+    a + b w: w = |a + b w| with its positive root, where |b| < 1.
     """
     zero = right[0].field.constant(0)
     column = [row[vector[0]] if k < speeds else zero for k, row in enumerate(left)]
@@ -297,7 +276,7 @@ def _by_length(
 
 
 def _length(a: Sequence[Quotient], b: Sequence[Quotient]) -> Quotient:
-    """Return the w > 0 with w = |a + b w|. Raises NoClosedFormError where nothing presses, or it grows with itself."""
+    """Return the w > 0 with w = |a + b w|. Raises NoClosedFormError where there is none."""
     there = [(x, y) for x, y in zip(a, b, strict=True) if not (x.is_zero and y.is_zero)]
     alone = len(there) < 2
     if alone:
@@ -329,33 +308,31 @@ def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
     return [*upper, *lower], [*forcing, *(h.gamma for h in rows)]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What holds one way only, as it is at a solved start: its forces and how it moves, over any scalar.
-
+# --- one-way elements at a solved start: forces and accelerations, over any scalar ------------------------------------
 
 _ROUNDING: Final = 1e-10
 """Part of the largest force by which a force may be beyond its limit."""
 
 
 @dataclass(frozen=True, eq=False)
-class Acting(OneWayForces):
+class ActingForces(OneWayForces):
     """The elements of a mechanism in its mode at an instant, with their forces and accelerations."""
 
     udot: Sequence[S]
 
     @classmethod
-    def at(cls, instant: Instant) -> Acting:
+    def at(cls, instant: Instant) -> ActingForces:
         """Return what acts at an instant."""
         return cls(instant.motion, instant.multipliers, instant.udot)
 
     @property
     def tensions(self) -> Mapping[str, S]:
-        """All tensions of ropes, by what they are asked by."""
+        """All tensions of ropes, by the names by which they are asked."""
         return Instant(self.motion, self.udot, self.multipliers).tensions
 
     @property
     def beyond(self) -> str:
-        """What the forces (floats) would do that the mode does not allow, by element; empty where they may be so."""
+        """The first violation of the mode's limits by the forces (floats), in words; empty without."""
         least = _ROUNDING * max((abs(float(x)) for x in self.multipliers), default=0.0)
         for limit in self.mode_limits:
             if limit.kind in ("force", "cone") and float(self.value(limit, self.acceleration)) < -least:
@@ -364,21 +341,17 @@ class Acting(OneWayForces):
                 return f"{limit.element.name} would {'push' if limit.element.kind == 'rope' else 'pull'}"
         return ""
 
-    # --- motion ---------------------------------------------------------------------------------------------------
-
     def acceleration(self, row: Row) -> S:
         """Return H udot - gamma of a row: how fast it opens or slips faster."""
         moved = self.row(row)
         return sum((h * a for h, a in zip(moved.jacobian, self.udot, strict=True)), -moved.gamma)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The start over Nodes: as it is declared, what constraints determine in closed form where one is found, else a letter.
+# --- the start over Nodes ---------------------------------------------------------------------------------------------
 #
-# A number that came from closing constraints holds for one choice of parameters only, a guess that happens to be right
-# too. So neither stands in a formula: what was assembled keeps its declared expression only where all rows are
-# satisfied by it whatever the parameters are, takes the closed form that the rows give, or else keeps its name.
-
+# A number that came from closing constraints holds for one choice of parameters only, and so does a guess that happens
+# to be right. An assembled coordinate therefore keeps its declared expression only where all rows are satisfied by it
+# whatever the parameters are; else it takes the closed form that the rows give, or keeps its name.
 
 _AS_DECLARED: Final = 1e-12
 _SYMBOLIC_START_ASIDE: Final = 1e-12
@@ -388,7 +361,7 @@ _MOST_GUESSES: Final = 4
 
 
 def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
-    """Return the start with coordinates and speeds as declared, in parameters; assembled ones as this module says."""
+    """Return the start with coordinates and speeds as declared, in parameters; assembled ones as said above."""
     found = _SymbolicStart.of(mechanism, begin)
     found.find_positions()
     found.measure()
@@ -400,7 +373,7 @@ def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
 class _SymbolicStart:
     """The start as it becomes known: q (nq) and u (nu) over Nodes, letters by node.
 
-    `guesses` are the declared expressions of what was assembled, by place, where they have the value that was found.
+    `guesses` are the declared expressions of assembled variables, by place, where they have the assembled value.
     """
 
     mechanism: Mechanism
@@ -434,7 +407,11 @@ class _SymbolicStart:
             return kept, guesses
 
         initial = [as_node(x) for x in evaluate([c.initial for c in mechanism.coordinates], values)]
-        q, q_guesses = declared(mechanism.coordinates, _normalized(mechanism, initial), begin.q)
+        for places in (places for body in mechanism.bodies for places in body.quaternions):
+            length = functions.sqrt(sum((initial[k] ** 2 for k in places), ZERO))
+            for k in places:
+                initial[k] = initial[k] / length
+        q, q_guesses = declared(mechanism.coordinates, initial, begin.q)
         speeds = [as_node(x) for x in evaluate([s.initial for s in mechanism.speeds], values)]
         u, u_guesses = declared(mechanism.speeds, speeds, begin.u)
         return cls(mechanism, begin, parameters, letters, q, u, q_guesses, u_guesses)
@@ -541,7 +518,7 @@ class _SymbolicStart:
         return [row for k, row in enumerate(row_motions(motion)) if row.holonomic and k not in measured]
 
     def measure(self) -> None:
-        """Put what they are at the start in place of angles: of tangents, ground's axes on their planes, of wraps."""
+        """Put the expressions of measured angles in place of their parameters: tangents, sides of ropes, wraps."""
         begin, rest = self.begin, [ZERO] * len(self.u)
         there = ConstraintRows(self.mechanism, begin.parameters, []).motion(np.array(begin.q), np.zeros(len(begin.u)))
         here = self._motion(self.q, rest)
@@ -578,7 +555,6 @@ class _SymbolicStart:
             return
         self.u = [(closed or {}).get(k, node) for k, node in enumerate(self.u)]
 
-    # --- both -----------------------------------------------------------------------------------------------------
 
     def _solved(
         self, rows: Sequence[RowMotion], missed: Sequence[Node], unknown: dict[int, int], values: Collection[float]
@@ -597,19 +573,18 @@ class _SymbolicStart:
         return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
 
 
-# --- directions in which slip in space begins ----------------------------------------------------------------------
+# --- directions in which slip in space begins ------------------------------------------------------------------------
 
 
 def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState:
     """Return a state with formulas in place of the directions in which something begins to slide in space.
 
-    They are along a tangent where nothing leads aside, else those in which it would slide without friction, as far as
-    these are the ones that were found; whether they stay so with friction is for `begins_along` to tell. A state
-    without such formulas is returned as it is.
+    A direction is a tangent where nothing leads aside, else that of sliding without friction, where this is the
+    direction that was found; `begins_along` checks it with friction. Without such formulas the state is unchanged.
     """
     found: dict[Node, Node] = {}
     sample = {node: float(letter.sample) for node, letter in given.letters.items()}
-    for sliding in _beginning(mechanism):
+    for sliding in _starting_slides(mechanism):
         assert sliding.starts is not None
         numbers = evaluate_float(given.state.values(sliding.starts), sample)
         if sorted(map(abs, numbers))[-2] <= _SYMBOLIC_START_ASIDE:
@@ -627,9 +602,9 @@ def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState
 
 
 def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms) -> bool:
-    """Return whether all that begins to slide in space does so along its direction, whatever the parameters are."""
-    acting = Acting.at(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
-    for sliding in _beginning(mechanism):
+    """Return whether every slide that begins in space stays along its direction, whatever the parameters are."""
+    acting = ActingForces.at(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
+    for sliding in _starting_slides(mechanism):
         assert sliding.starts is not None
         rates = [as_node(acting.acceleration(row)) for row in sliding.rows]
         pairs = combinations(zip(rates, given.state.values(sliding.starts), strict=True), 2)
@@ -642,10 +617,9 @@ def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms)
 
 
 def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Sliding) -> list[Node]:
-    """Return where something would begin to slide without friction; nothing without a closed form."""
-
+    """Return the direction in which a slide would begin without friction; empty without a closed form."""
     variant = with_coefficients(mechanism, lambda _: ZERO)
-    acting = Acting.at(Instant(motion_of(variant, given.state), *unknowns(variant)))
+    acting = ActingForces.at(Instant(motion_of(variant, given.state), *unknowns(variant)))
     try:
         forms = closed_forms(variant, given)
         rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row)) for row in sliding.rows)]
@@ -655,20 +629,9 @@ def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Slidi
     return [a / length for a in rates]
 
 
-def _beginning(mechanism: Mechanism) -> Iterator[Sliding]:
-    """Yield what begins to slide in space from rest."""
+def _starting_slides(mechanism: Mechanism) -> Iterator[Sliding]:
+    """Yield the slides that begin in space from rest."""
     for row in mechanism.rows:
         for sliding in row.sliding:
             if sliding.starts is not None:
                 yield sliding
-
-
-def _normalized(mechanism: Mechanism, q: list[Node]) -> list[Node]:
-    """Return coordinates with each quaternion divided by its length."""
-    normal = list(q)
-    for body in mechanism.bodies:
-        for places in body.quaternions:
-            length = functions.sqrt(sum((q[k] ** 2 for k in places), ZERO))
-            for k in places:
-                normal[k] = q[k] / length
-    return normal

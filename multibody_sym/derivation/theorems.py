@@ -15,10 +15,11 @@ from typing import Any, Final, TypeVar
 import sympy
 
 from multibody_sym.algebra.quotients import Budget
-from multibody_sym.algebra.simplify import Readable, WrittenOut, value_of
+from multibody_sym.algebra.simplify import WrittenOut, value_of
 from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.lagrange import known_nodes
 from multibody_sym.derivation.notation import Derivation, Equation, Label, Step
+from multibody_sym.derivation.prepare import readable
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, momentum, power_of, resultant
 from multibody_sym.dynamics.theorems.balance import idle_reactions
@@ -44,7 +45,7 @@ from multibody_sym.scalars.vectors import S, add
 from multibody_sym.text.parser import WEIGHT
 
 CONSERVED: Final = "Conserved"
-"""The title of the step that tells what is."""
+"""The title of the step with the conserved quantities."""
 _ALL: Final = 3
 _PLACED: Final = (PositionRow, AngleRow, DistanceRow, RopeRow, ContactRow)
 """Rows whose forces act where they say."""
@@ -67,26 +68,26 @@ def theorems(
     project: bool | None = None,
     budget: Budget | float | None = None,
 ) -> SymbolicEquations | CanonicalEquations:
-    """Return the equations of motion whose steps go on with the general theorems and with what is conserved.
+    """Return the equations of motion whose steps go on with the general theorems and the conserved quantities.
 
     Momentum, angular momentum about the origin and energy in ground's axes, every term of both sides with its name;
-    arguments and errors are those of `derive`. What is conserved holds for the system's values, from its start on.
+    arguments and errors are those of `derive`. Quantities are conserved for the system's values, from its start on.
     """
-    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    equations = derive(asked, method, formalism=formalism, budget=budget)
-    return with_theorems(equations, conserved_quantities(asked))
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    equations = derive(changed, method, formalism=formalism, budget=budget)
+    return with_theorems(equations, conserved_quantities(changed))
 
 
 def with_theorems(equations: E, kept: Sequence[Conserved] = ()) -> E:
-    """Return equations whose steps go on with the theorems, and with what the system conserves."""
-    made: _Theorems = _Theorems(equations)
-    steps: Derivation = (*made.of_vectors(), made.of_energy())
+    """Return equations whose steps go on with the theorems, and with the conserved quantities."""
+    theorem = _Theorems(equations)
+    steps: Derivation = (*theorem.of_vectors(), theorem.of_energy())
     if kept:
         steps = (*steps, Step(CONSERVED, (), "\n".join(f"{x.name}: {x.symmetry}" for x in kept)))
-    spelling = {**equations.notation.spelling, **{term.symbol: term.label for term in made.named}}
-    count = len(equations.notation.places)
-    places = {**equations.notation.places, **{term.symbol: (99, count + k) for k, term in enumerate(made.named)}}
-    notation = replace(equations.notation, spelling=spelling, places=places)
+    plain, count = equations.notation, len(equations.notation.places)
+    spelling = {**plain.spelling, **{term.symbol: term.label for term in theorem.named}}
+    places = {**plain.places, **{term.symbol: (99, count + k) for k, term in enumerate(theorem.named)}}
+    notation = replace(plain, spelling=spelling, places=places)
     return replace(equations, steps=(*equations.steps, *steps), notation=notation)
 
 
@@ -106,10 +107,8 @@ class _Theorems:
         self._known = known_nodes(self._mechanism, equations.symbols)
         self._rows = row_motions(self._motion)
         self._idle = idle_reactions(self._mechanism)
-        symbols = equations.symbols
-        circles = (q for body in self._mechanism.bodies for q in body.quaternions)
-        readable = Readable(frozenset(symbols.speeds), tuple(tuple(symbols.coordinates[k] for k in q) for q in circles))
-        self._names = WrittenOut(symbols.free_prefix, Budget(), readable)
+        simplify = readable(equations.symbols, self._mechanism)
+        self._names = WrittenOut(equations.symbols.free_prefix, Budget(), simplify)
         self.named: list[_Term] = []
 
     def of_vectors(self) -> Derivation:
@@ -220,7 +219,7 @@ class _Theorems:
         if acting or rubs or body.driven or self._driven_by_rows(body):
             return True
         if body.frame_on_parent.rotation is not IDENTITY:
-            return not {"slides", "turns"} <= _every_way(body)
+            return any(len(axes) < _ALL for axes in _free_axes(body))
         slides, turns = _free_axes(body)
         if not turning:
             return k not in slides
@@ -254,9 +253,3 @@ def _free_axes(body: TreeBody) -> tuple[set[int], set[int]]:
     if len(turns) >= _ALL:
         return slides, {0, 1, 2}
     return slides, {units[axis] for axis in turns[:1] if axis in units}
-
-
-def _every_way(body: TreeBody) -> set[str]:
-    """Return whether a joint slides, and turns, in all directions."""
-    slides, turns = _free_axes(body)
-    return {word for word, axes in (("slides", slides), ("turns", turns)) if len(axes) == _ALL}

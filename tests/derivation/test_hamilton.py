@@ -30,10 +30,10 @@ import multibody_sym as mbs
 from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import Subexpressions
 from multibody_sym.cli.main import main
+from multibody_sym.derivation.canonical import hamilton
 from multibody_sym.derivation.derive import derive
-from multibody_sym.derivation.hamilton import hamilton
 from multibody_sym.derivation.lagrange import energies
-from multibody_sym.derivation.prepare import prepared
+from multibody_sym.derivation.prepare import prepare
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -239,7 +239,7 @@ def test_a_tree_whose_masses_lie_far_apart() -> None:
 
 def test_written_out_and_named_forms_agree() -> None:
     for system in (double_pendulum(), turning_hoop(driven=False), cart_pole()):
-        ready = prepared(system, Overrides())
+        ready = prepare(system, Overrides())
         names = Subexpressions(ready.symbols.free_prefix, Budget())
         named = hamilton(ready, names, energies(ready.mechanism, ready.symbols, names))
         given = parameters(ready.mechanism)

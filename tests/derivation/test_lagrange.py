@@ -24,7 +24,7 @@ from textbook import (
     top,
 )
 
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.lagrange import lagrange
 from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body

@@ -9,7 +9,7 @@ from mechanisms import random_case, random_state
 from test_lagrange import assert_same, assert_terms_agree, residuals, symbols
 from textbook import DOWN, hanging_mass, pendulum_in_xy, positive
 
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.lagrange import multipliers
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics

@@ -8,7 +8,7 @@ import pytest
 from textbook import DOWN, cart_pole, double_pendulum, pendulum, positive, spherical_pendulum
 
 import multibody_sym as mbs
-from multibody_sym.derivation.legendre import Reduction, cyclic_speeds, energy_terms, reduced
+from multibody_sym.derivation.legendre import Reduction, cyclic_speeds, energy_terms, reduce_energies
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.scalars.functions import cos, evaluate_float, sin
 from multibody_sym.scalars.node import Node, as_node, slot
@@ -45,7 +45,7 @@ P = slot("momenta", 0)
 
 def reduction(system: mbs.System) -> tuple[Mechanism, Reduction]:
     mechanism = mbs.mechanism(system)
-    return mechanism, reduced(energy_terms(mechanism), cyclic_speeds(mechanism), [P])
+    return mechanism, reduce_energies(energy_terms(mechanism), cyclic_speeds(mechanism), [P])
 
 
 def test_effective_potential_of_the_spherical_pendulum() -> None:
@@ -76,7 +76,7 @@ def test_bead_on_a_driven_hoop_has_no_cyclic_coordinate_but_an_effective_potenti
     terms = energy_terms(mechanism)
     m, R, J, w, g, theta = (by_name(mechanism)[x] for x in ("m", "R", "J", "w", "g", "theta"))
     book = -m * g * R * cos(theta) - w * w * (J + m * R * R * sin(theta) * sin(theta)) / 2
-    found = reduced(terms, (), ())
+    found = reduce_energies(terms, (), ())
     assert value(mechanism, found.potential, {}) == pytest.approx(value(mechanism, book, {}), rel=1e-13)
 
 
@@ -107,7 +107,7 @@ def test_replacing_all_speeds_gives_the_energy() -> None:
     terms = energy_terms(mechanism)
     u = [slot("u", k) for k in range(2)]
     p = [terms.mass_matrix[k][0] * u[0] + terms.mass_matrix[k][1] * u[1] + terms.linear[k] for k in range(2)]
-    found = reduced(terms, (0, 1), p)
+    found = reduce_energies(terms, (0, 1), p)
     kinetic = sum(p[k] * u[k] for k in range(2)) / 2
     assert value(mechanism, found.potential, {}) == pytest.approx(
         value(mechanism, kinetic + terms.potential, {}), rel=1e-13
@@ -135,7 +135,7 @@ def test_gyroscopic_term_of_a_spinning_wheel_on_a_pendulum() -> None:
     )
     mechanism = mbs.mechanism(system)
     names = by_name(mechanism)
-    found = reduced(energy_terms(mechanism), [2], [P])
+    found = reduce_energies(energy_terms(mechanism), [2], [P])
     expected = [P * cos(names["theta"]), as_node(0)]
     for x, y in zip(found.linear, expected, strict=True):
         assert value(mechanism, x, {P: 0.6}) == pytest.approx(value(mechanism, y, {P: 0.6}), abs=1e-14)

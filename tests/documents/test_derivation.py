@@ -11,7 +11,7 @@ from textbook import chain, hanging_mass, pendulum, top
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.documents.derivation import derivation_data, derivation_document
 from multibody_sym.documents.document import write_document
 from multibody_sym.documents.formulas import ABOVE

@@ -24,7 +24,7 @@ from textbook import (
 )
 
 from multibody_sym.algebra.quotients import Budget
-from multibody_sym.derivation.derivation import METHODS, derive
+from multibody_sym.derivation.derive import METHODS, derive
 from multibody_sym.derivation.notation import READABLE
 from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body

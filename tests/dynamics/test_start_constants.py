@@ -12,7 +12,7 @@ import pytest
 
 from multibody_sym.analysis.check import check
 from multibody_sym.answers.solve import solve
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.documents.derivation import derivation_data, derivation_document
 from multibody_sym.documents.document import write_document

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics

@@ -28,7 +28,7 @@ from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import Courses, shortest_course
 from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, anywhere, put_in
 from multibody_sym.answers.instant.instant import AGREEMENT, Solved
-from multibody_sym.derivation.symbolic_start import WORK, Acting
+from multibody_sym.derivation.symbolic_start import WORK, ActingForces
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
@@ -441,7 +441,7 @@ class LaterForms:
     def _boundaries(there: Anywhere, moment: Moment | None) -> Iterator[Quotient]:
         """Yield what vanishes when a condition becomes true, or a state begins. Raises NoClosedFormError."""
         if isinstance(moment, StateCondition):
-            yield from there.forms.of(begins_where(Acting.at(there.instant), moment))
+            yield from there.forms.of(begins_where(ActingForces.at(there.instant), moment))
         elif isinstance(moment, Node):
             yield from map(there.of, boundaries(moment))
 
@@ -499,7 +499,7 @@ _WITH_SLIP: Final = frozenset(word for verb in ("slides", "slips") for word in V
 _WITHOUT_FORCE: Final = frozenset(word for verb in ("opens", "slackens", "frees") for word in VERBS[verb])
 
 
-def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
+def begins_where(acting: ActingForces, condition: StateCondition) -> Iterator[Node]:
     """Yield what vanishes where a state begins.
 
     The speed of slipping, what friction lacks to its limit, or the force
@@ -516,7 +516,7 @@ def begins_where(acting: Acting, condition: StateCondition) -> Iterator[Node]:
             yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
 
 
-def _beyond_limit(acting: Acting, element: LawElement, part: FrictionPart) -> Iterator[Node]:
+def _beyond_limit(acting: ActingForces, element: LawElement, part: FrictionPart) -> Iterator[Node]:
     """Yield what friction lacks to its limit either way."""
     force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
     yield from (subtract(force, most), add(force, most))

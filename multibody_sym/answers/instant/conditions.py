@@ -14,7 +14,7 @@ from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.inequalities import Condition, in_circle, reduced, under_roots, within
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant.instant import AGREEMENT, Solved
-from multibody_sym.derivation.symbolic_start import WORK, Acting, ClosedForms, closed_forms, unknowns
+from multibody_sym.derivation.symbolic_start import WORK, ActingForces, ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
 from multibody_sym.errors import NoSolutionError, Where
@@ -72,7 +72,7 @@ class Inequality:
         return [Condition(terms[0], self.kind == "more", self.broken)]
 
 
-def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
+def inequalities(acting: ActingForces, solved: Solved) -> Iterator[Inequality]:
     """Yield the inequalities of the mode of a solved start over Nodes, at this instant or one with other forces."""
     for limit in acting.mode_limits:
         if limit.part is None:
@@ -84,11 +84,11 @@ def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
         else:
             yield _sticking(acting, limit.element, limit.part)
     yield from _groups(acting)
-    yield from _between_corners(acting, Acting.at(solved.numbers))
+    yield from _between_corners(acting, ActingForces.at(solved.numbers))
     yield from _taut_ropes(acting)
 
 
-def _of_normal(acting: Acting, limit: Limit, touching: Collection[str]) -> Iterator[Inequality]:
+def _of_normal(acting: ActingForces, limit: Limit, touching: Collection[str]) -> Iterator[Inequality]:
     """Yield that a force presses, that what touches opens, or on which side a reaction presses that rubs."""
     name, row = limit.element.name, limit.element.normals[limit.normal]
     if limit.kind == "force":
@@ -114,7 +114,7 @@ def _begun(element: LawElement) -> str:
     return f"{element.name} {'becomes ' if element.kind == 'rope' else ''}{element.words[0]}"
 
 
-def _slipping(acting: Acting, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
+def _slipping(acting: ActingForces, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
     name, slip = part.name, acting.mode.slip(part)
     what = "velocity" if moves else "acceleration"
     if slip != ALONG_VELOCITY:
@@ -128,7 +128,7 @@ def _slipping(acting: Acting, limit: Limit, part: FrictionPart, moves: bool) -> 
     yield Inequality("more", _nodes(rate), told, broken, tuple(row.name for row in part.rows))
 
 
-def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
+def _gripping(acting: ActingForces, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
     """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
     most, wheel = acting.tension_ratio(part), slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
@@ -146,7 +146,7 @@ def _asked(rope: str) -> str:
     return text(quantity("tension", (rope,)))
 
 
-def _sticking(acting: Acting, element: LawElement, part: FrictionPart) -> Inequality:
+def _sticking(acting: ActingForces, element: LawElement, part: FrictionPart) -> Inequality:
     (static,) = coefficients(acting.motion, part.rows, [part.static])
     if element.unilateral:
         told = _limited(element.name, component_names(element, part), static)
@@ -173,7 +173,7 @@ def _nodes(*terms: object) -> tuple[Node, ...]:
     return tuple(as_node(x) for x in terms)
 
 
-def _taut_ropes(acting: Acting) -> Iterator[Inequality]:
+def _taut_ropes(acting: ActingForces) -> Iterator[Inequality]:
     """Yield what ropes need to stay taut that hold both ways as declared."""
     for _, row in taut_ropes(acting.mechanism):
         told = f"{text(quantity('tension', (row.name,)))} >= 0"
@@ -201,7 +201,7 @@ def _turned(a: Quotient) -> Quotient:
 # --- several corners, two coefficients -----------------------------------------------------------------------------
 
 
-def _groups(acting: Acting) -> Iterator[Inequality]:
+def _groups(acting: ActingForces) -> Iterator[Inequality]:
     """Yield that corners which all stick do not slip together: their single forces may not be unique, their sum is."""
     for name, elements in _corner_groups(acting):
         parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
@@ -210,7 +210,7 @@ def _groups(acting: Acting) -> Iterator[Inequality]:
             yield _sticking_together(acting, name, elements, parts)
 
 
-def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
+def twists(acting: ActingForces) -> Iterator[tuple[str, Node]]:
     """Yield for contacts in space whose corners all stick F . M of what they exert together, zero if that is one force.
 
     Corners that share one force with a point in their outline may do so each below its limit if all together are.
@@ -229,7 +229,7 @@ def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
         yield name, as_node(sum((f * m for f, m in zip(force, moment, strict=True)), 0))
 
 
-def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[LawElement]]]:
+def _corner_groups(acting: ActingForces) -> Iterator[tuple[str, list[LawElement]]]:
     """Yield the declared contacts that have several corners, with those that act."""
     groups: dict[str, list[LawElement]] = {}
     for element in acting.mechanism.one_way:
@@ -240,7 +240,7 @@ def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[LawElement]]]:
 
 
 def _sticking_together(
-    acting: Acting, name: str, elements: Sequence[LawElement], parts: Sequence[FrictionPart]
+    acting: ActingForces, name: str, elements: Sequence[LawElement], parts: Sequence[FrictionPart]
 ) -> Inequality:
     most = sum(map(acting.most, elements, parts), 0)
     forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
@@ -249,7 +249,7 @@ def _sticking_together(
     return _cone(forces, most, told, name, tuple(row.name for part in parts for row in part.rows))
 
 
-def _between_corners(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
+def _between_corners(acting: ActingForces, numbers: ActingForces) -> Iterator[Inequality]:
     """Yield that a body on so many corners that their single forces are not unique stands between all of them.
 
     Their sum acts inside the outline of the corners; where it gets past a side of that the body tips about it.
@@ -271,7 +271,7 @@ def _between_corners(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
 
 
 def _inside(
-    acting: Acting, name: str, elements: Sequence[LawElement], face: PlaneSurface | None, side: tuple[int, int]
+    acting: ActingForces, name: str, elements: Sequence[LawElement], face: PlaneSurface | None, side: tuple[int, int]
 ) -> Inequality:
     """Return that the moment of normal forces about a side of the outline of corners presses inward.
 
@@ -291,7 +291,7 @@ def _inside(
 def slipping(solved: Solved) -> Iterator[Condition]:
     """Yield that parts which slip from rest do so under their static coefficients too, where these are others."""
     mechanism, forms = solved.mechanism, solved.forms
-    here_first = Acting.at(solved.nodes)
+    here_first = ActingForces.at(solved.nodes)
     starting = [
         part
         for element in mechanism.one_way
@@ -304,7 +304,7 @@ def slipping(solved: Solved) -> Iterator[Condition]:
     try:
         other = closed_forms(static, solved.symbolic)
         instant = Instant(motion_of(static, solved.symbolic.state), *unknowns(static))
-        acting = Acting.at(instant)
+        acting = ActingForces.at(instant)
         for part in starting:
             rate = as_node(acting.forward(part, acting.acceleration))
             (here,) = forms.of([book_form(other.of([rate])[0])])
@@ -401,7 +401,7 @@ def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool | None]]:
     """Yield the inequalities and whether their closed forms are the numbers, None where forces are not unique."""
 
     def of(instant: Instant) -> Iterator[Inequality]:
-        return inequalities(Acting.at(instant), solved)
+        return inequalities(ActingForces.at(instant), solved)
 
     numbers = [list(of(instant)) for instant in (solved.numbers, *solved.others)]
     for k, nodes in enumerate(of(solved.nodes)):
@@ -469,7 +469,7 @@ def _not_decided(solved: Solved, reactions: Reactions) -> Iterator[str]:
 
 def _turning(solved: Solved) -> Iterator[tuple[str, str]]:
     """Yield for contacts whose corners bear a couple that these may reach their limits before all together do."""
-    for name, twist in twists(Acting.at(solved.nodes)):
+    for name, twist in twists(ActingForces.at(solved.nodes)):
 
         def of(forms: ClosedForms, twist: Node = twist) -> list[Quotient]:
             return forms.of([twist])

@@ -16,7 +16,7 @@ from multibody_sym.answers.instant.loops import Lettered
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import (
     WORK,
-    Acting,
+    ActingForces,
     ClosedForms,
     SymbolicState,
     begins_along,
@@ -139,7 +139,7 @@ class Solved:
     @cached_property
     def beyond(self) -> str:
         """Why forces of least norm that are asked for cannot be: what they would do against the laws. Else empty."""
-        return Acting.at(self.numbers).beyond if self.mechanism.minimum_norm and self.others else ""
+        return ActingForces.at(self.numbers).beyond if self.mechanism.minimum_norm and self.others else ""
 
     def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
         """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""

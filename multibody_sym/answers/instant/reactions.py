@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from multibody_sym.answers.instant.instant import AGREEMENT, Solved
 from multibody_sym.answers.records import Definition
-from multibody_sym.derivation.symbolic_start import Acting
+from multibody_sym.derivation.symbolic_start import ActingForces
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import held_pulleys
 from multibody_sym.mechanics.law_elements import PRESSING, LawElement, component_names
@@ -161,7 +161,7 @@ def _of_one_way(solved: Solved) -> dict[str, Components]:
     for element in solved.mechanism.one_way:
 
         def of_element(instant: Instant, element: LawElement = element) -> Mapping[str, Any]:
-            return Acting.at(instant).of(element)
+            return ActingForces.at(instant).of(element)
 
         rope = element.normals[0] if element.kind == "rope" else None
         if isinstance(rope, RopeRow):
@@ -209,12 +209,12 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
     for name, elements in groups.items():
 
         def of_group(instant: Instant, elements: list[LawElement] = elements) -> Mapping[str, Any]:
-            return _summed(Acting.at(instant), elements)
+            return _summed(ActingForces.at(instant), elements)
 
         def places(instant: Instant, elements: list[LawElement] = elements) -> Mapping[str, Any]:
-            return Acting.at(instant).middle(elements)
+            return ActingForces.at(instant).middle(elements)
 
-        acting = Acting.at(solved.numbers)
+        acting = ActingForces.at(solved.numbers)
         largest = max(abs(float(force)) for element in elements for force in acting.of(element).values())
         found[name] = told(solved, of_group, _units(solved.mechanism, elements[0]), least=_NOTHING * largest)
         normal = found[name]["normal"]
@@ -225,7 +225,7 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
     return found
 
 
-def _summed(acting: Acting, elements: list[LawElement]) -> dict[str, Any]:
+def _summed(acting: ActingForces, elements: list[LawElement]) -> dict[str, Any]:
     every = [acting.of(element) for element in elements]
     return {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
 
@@ -285,7 +285,7 @@ def _unique(
         name = "".join(f" {'+' if sign > 0 else '-'} {force_name(each.name, word)}" for each, sign in signed)[3:]
 
         def of_sum(instant: Instant, signed: Signed = signed, name: str = name) -> Mapping[str, Any]:
-            return {name: sum(sign * Acting.at(instant).of(element)[word] for element, sign in signed)}
+            return {name: sum(sign * ActingForces.at(instant).of(element)[word] for element, sign in signed)}
 
         value = solved.values(of_sum, {name: reactions[chosen[0].name][word].unit})[name]
         if value.unique and value.value is not None:

@@ -12,7 +12,7 @@ from multibody_sym.algebra.quotient_functions import decided_sign
 from multibody_sym.answers.instant.conditions import inequalities
 from multibody_sym.answers.instant.instant import Solved
 from multibody_sym.answers.instant.reactions import unit_of
-from multibody_sym.derivation.symbolic_start import Acting
+from multibody_sym.derivation.symbolic_start import ActingForces
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
 from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, LawElement
@@ -58,7 +58,7 @@ def state_found(solved: Solved) -> StateFound:
     mechanism = solved.mechanism
     found = mode_words(mechanism.one_way, mode_of(mechanism))
     needed = dict(_needed(solved))
-    acting = Acting.at(solved.numbers)
+    acting = ActingForces.at(solved.numbers)
     lines = tuple(line for element in mechanism.one_way for line in _lines(solved, acting, element, found, needed))
     closing = _closing(solved)
     told = (f"{name} strikes: it closes with {speed.told()} (see the notes)" for name, speed in closing.items())
@@ -72,7 +72,7 @@ def _closing(solved: Solved) -> dict[str, Value]:
     units = {name: "rad/s" if row.unit == "N*m" else "m/s" for name, row in rows.items()}
 
     def speeds(instant: Instant) -> Mapping[str, Any]:
-        acting = Acting.at(instant)
+        acting = ActingForces.at(instant)
         return {name: -acting.row(row).phidot for name, row in rows.items()}
 
     return solved.values(speeds, units) if rows else {}
@@ -82,7 +82,7 @@ def _closing(solved: Solved) -> dict[str, Value]:
 
 
 def _lines(
-    solved: Solved, acting: Acting, element: LawElement, words: Mapping[str, str], needed: Mapping[str, Value]
+    solved: Solved, acting: ActingForces, element: LawElement, words: Mapping[str, str], needed: Mapping[str, Value]
 ) -> Iterator[str]:
     """Yield `c1 slides backward: ...` for an element and its parts."""
     acts = is_active(acting.mechanism, element)
@@ -109,7 +109,9 @@ def _verb(word: str) -> str:
     return f"{plain}s {WAYS.get(word[len(plain) :], '')}".rstrip()
 
 
-def _why(solved: Solved, acting: Acting, element: LawElement, part: FrictionPart, needed: Mapping[str, Value]) -> str:
+def _why(
+    solved: Solved, acting: ActingForces, element: LawElement, part: FrictionPart, needed: Mapping[str, Value]
+) -> str:
     slip = acting.mode.slip(part)
     if slip != STICKS:
         moving = part.name in solved.decided.moving
@@ -141,7 +143,7 @@ def _why(solved: Solved, acting: Acting, element: LawElement, part: FrictionPart
     return ": friction that is not unique" + (f", {most}" if limited else "")
 
 
-def _who(acting: Acting, part: FrictionPart) -> tuple[str, str]:
+def _who(acting: ActingForces, part: FrictionPart) -> tuple[str, str]:
     """Return the body that moves where friction in a joint slides, and that joint's axis."""
     mechanism = acting.mechanism
     found = leaves([row.zero for row in part.rows if isinstance(row, VelocityRow)], "slot")
@@ -150,7 +152,7 @@ def _who(acting: Acting, part: FrictionPart) -> tuple[str, str]:
     return (bodies[0], f"the axis of {joints.pop()}") if len(joints) == len(bodies) == 1 else ("it", "its axis")
 
 
-def _two_tensions(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> str:
+def _two_tensions(acting: ActingForces, part: FrictionPart, slip: RopeSlipRow) -> str:
     """Return the tensions on both sides of a wheel that a rope grips, and how many times the less the other may be."""
     wheel = slip.rope.rubs.index(slip.name)
     less, greater = sorted(float(acting.tensions[asked]) for asked in slip.rope.asked[wheel : wheel + 2])
@@ -161,7 +163,7 @@ def _two_tensions(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> str:
 
 
 def _unique(solved: Solved, row: str) -> bool:
-    values = [float(Acting.at(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
+    values = [float(ActingForces.at(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
     size = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
     return all(abs(x - values[0]) <= 1e-8 * size for x in values)
 
@@ -178,7 +180,7 @@ def _tipping(solved: Solved) -> Iterator[str]:
             yield f"{name} tips about {', '.join(held)}"
 
 
-def _directions(acting: Acting) -> Iterator[tuple[str, tuple[float, ...]]]:
+def _directions(acting: ActingForces) -> Iterator[tuple[str, tuple[float, ...]]]:
     """Yield in which direction each part slides in space, along its two tangents."""
     for element in acting.mechanism.one_way:
         for part in element.frictions if is_active(acting.mechanism, element) else ():
@@ -197,7 +199,7 @@ def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
         for part in element.frictions if is_active(solved.mechanism, element) else ():
 
             def forces(instant: Instant, element: LawElement = element, part: FrictionPart = part) -> tuple[S, list[S]]:
-                acting = Acting.at(instant)
+                acting = ActingForces.at(instant)
                 return acting.pressing(element, part), acting.friction(part)
 
             yield from least_coefficient(solved, part, forces)
@@ -230,7 +232,7 @@ def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
     if not solved.decided.at_limit:
         return
     values = exact_values(solved)
-    acting = Acting.at(solved.nodes)
+    acting = ActingForces.at(solved.nodes)
     for inequality in inequalities(acting, solved):
         if not set(inequality.rows) & set(solved.decided.at_limit):
             continue
@@ -250,7 +252,7 @@ def beyond_limits(solved: Solved) -> dict[str, float]:
     found = dict[str, float]()
     if solved.decided.at_limit:
         values = exact_values(solved)
-        for inequality in inequalities(Acting.at(solved.nodes), solved):
+        for inequality in inequalities(ActingForces.at(solved.nodes), solved):
             conditions: list[Condition] = solved.closed(inequality.conditions) or []
             if inequality.rows[0] in solved.decided.at_limit and conditions:
                 least = min((condition.value for condition in conditions), key=lambda value: float(value.sample))

@@ -10,7 +10,15 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.derivation.force_letters import FRICTION, MOMENT, SPRING, TENSION, Lettered, force_unit, row_elements
+from multibody_sym.derivation.force_letters import (
+    FRICTION,
+    MOMENT,
+    SPRING,
+    TENSION,
+    LetteredForce,
+    force_unit,
+    row_elements,
+)
 from multibody_sym.derivation.notation import Symbols
 from multibody_sym.mechanics.forces import AppliedForces, applied_forces, exert, span, span_rate
 from multibody_sym.mechanics.law_elements import FrictionPart
@@ -153,7 +161,7 @@ class Actions:
         self.of_body: list[list[Action]] = [[] for _ in motion.bodies]
         self.laws: list[Law] = []
         self.lengths: list[Length] = []
-        self.further: list[Lettered] = []
+        self.further: list[LetteredForce] = []
         self.rows = row_motions(motion)
         self._in_joints: list[tuple[Any, Sequence[S]]] = []
         self.contacts: list[tuple[str, Sequence[Wrench]]] = []
@@ -213,7 +221,7 @@ class Actions:
 
     def _further(self, letter: str, element: str, own: str = "") -> Any:
         s = sympy.Dummy(f"{letter}_{element}", real=True)
-        self.further.append(Lettered(s, letter, self.element(element), own))
+        self.further.append(LetteredForce(s, letter, self.element(element), own))
         return s
 
     # --- reactions of joints -------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 from mechanisms import Case, random_case, random_state
 from textbook import cart_pole, pendulum_in_xy, spherical_pendulum, top
 
-from multibody_sym.derivation.derivation import derive
+from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.documents.derivation import derivation_data, derivation_document
 from multibody_sym.documents.document import write_document
