@@ -1,4 +1,7 @@
-"""`check`: whether a system is what its author means, and whether all routes to its equations agree."""
+"""`check`: whether a system is what its author means, and whether all routes to its equations agree.
+
+In: a System. Out: a CheckReport with degrees of freedom, redundancy, residuals, conserved quantities and hints.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import with_driving_inputs
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.limits import taut_ropes
-from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody, normal_forces
+from multibody_sym.mechanics.mechanism import TIME, Mechanism, normal_forces
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.state import State
@@ -42,13 +45,14 @@ from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.system import System
 from multibody_sym.motion.results.limits_passed import limits_passed
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scalars.sign_changes import switching_functions
 from multibody_sym.text.parser import force_name
 
 _OUT_OF_PLANE: Final = ("z", "rx", "ry")
-"""Rows of joints across the plane of a plane model."""
+"""ConstraintRows of joints across the plane of a plane model."""
 _STATES: Final = 4
 _AFTER: Final = "all this is of the motion after the impact, which solve tells"
 _BEFORE: Final = (
@@ -59,23 +63,21 @@ _BEFORE: Final = (
 
 @dataclass(frozen=True)
 class CheckReport:
-    """What `check` found.
+    """The result of `check`.
 
     `rank` of the constraints at the start and the `redundant` rows, both without `doubles`: massless bodies by which
     joints keep their coordinates, with as many speeds as the joint, each held by a row of its own; `not_unique`: rows
-    and joints whose forces are not
-    determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
-    forces are not determined, joints with the components, `ambiguous_forces` the names of these forces in expressions;
-    `agreement`: each formalism's worst scaled residual (rounding
-    is below 10, with constraints below 100); `theorems`: relative residuals, of rates at
-    states and of changes along a short run (`impulse`, `angular_impulse`, `work`); `conserved` quantities, as outputs
-    name them, and the `symmetries` that give them; `held` and
-    `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
-    there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
-    joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
-    `missing`: formalisms and theorems whose residuals are more than rounding, so that `agrees` is false.
-    `units`: the unit of each coordinate and speed. `states`: how what holds one way only acts at the start. `verdict`:
-    "several" where the laws leave more than one motion, of which all this is one; `others`: the states of the others.
+    and joints whose forces are not determined; `dependencies`: for each redundant row the rows that follow from each
+    other; `ambiguous`: elements whose forces are not determined, joints with the components, `ambiguous_forces` the
+    names of these forces in expressions; `agreement`: each formalism's worst scaled residual (rounding is below 10,
+    with constraints below 100); `theorems`: relative residuals, of rates at states and of changes along a short run
+    (`impulse`, `angular_impulse`, `work`); `conserved` quantities, as outputs name them, and the `symmetries` that give
+    them; `held` and `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`;
+    `failure`: why there is no start or no motion; `hints` for the author; `withheld`: components of joints' reactions
+    that are not determined, as constraints do not say where their forces act, with the reasons; `missing`: formalisms
+    and theorems whose residuals are more than rounding, so that `agrees` is false; `units`: of each coordinate and
+    speed; `states`: of one-way elements at the start; `verdict`: "several" where the laws leave more than one motion,
+    of which this is one; `others`: the states of the others.
     """
 
     degrees_of_freedom: int
@@ -135,11 +137,11 @@ def check(
     forces theorems and hints are about, None for the cheapest; all that apply are compared.
     Raises InputError for what the declaration contradicts.
     """
-    return _checked(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism)
+    return _check(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism)
 
 
 @on_numbers
-def _checked(system: System, formalism: str | None) -> CheckReport:
+def _check(system: System, formalism: str | None) -> CheckReport:
     resolved = examined(system)
     chosen = formalism_name(formalism, resolved)
     base = resolved.relative or resolved
@@ -157,7 +159,7 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
         count = len(resolved.speeds)
         failure = Hint(str(error), *error.where.path)
         return CheckReport(count, 0, (), (), failure=failure, hints=(*declared, *_massless_hint(system, error)))
-    declared += [*filter(None, [state.strikes]), *_gap_hints(state), *_rope_hints(system, begin)]
+    declared += _start_hints(system, state)
     report = _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
     return replace(report, states=state.words, verdict=state.verdict, others=state.others)
 
@@ -170,18 +172,16 @@ def _with_dynamics(
     rank = redundancy(motion, formalism(resolved, states[0]))
     compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
     ratios = agreement(resolved, states, compared)
-    found = [forward_dynamics(formalism(resolved, state)) for state in states]
-    residuals = theorems(terms_at_states(resolved, states, found)) | short_run_misses(resolved, formalism, states[-1])
-    multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
-    pulled = [hint for hints in (_pushing, _pulling) for hint in hints(resolved, multipliers, rank.not_unique)]
+    solved = [forward_dynamics(formalism(resolved, state)) for state in states]
+    residuals = theorems(terms_at_states(resolved, states, solved)) | short_run_misses(resolved, formalism, states[-1])
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
-    if not any(_has_mass(body) for body in resolved.bodies) and not resolved.loads:
+    masses = (x for body in resolved.bodies for x in (body.mass.mass, *body.mass.inertia))
+    if all(x is ZERO for x in masses) and not resolved.loads:
         residuals = {}  # all forces are zero but for rounding: the theorems say that 0 is 0
     missed = [f"theorem of {name.replace('_', ' ')}" for name, x in residuals.items() if not x <= NEGLIGIBLE]
     missing = (*beyond_rounding(resolved, ratios), *missed)
-    agreed = not missing
-    failure = None if agreed else _contradiction(resolved, begin, states)
+    multipliers = dict(zip((row.name for row in resolved.rows), solved[0].multipliers.tolist(), strict=True))
     kept = {each.name: each.symmetry for each in conserved(resolved, begin)}
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - sum(rank.doubles.values()) - rank.rank,
@@ -199,15 +199,14 @@ def _with_dynamics(
         assembled=begin.assembled,
         shifts=begin.shifts,
         shift=begin.shift,
-        agrees=agreed,
+        agrees=not missing,
         missing=missing,
-        failure=failure,
+        failure=_contradiction(resolved, begin, states) if missing else None,
         hints=(
             *declared,
-            *_hints(resolved, begin, states),
-            *pulled,
-            *_indeterminate(system, resolved, rank),
-            *_not_compared(resolved),
+            *_mechanism_hints(resolved, begin, states),
+            *_reaction_hints(resolved, multipliers, rank.not_unique),
+            *_structure_hints(system, resolved, rank),
         ),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
@@ -216,26 +215,8 @@ def _with_dynamics(
     )
 
 
-def _indeterminate(system: System, resolved: Mechanism, rank: Redundancy) -> list[str]:
-    """Return by how much a structure is statically indeterminate, in the plane where it lies in one."""
-    if len(resolved.speeds) > sum(rank.doubles.values()) + rank.rank:
-        return []
-    plane = in_plane(system)
-    rows = [row for row in rank.redundant if not (plane and row.rpartition(".")[2] in _OUT_OF_PLANE)]
-    if not rows:
-        return []
-    return [
-        f"statically indeterminate by {len(rows)}{' in the plane' if plane else ''}: equilibrium alone does not "
-        "determine the reactions; they depend on how bodies deform, which is not computed"
-    ]
-
-
-def _has_mass(body: TreeBody) -> bool:
-    return any(part is not ZERO for part in (body.mass.mass, *body.mass.inertia))
-
-
 def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -> str | None:
-    """Return which constraints contradict each other at one of the states, so that no formalism has a solution."""
+    """Return the constraints that contradict each other at one of the states, so that no formalism has a solution."""
     generic = resolved.parameters.independent_rows(begin.parameters)
     for state in states if generic < len(resolved.rows) else ():
         t = float(state.slots[TIME])
@@ -247,22 +228,7 @@ def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -
     return None
 
 
-def _not_compared(resolved: Mechanism) -> list[str]:
-    left_out = [name for name, route in ROUTES.items() if route.is_slow(resolved)]
-    hints = [f"not compared, as it would take long for so many speeds: {', '.join(left_out)}"] if left_out else []
-    if len(resolved.speeds) > MOST:
-        hints.append("conserved quantities are not looked for, for the same reason")
-    return hints if len(resolved.speeds) <= MANY_SPEEDS else [*hints, "compared at the start only, for the same reason"]
-
-
 # --- hints ---------------------------------------------------------------------------------------------------------
-
-
-def _hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
-    """Return what the mechanism and its start suggest was not meant."""
-    physical = [*_gravity_hint(resolved, states[0]), *_hole_hints(resolved)]
-    wheels = slipped_wheels(resolved, begin.parameters)
-    return [*physical, *_start_hints(resolved, begin, states), *wheels]
 
 
 def _declared_hints(system: System, end: str) -> list[str]:
@@ -278,7 +244,7 @@ def _declared_hints(system: System, end: str) -> list[str]:
 
 
 def _edge_hints(system: System) -> Iterator[Hint]:
-    """Yield that in space corners and round bodies touch a box, but neither edges, sides of rods nor rims its edges."""
+    """Yield contacts in space with a box whose edges touch no edges, sides of rods or rims."""
     for declared, name, contact in copies(system.contacts) if not in_plane(system) else ():
         bodies = [system.bodies.get(end) for end in contact.between]
         kinds = [body.shape.kind if body is not None and body.shape is not None else "" for body in bodies]
@@ -307,28 +273,24 @@ def _edge_hints(system: System) -> Iterator[Hint]:
             yield Hint(told, "contacts", declared)
 
 
-def _rope_hints(system: System, begin: Start) -> Iterator[str]:
-    """Yield ropes whose declared length does not fit given start values, which were changed for it."""
-    changed = ", ".join(f"{name} by {shift:.6g}" for name, shift in begin.shifts.items())
-    for name, rope in system.constraints.items() if changed else ():
-        if isinstance(rope, Rope) and rope.length is not None and not rope.slack:
-            told = f"given start values were changed ({changed}): if they are right, rope {name} has another length; "
-            yield Hint(f"{told}without a length it is as long as they make it", "constraints", name, "length")
-
-
-def _gap_hints(state: StartState) -> list[str]:
-    """Return the contacts, ropes and stops that no motion opens or closes."""
-    held = [] if state.posed is None else state.posed.without_freedom
-    return [
-        Hint(
+def _start_hints(system: System, state: StartState) -> list[str]:
+    """Return what strikes, the gaps that no motion opens or closes, and ropes whose length changed start values."""
+    hints: list[str] = [*filter(None, [state.strikes])]
+    for element in [] if state.posed is None else state.posed.without_freedom:
+        told = (
             f"joints and constraints alone determine the gap of {element.kind} {element.name}: no motion opens or "
             "closes it, and how much it carries follows from no law. Let them leave the motion along its normal free, "
             f"or leave the {element.kind} out"
-            + ("; a joint rubs by a force of type friction" if element.frictions else ""),
-            *element.path,
         )
-        for element in held
-    ]
+        hints.append(Hint(told + "; a joint rubs by a force of type friction" * bool(element.frictions), *element.path))
+    changed = ", ".join(f"{name} by {shift:.6g}" for name, shift in state.start.shifts.items())
+    for name, rope in system.constraints.items() if changed else ():
+        if isinstance(rope, Rope) and rope.length is not None and not rope.slack:
+            told = f"given start values were changed ({changed}): if they are right, rope {name} has another length; "
+            hints.append(
+                Hint(f"{told}without a length it is as long as they make it", "constraints", name, "length")
+            )
+    return hints
 
 
 def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
@@ -340,13 +302,6 @@ def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
         return []
     told = f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"
     return [Hint(f"{told}; give it one, such as inertia: {{Izz: m*l^2/12}}, or a shape", "bodies", name)]
-
-
-def _hole_hints(resolved: Mechanism) -> list[str]:
-    """Return the bodies that count as taken out of others."""
-    base = resolved.relative or resolved
-    pairs = holes(base, parameter_values(base, {}))
-    return [f"body {name} has a negative mass: it counts as a hole, taken out of {of}" for name, of in pairs]
 
 
 def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
@@ -364,39 +319,58 @@ def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
     return []
 
 
-def _start_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
-    hints = _limit_hints(resolved, begin, states[0])
+def _mechanism_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
+    """Return what the mechanism and its start suggest was not meant."""
+    state, base = states[0], resolved.relative or resolved
+
+    def at_start(name: str) -> Floats:
+        return np.array(state.values([resolved.symbols[symbol(name)]]), dtype=float)
+
+    hints = _gravity_hint(resolved, state)
+    hints += [
+        f"body {name} has a negative mass: it counts as a hole, taken out of {of}"
+        for name, of in holes(base, parameter_values(base, {}))
+    ]
+    hints += [
+        f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g} {at.unit}"
+        for at in limits_passed(resolved, begin.parameters, at_start)
+    ]
     if len(resolved.speeds) <= MANY_SPEEDS and len(states) <= _STATES:
         hints.append(
             "at most states near the start something declared has no value, the mass matrix is singular, "
             "or constraints contradict each other"
         )
-    return hints
+    return [*hints, *slipped_wheels(resolved, begin.parameters)]
 
 
-def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
-    def at_start(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        return np.array(state.values([resolved.symbols[symbol(name)]]), dtype=float)
-
-    crossed = limits_passed(resolved, begin.parameters, at_start)
-    return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g} {at.unit}" for at in crossed]
-
-
-def _pushing(resolved: Mechanism, multipliers: Mapping[str, float], not_unique: Sequence[str]) -> list[str]:
-    """Return the ropes that would have to push at the start, as far as their tensions are unique."""
-    return [
-        f"rope {row.name} would have to push with {-multipliers[row.name]:.6g} N at the start: it goes slack"
-        for _, row in taut_ropes(resolved)
-        if multipliers[row.name] < 0.0 and row.name not in not_unique
-    ]
-
-
-def _pulling(resolved: Mechanism, multipliers: Mapping[str, float], not_unique: Sequence[str]) -> list[str]:
-    """Return the rolling wheels that their planes would have to pull at the start."""
+def _reaction_hints(
+    resolved: Mechanism, multipliers: Mapping[str, float], not_unique: Sequence[str]
+) -> Iterator[str]:
+    """Yield ropes that would have to push at the start, and rolling wheels that their planes would have to pull."""
+    for _, row in taut_ropes(resolved):
+        if multipliers[row.name] < 0.0 and row.name not in not_unique:
+            yield f"rope {row.name} would have to push with {-multipliers[row.name]:.6g} N at the start: it goes slack"
     largest = max(map(abs, multipliers.values()), default=0.0)
-    return [
-        f"{force_name(name, 'multiplier')} is {multipliers[name]:.6g} N at the start: the plane would have to pull, "
-        "and a real wheel lifts off"
-        for name in normal_forces(resolved)
-        if multipliers[name] < -NEGLIGIBLE * largest and name not in not_unique
-    ]
+    for name in normal_forces(resolved):
+        if multipliers[name] < -NEGLIGIBLE * largest and name not in not_unique:
+            force = f"{force_name(name, 'multiplier')} is {multipliers[name]:.6g} N at the start"
+            yield f"{force}: the plane would have to pull, and a real wheel lifts off"
+
+
+def _structure_hints(system: System, resolved: Mechanism, rank: Redundancy) -> Iterator[str]:
+    """Yield the degree of static indeterminacy, in the plane of a plane structure; then what is not compared."""
+    if len(resolved.speeds) <= sum(rank.doubles.values()) + rank.rank:
+        plane = in_plane(system)
+        rows = [row for row in rank.redundant if not (plane and row.rpartition(".")[2] in _OUT_OF_PLANE)]
+        if rows:
+            yield (
+                f"statically indeterminate by {len(rows)}{' in the plane' if plane else ''}: equilibrium alone does "
+                "not determine the reactions; they depend on how bodies deform, which is not computed"
+            )
+    slow = [name for name, route in ROUTES.items() if route.is_slow(resolved)]
+    if slow:
+        yield f"not compared, as it would take long for so many speeds: {', '.join(slow)}"
+    if len(resolved.speeds) > MOST:
+        yield "conserved quantities are not looked for, for the same reason"
+    if len(resolved.speeds) > MANY_SPEEDS:
+        yield "compared at the start only, for the same reason"

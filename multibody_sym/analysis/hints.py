@@ -1,12 +1,13 @@
-"""Hints: what a declaration says that is allowed, and that its author may not have meant.
+"""Hints: declarations that are allowed, and that their author may not have meant.
 
-They need no mechanism, so that every command has them. A hint names its element, the cause and what to write.
+In: a System; they need no mechanism, so that every command has them. Out: Hints, each with its element, the cause and
+the cure.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 from typing import Any, Final, Self
 
@@ -28,34 +29,6 @@ from multibody_sym.text.printer import text
 from multibody_sym.text.tokens import plain_number
 from multibody_sym.text.units import Turning
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A hint about a model: what its author may have meant, and where.
-
-
-class Hint(str):
-    """The text of a hint; `path` is the part of the model that it is about."""
-
-    path: tuple[str, ...]
-
-    def __new__(cls, told: str, *path: str) -> Self:
-        """Return the text with its path."""
-        hint = super().__new__(cls, told)
-        hint.path = path
-        return hint
-
-
-def first_at_each_place(hints: Iterable[Hint]) -> list[Hint]:
-    """Return the first hint about each part of the model: what repeats has the same about all its copies."""
-    found: dict[tuple[str, ...], Hint] = {}
-    for hint in hints:
-        found.setdefault(hint.path, hint)
-    return list(found.values())
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Hints about numbers: values that are allowed, and that their author may have meant in another unit or sense.
-
-
 _TURN: Final = 2.0 * math.pi
 _HEAVY: Final = 100.0
 _DENSE: Final = 2000.0
@@ -72,48 +45,80 @@ _OPPOSED: Final = {
 _DIAMETERS: Final = ("d", "D", "dia", "diameter")
 _ROUND: Final = ("radius", "disc", "ring", "sphere", "shell", "cylinder")
 """Keys, or the keys above the first of several sizes, under which a radius stands."""
-EXACT: Final = 1e-9
+_EXACT: Final = 1e-9
 _ABOUT_AN_END: Final = {4.0 / 3.0: 1.0 / 3.0, **{ratio: ratio for ratio in (3.0 / 2.0, 2.0, 7.0 / 5.0, 5.0 / 3.0)}}
 """Moments about the end of a rod and the rims of disc, ring, sphere and shell in m*c^2, c to the centre; as written."""
+_NEARLY: Final = math.radians(20.0)
 
 Values = Mapping[Node, float]
 
 
-def number_hints(system: System, known: Values) -> Iterator[Hint]:
-    """Yield what the values of a declaration suggest was confused."""
-    yield from _gravity_upwards(system, known)
-    yield from _gravity_across(system, known)
-    yield from _angles(system, known)
-    yield from _degrees(system)
-    yield from _degrees_of_parameters(system, known)
-    yield from _coefficients(system, known)
-    yield from _driving(system, known)
-    yield from _diameters(system)
-    yield from _masses(system, known)
-    yield from _millimetres(system, known)
-    for name, body in system.bodies.items():
-        yield from _inertia(name, body, known)
-        yield from _beside_the_rod(name, body, known)
+class Hint(str):
+    """The text of a hint; `path` is the part of the model that it is about."""
+
+    path: tuple[str, ...]
+
+    def __new__(cls, told: str, *path: str) -> Self:
+        """Return the text with its path."""
+        hint = super().__new__(cls, told)
+        hint.path = path
+        return hint
 
 
-def _gravity_upwards(system: System, known: Values) -> Iterator[Hint]:
-    values = [value_or_none(x, known) for x in system.gravity]
-    if values[0] or values[2] or not values[1] or values[1] < 0:
-        return
-    name = next((x.data for x in postorder([system.gravity[1]]) if x.op == "symbol" and known.get(x, 1.0) < 0), None)
-    up = "gravity points along +y, which is upwards in figures"
-    if name is None:
-        yield Hint(f"{up}; downwards it is [0, -g, 0], with a positive g", "gravity")
-    else:
-        yield Hint(f"{name} is negative, so that {up}; write it positive", "parameters", name)
+def first_at_each_place(hints: Iterable[Hint]) -> list[Hint]:
+    """Return the first hint about each part of the model: repeated elements have the same about all copies."""
+    found: dict[tuple[str, ...], Hint] = {}
+    for hint in hints:
+        found.setdefault(hint.path, hint)
+    return list(found.values())
 
 
-def _gravity_across(system: System, known: Values) -> Iterator[Hint]:
+def declared_hints(system: System) -> list[Hint]:
+    """Return what the declaration alone suggests was forgotten or confused."""
+    known = known_values(system)
+    hints: list[Hint] = []
+    if not set(system.bodies) - {GROUND}:
+        told = "no body is declared, and nothing moves; write bodies: {bob: {mass: 1 kg}} or the like"
+        hints.append(Hint(told, "bodies"))
+    if not states_gravity(system) and any(_has_mass(body) for body in system.bodies.values()):
+        told = "no gravity is declared; write gravity: [0, -9.81, 0] or the like, [0, 0, 0] if there is none"
+        hints.append(Hint(told, "gravity"))
+    return [
+        *hints,
+        *_unused(system),
+        *_gravity(system, known),
+        *_angles(system, known),
+        *_degrees(system, known),
+        *_coefficients(system, known),
+        *_units(system, known),
+        *_bodies(system, known),
+        *_without_effect(system),
+        *_slow_sides(system, known),
+        *_oblique_ropes(system, known),
+        *first_at_each_place(_doubles(system)),
+        *_nearly_parallel(system, known),
+        *first_at_each_place(_pulled_off(system, known)),
+    ]
+
+
+# --- values that may be meant in another unit or sense ----------------------------------------------------------------
+
+
+def _gravity(system: System, known: Values) -> Iterator[Hint]:
+    """Yield a gravity upwards in figures, or across the plane in which all moves, where no weight presses."""
     x, y, z = (value_or_none(part, known) for part in system.gravity)
+    if not x and not z and y and y >= 0:
+        negative = (n for n in postorder([system.gravity[1]]) if n.op == "symbol" and known.get(n, 1.0) < 0)
+        name = next((n.data for n in negative), None)
+        up = "gravity points along +y, which is upwards in figures"
+        if name is None:
+            yield Hint(f"{up}; downwards it is [0, -g, 0], with a positive g", "gravity")
+        else:
+            yield Hint(f"{name} is negative, so that {up}; write it positive", "parameters", name)
     planes = (x for body in system.bodies.values() for x in body.surfaces.values() if x.plane is not None)
     rubs = any(isinstance(force, Friction) for force in system.forces.values())
     if rubs or any(is_upright(plane.normal) for plane in planes):
-        return  # weight presses there
+        return
     if x == 0.0 and y == 0.0 and z and system.joints and moves_in_plane(system):
         told = "gravity points along z, and all that moves does so in the plane z = 0, where it acts on nothing"
         yield Hint(f"{told}; downwards in a figure it is [0, -g, 0]", "gravity")
@@ -132,7 +137,7 @@ def _angles(system: System, known: Values) -> Iterator[Hint]:
 
 
 def _written_angles(system: System) -> Iterator[tuple[Any, ...]]:
-    """Yield for each angle that joints and frames state what it is, as it was written, and the path to it."""
+    """Yield each angle of joints and frames: what it is, its text as written, and the path to it."""
     for name, joint in system.joints.items():
         if not isinstance(joint, MovingJoint):
             continue
@@ -169,81 +174,80 @@ def _turns(text: Any, system: System, known: Values) -> float | None:
 
 
 def _texts(element: Any, name: str) -> list[Any]:
-    """Return what a field of an element was given, as a list, as it was written."""
+    """Return the declared values of a field of an element as a list, as they were written."""
     given = None if element is None else element.given(name)
     return [] if given is None else list(given) if isinstance(given, (list, tuple)) else [given]
 
 
-def _masses(system: System, known: Values) -> Iterator[Hint]:
-    """Yield masses without a unit that are too heavy for the size of the model."""
-    masses = {body.mass if body.shape is None else body.shape.mass for body in system.bodies.values()}
-    heavy = {
-        name: value
-        for name, parameter in system.parameters.items()
-        if parameter.dimension is None and parameter.value.op == "number" and symbol(name) in masses
-        and (value := known.get(symbol(name), 0.0)) >= _HEAVY
-    }
-    size = max((abs(x) for x in _lengths(system, known)), default=0.0) if heavy else 0.0
-    for name, value in heavy.items():
+def _units(system: System, known: Values) -> Iterator[Hint]:
+    """Yield masses and lengths without a unit that are too large for each other: grams, millimetres."""
+
+    def is_plain(name: str) -> bool:
+        parameter = system.parameters.get(name)
+        return parameter is not None and parameter.dimension is None and parameter.value.op == "number"
+
+    masses = [body.mass if body.shape is None else body.shape.mass for body in system.bodies.values()]
+    values = {name: known.get(symbol(name), 0.0) for name in system.parameters}
+    heavy = [x for x in values if is_plain(x) and symbol(x) in set(masses) and values[x] >= _HEAVY]
+    sizes = []
+    for path, node, unit in expressions(system) if heavy else ():
+        if unit == "m" and path[0] in ("bodies", "constraints", "pulleys"):
+            sizes.append(node)
+    for joint in system.joints.values() if heavy else ():
+        if isinstance(joint, MovingJoint) and joint.initial is not None:
+            units = joint.coordinate_units
+            starts = zip(units, joint.initial.values("q", len(units)), strict=False)
+            sizes += [start for unit, start in starts if unit == "m" and start is not None]
+    size = max((abs(value_or_none(node, known) or 0.0) for node in sizes), default=0.0)
+    for name in heavy:
+        value = values[name]
         if size and value >= _DENSE * size * size * size:
             told = f"mass {name} = {value:g} has no unit and counts as {value:g} kg; if grams are meant: {value:g} g"
             yield Hint(told, "parameters", name)
-
-
-def _millimetres(system: System, known: Values) -> Iterator[Hint]:
-    """Yield lengths of bodies without a unit that are too long for the masses of the model."""
-    masses = [body.mass if body.shape is None else body.shape.mass for body in system.bodies.values()]
     heaviest = max((value_or_none(x, known) or 0.0 for x in masses if isinstance(x, Node)), default=0.0)
     lengths = dict.fromkeys(
         x.data for path, node, unit in expressions(system) if unit == "m" and path[0] == "bodies"
         for x in postorder([node]) if x.op == "symbol"
     )  # fmt: skip
     for name in lengths:
-        parameter, value = system.parameters.get(name), known.get(symbol(name), 0.0)
-        plain = parameter is not None and parameter.dimension is None and parameter.value.op == "number"
-        if plain and value >= _LONG and 0.0 < heaviest < value:
+        value = known.get(symbol(name), 0.0)
+        if is_plain(name) and value >= _LONG and 0.0 < heaviest < value:
             counts = f"length {name} = {value:g} has no unit and counts as {value:g} m"
             yield Hint(f"{counts}; if millimetres are meant: {value:g} mm", "parameters", name)
 
 
-def _degrees(system: System) -> Iterator[Hint]:
-    """Yield sines and the like of plain numbers above a turn: these are radians."""
-    for path, node, _ in expressions(system):
-        for part in postorder([node]) if node.args else ():
-            number = part.args[0] if part.op in ("sin", "cos", "tan") else None
-            if number is not None and number.op == "number" and abs(float(number.data)) > _TURN:
-                degrees = text(number)
-                told = f"{part.op}({degrees}) takes {degrees} rad; if degrees are meant: {part.op}({degrees}*pi/180)"
-                yield Hint(told, *path)
-
-
-def _degrees_of_parameters(system: System, known: Values) -> Iterator[Hint]:
-    """Yield parameters without a unit above a turn that are the argument, or a term of it, of sines and the like."""
-    told: dict[str, tuple[Node, float]] = {}
-    for _, node, _ in expressions(system):
-        for part in postorder([node]) if node.args else ():
-            for name in _terms(part.args[0]) if part.op in ("sin", "cos", "tan") else ():
-                if turns := _turns(name, system, known):
-                    told.setdefault(name, (part, turns * _TURN))
-    for name, (part, value) in told.items():
+def _degrees(system: System, known: Values) -> Iterator[Hint]:
+    """Yield arguments of sines and the like above a turn: plain numbers, and parameters without a unit in a sum."""
+    waves = [
+        (path, part)
+        for path, node, _ in expressions(system)
+        for part in (postorder([node]) if node.args else ())
+        if part.op in ("sin", "cos", "tan")
+    ]
+    for path, part in waves:
+        number = part.args[0]
+        if number.op == "number" and abs(float(number.data)) > _TURN:
+            degrees = text(number)
+            told = f"{part.op}({degrees}) takes {degrees} rad; if degrees are meant: {part.op}({degrees}*pi/180)"
+            yield Hint(told, *path)
+    radians: dict[str, tuple[Node, float]] = {}
+    for _, part in waves:
+        waiting = [part.args[0]]
+        while waiting:
+            term = waiting.pop()
+            if term.op in ("add", "neg"):
+                waiting.extend(term.args)
+            elif term.op == "symbol" and (turns := _turns(term.data, system, known)):
+                radians.setdefault(term.data, (part, turns * _TURN))
+    for name, (part, value) in radians.items():
         counts = f"parameter {name} has no unit and counts as {value:g} rad in {text(part)}"
         yield Hint(f"{counts}; if degrees are meant: {name}: {value:g} deg", "parameters", name)
 
 
-def _terms(node: Node) -> Iterator[str]:
-    """Yield the names that are an expression or terms of its sum; those in products, such as rates, are none."""
-    waiting = [node]
-    while waiting:
-        last = waiting.pop()
-        if last.op in ("add", "neg"):
-            waiting.extend(last.args)
-        elif last.op == "symbol":
-            yield last.data
-
-
 def _coefficients(system: System, known: Values) -> Iterator[Hint]:
-    """Yield coefficients of friction that are angles or percentages."""
-    for path, node, _ in expressions(system):
+    """Yield coefficients of friction that are angles or percentages, negative springs and dampers, and diameters."""
+    declared = list(expressions(system))
+    for path, node, _ in declared:
         if path[-1] not in _COEFFICIENTS:
             continue
         parameter = system.parameters.get(node.data) if node.op == "symbol" else None
@@ -254,53 +258,51 @@ def _coefficients(system: System, known: Values) -> Iterator[Hint]:
         elif value > _ROUGHEST:
             told = f"{value:g} is above coefficients of friction of dry bodies; {value:g} % is {value / 100:g}"
             yield Hint(told, *(path if parameter is None else ("parameters", written)))
-
-
-def _driving(system: System, known: Values) -> Iterator[Hint]:
-    """Yield stiffness and damping below zero: such a spring pushes away, such a damper drives."""
-    for path, node, _ in expressions(system):
+    for path, node, _ in declared:
         does = _OPPOSED.get(path[-1]) if path[0] == "forces" else None
-        value = value_or_none(node, known) if does else None
-        if value is not None and value < 0.0:
-            yield Hint(f"{path[-1]} {value:g} is negative: {does}; if that is not meant, leave the minus out", *path)
-
-
-def _diameters(system: System) -> Iterator[Hint]:
-    """Yield radii that are named as diameters."""
-    for path, node, _ in expressions(system):
+        negative = value_or_none(node, known) if does else None
+        if negative is not None and negative < 0.0:
+            yield Hint(f"{path[-1]} {negative:g} is negative: {does}; if that is not meant, leave the minus out", *path)
+    for path, node, _ in declared:
         of_round = path[-1] in _ROUND or (path[-1] == "0" and path[-2] in _ROUND)
         if of_round and node.op == "symbol" and node.data in _DIAMETERS:
             yield Hint(f"{node.data} stands for a radius here; if it is the diameter: {node.data}/2", *path)
 
 
-def _lengths(system: System, known: Values) -> Iterator[float]:
-    """Yield the lengths that bodies and the start of sliders tell."""
-    for path, node, unit in expressions(system):
-        if unit == "m" and path[0] in ("bodies", "constraints", "pulleys"):
-            yield value_or_none(node, known) or 0.0
-    for joint in system.joints.values():
-        if isinstance(joint, MovingJoint) and joint.initial is not None:
-            units = joint.coordinate_units
-            for unit, start in zip(units, joint.initial.values("q", len(units)), strict=False):
-                if unit == "m" and start is not None:
-                    yield value_or_none(start, known) or 0.0
+def _bodies(system: System, known: Values) -> Iterator[Hint]:
+    """Yield moments of inertia about an end or rim, and points half a length before a rod that begins at its origin."""
+    for name, body in system.bodies.items():
+        yield from _moments(name, body, known)
+        if body.shape is None or body.shape.kind != "rod":
+            continue
+        length = value_or_none(body.shape.sizes[0], known)
+        for point, place in body.points.items():
+            x, y, z = (value_or_none(component, known) for component in place)
+            if length and x is not None and abs(x + length / 2) < _EXACT * length and y == z == 0.0:
+                told = (
+                    f"point {name}.{point} lies half a length before the rod: a rod begins at the origin of its body "
+                    "and runs along x, its middle is at [l/2, 0, 0]"
+                )
+                yield Hint(told, "bodies", name, "points", point)
 
 
-def _inertia(name: str, body: Body, known: Values) -> Iterator[Hint]:
+def _moments(name: str, body: Body, known: Values) -> Iterator[Hint]:
     """Yield a moment of inertia that is that of a common shape about its end or rim, not about its centre."""
     if body.inertia is None or body.com is None or not isinstance(body.mass, Node):
         return
     mass = value_or_none(body.mass, known)
     centre = [value_or_none(x, known) for x in body.com]
     for axis, key in enumerate(("Ixx", "Iyy", "Izz")):
-        moment = value_or_none(body.inertia[axis], known)
+        node = body.inertia[axis]
+        moment = value_or_none(node, known)
         across = [x for k, x in enumerate(centre) if k != axis]
         if not mass or not moment or None in across:
             continue
         arm = math.hypot(*(x or 0.0 for x in across)) or math.inf
         ratio = moment / mass / arm / arm
+        factor = next((float(x.data) for x in node.args if x.op == "number"), 1.0)
         for about_end, written in _ABOUT_AN_END.items():
-            if abs(ratio - about_end) < EXACT and _factor(body.inertia[axis]) in (None, written):
+            if abs(ratio - about_end) < _EXACT and (node.op == "number" or factor == written):
                 told = (
                     f"{key} of body {name} would be that about an end or a rim; the inertia of a body is about its "
                     "centre of mass, such as m*l^2/12 of a rod, and the joint adds the rest"
@@ -308,60 +310,7 @@ def _inertia(name: str, body: Body, known: Values) -> Iterator[Hint]:
                 yield Hint(told, "bodies", name, "inertia", key)
 
 
-def _factor(node: Node) -> float | None:
-    """Return the number in front of a product of symbols; None of a plain number."""
-    if node.op == "number":
-        return None
-    return next((float(x.data) for x in node.args if x.op == "number"), 1.0)
-
-
-def _beside_the_rod(name: str, body: Body, known: Values) -> Iterator[Hint]:
-    """Yield points half a length before a rod, which begins at the body's origin."""
-    if body.shape is None or body.shape.kind != "rod":
-        return
-    length = value_or_none(body.shape.sizes[0], known)
-    for point, place in body.points.items():
-        x, y, z = (value_or_none(component, known) for component in place)
-        if length and x is not None and abs(x + length / 2) < EXACT * length and y == z == 0.0:
-            told = (
-                f"point {name}.{point} lies half a length before the rod: a rod begins at the origin of its body and "
-                "runs along x, its middle is at [l/2, 0, 0]"
-            )
-            yield Hint(told, "bodies", name, "points", point)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-
-_NEARLY: Final = math.radians(20.0)
-
-
-def declared_hints(system: System) -> list[Hint]:
-    """Return what the declaration alone suggests was forgotten or confused."""
-    known = known_values(system)
-    return [
-        *_bodies(system),
-        *_gravity(system),
-        *_unused(system),
-        *number_hints(system, known),
-        *_without_effect(system),
-        *_slow_sides(system, known),
-        *_oblique_ropes(system, known),
-        *_doubled_joints(system),
-        *first_at_each_place(_doubled_contacts(system)),
-        *_nearly_parallel(system, known),
-        *first_at_each_place(_pulled_off(system, known)),
-    ]
-
-
-def _bodies(system: System) -> Iterator[Hint]:
-    if not set(system.bodies) - {GROUND}:
-        yield Hint("no body is declared, and nothing moves; write bodies: {bob: {mass: 1 kg}} or the like", "bodies")
-
-
-def _gravity(system: System) -> Iterator[Hint]:
-    if not states_gravity(system) and any(_has_mass(body) for body in system.bodies.values()):
-        told = "no gravity is declared; write gravity: [0, -9.81, 0] or the like, [0, 0, 0] if there is none"
-        yield Hint(told, "gravity")
+# --- elements without effect, or twice the same ----------------------------------------------------------------------
 
 
 def _has_mass(body: Body) -> bool:
@@ -369,7 +318,7 @@ def _has_mass(body: Body) -> bool:
 
 
 def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
-    """Yield contacts with planes of the ground off which gravity pulls what nothing else acts on."""
+    """Yield contacts with planes of the ground off which gravity pulls a body on which nothing else acts."""
     gravity = [value_or_none(x, known) for x in system.gravity]
     ends = (getattr(force, "on", None) for force in system.forces.values())
     pushed = {body_part(end, system.bodies)[0] for end in ends if isinstance(end, str)}
@@ -383,7 +332,7 @@ def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
         if None in (*gravity, *normal) or body_part(first, system.bodies)[0] in pushed:
             continue
         along = sum((a or 0.0) * (b or 0.0) for a, b in zip(gravity, normal, strict=True))
-        if along > EXACT * math.hypot(*(a or 0.0 for a in gravity)):
+        if along > _EXACT * math.hypot(*(a or 0.0 for a in gravity)):
             yield Hint(
                 f"gravity pulls {first} off {second}: its normal points out of its body, to where the other one is; if "
                 "the ramp is to carry it turn the normal round, as in normal: [-sin(a), cos(a), 0]",
@@ -469,7 +418,7 @@ def _oblique_ropes(system: System, known: Values) -> Iterator[Hint]:
 
 
 def _beside_the_rim(end: str, wheel: Pulley, system: System, known: Values) -> str:
-    """Return how far from the axis of a wheel on ground an end passes that slides there, if that is not its radius."""
+    """Return how far from the axis of a wheel on ground a sliding end passes, if that is not its radius; else empty."""
     body, part = body_part(end, system.bodies)
     joint = next((j for j in system.joints.values() if j.child == body), None)
     held, centre = body_part(wheel.at or "", {GROUND: Body(), **system.bodies}) if wheel.at else ("", "")
@@ -485,16 +434,16 @@ def _beside_the_rim(end: str, wheel: Pulley, system: System, known: Values) -> s
     across = np.cross(axle, along)
     radius, size = float(numbers[12] or 0.0), float(np.linalg.norm(across))
     passes = abs(float(across @ (start - middle))) / size if size else radius
-    return "" if not radius or abs(passes - radius) <= EXACT * radius or passes > 2.0 * radius else f"{passes:.6g}"
+    return "" if not radius or abs(passes - radius) <= _EXACT * radius or passes > 2.0 * radius else f"{passes:.6g}"
 
 
-def _doubled_joints(system: System) -> Iterator[Hint]:
-    """Yield two joints between the same two bodies, of which none is marked as the one that closes a loop."""
+def _doubles(system: System) -> Iterator[Hint]:
+    """Yield second joints of two bodies where none is marked as closing a loop, and second contacts of two parts."""
     between: dict[tuple[str, str], list[str]] = {}
     for name, joint in system.joints.items():
         if not joint.cut:
-            ends = tuple(body_part(end, system.bodies)[0] for end in (joint.parent, joint.child))
-            between.setdefault((min(ends), max(ends)), []).append(name)
+            first, second = (body_part(end, system.bodies)[0] for end in (joint.parent, joint.child))
+            between.setdefault((min(first, second), max(first, second)), []).append(name)
     for (one, other), names in between.items():
         if len(names) > 1:
             told = (
@@ -502,18 +451,14 @@ def _doubled_joints(system: System) -> Iterator[Hint]:
                 "if that is meant, mark those that close the loop with cut: true"
             )
             yield Hint(told, "joints", names[1])
-
-
-def _doubled_contacts(system: System) -> Iterator[Hint]:
-    """Yield contacts between the same parts of the same bodies as one before."""
-    found: dict[tuple[str, ...], str] = {}
+    touching: dict[tuple[str, ...], str] = {}
     for declared, name, contact in copies(system.contacts):
         ends = tuple(sorted(_touching_part(end, system) for end in contact.between))
-        first = found.setdefault(ends, name)
-        if first != name:
+        earlier = touching.setdefault(ends, name)
+        if earlier != name:
             told = (
-                f"contacts {first} and {name} are both between {' and '.join(ends)}: both press, and the forces of one "
-                "contact are shared by two; leave one out"
+                f"contacts {earlier} and {name} are both between {' and '.join(ends)}: both press, and the forces of "
+                "one contact are shared by two; leave one out"
             )
             yield Hint(told, "contacts", declared)
 
@@ -545,17 +490,12 @@ def _nearly_parallel(system: System, known: Values) -> Iterator[Hint]:
             return
         axes.setdefault(tuple(x or 0.0 for x in axis), name)
     for (a, one), (b, other) in combinations(axes.items(), 2):
-        angle = _between(a, b)
-        if EXACT < angle < _NEARLY:
+        (ax, ay, az), (bx, by, bz) = a, b
+        across = math.hypot(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+        angle = math.atan2(across, abs(ax * bx + ay * by + az * bz))
+        if _EXACT < angle < _NEARLY:
             told = (
                 f"the axes of joints {one} and {other} differ by {math.degrees(angle):.3g} deg: hinges of a plane loop "
                 "have parallel axes"
             )
             yield Hint(told, "joints", other, "axis")
-
-
-def _between(a: Sequence[float], b: Sequence[float]) -> float:
-    """Return the angle between two lines."""
-    (ax, ay, az), (bx, by, bz) = a, b
-    across = math.hypot(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
-    return math.atan2(across, abs(ax * bx + ay * by + az * bz))
