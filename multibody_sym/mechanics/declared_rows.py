@@ -44,7 +44,7 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Element, Names
 from multibody_sym.model.joints import Follow, Joint
-from multibody_sym.model.parameters import Constant, Table, tabulated
+from multibody_sym.model.parameters import Constant, Table, table_value
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
@@ -303,7 +303,7 @@ def expression_of(name: str, given: Node | Table | Constant) -> Node:
     """Return the expression that the input `name` stands for."""
     if isinstance(given, Constant):
         return given.value
-    return tabulated(name, given) if isinstance(given, Table) else given
+    return table_value(name, given) if isinstance(given, Table) else given
 
 
 def _is_driven(joint: Joint) -> bool:

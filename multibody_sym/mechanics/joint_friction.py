@@ -32,7 +32,7 @@ from multibody_sym.model.bodies import ORIGIN, unit_vector
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Friction
 from multibody_sym.model.joints import Custom, Follow, Joint, Limits, MovingJoint, Spherical
-from multibody_sym.model.steps import Rotate, Screw, Step, Translate
+from multibody_sym.model.steps import Rotate, ScrewStep, Step, Translate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
@@ -327,7 +327,7 @@ def _thread(asked: Rubbing) -> Made:
     asked.without("length", "a screw has none; give the mean radius of its thread")
     radius = asked.radius("a screw rubs on its thread: give its mean radius")
     (step,) = asked.joint.moves
-    assert isinstance(step, Screw)
+    assert isinstance(step, ScrewStep)
     size = sqrt(radius**2 + step.lead**2)
     cosine, sine = radius / size, step.lead / size
     rubbing = RubbingRow(f"{asked.name}.friction", size * asked.rates[0])
@@ -361,7 +361,7 @@ _MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
     (Translate,): _guide,
     (Rotate,): _journal,
     (Translate, Rotate): _sleeve,
-    (Screw,): _thread,
+    (ScrewStep,): _thread,
     (Follow,): _wire,
     (Follow, Rotate): _wire,
     (Translate, Translate): plate_friction,

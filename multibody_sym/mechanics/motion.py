@@ -14,8 +14,8 @@ from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.fields import Point
-from multibody_sym.model.joints import Follow, Rates
-from multibody_sym.model.steps import Ball, OneCoordinate, Rotate, Screw, Step, Translate
+from multibody_sym.model.joints import CurveRates, Follow
+from multibody_sym.model.steps import Ball, OneCoordinate, Rotate, ScrewStep, Step, Translate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ONE, ZERO, Node
@@ -231,7 +231,7 @@ def _(step: Rotate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: 
 
 
 @stepped.register
-def _(step: Screw, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+def _(step: ScrewStep, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     return screwed(before, _axis(step.axis, state), state.values([step.lead])[0], q[0], u[0])
 
 
@@ -253,7 +253,7 @@ def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: 
     return turned_along(moved, turned_by(axes[2], cosine, sine), axes[2], _way(step.turning, (_UP,), state, at), u[0])
 
 
-def _way(rates: Rates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> CurveDerivatives:
+def _way(rates: CurveRates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> CurveDerivatives:
     """Return derivatives with their components along axes."""
     return CurveDerivatives(*(combination(axes, state.values(nodes, at)) for nodes in rates))
 
@@ -294,8 +294,8 @@ def _(step: Translate) -> tuple[Point, ...]:
 
 
 @invariant_directions.register(Rotate)
-@invariant_directions.register(Screw)
-def _(step: Rotate | Screw) -> tuple[Point, ...]:
+@invariant_directions.register(ScrewStep)
+def _(step: Rotate | ScrewStep) -> tuple[Point, ...]:
     return (step.axis,)
 
 

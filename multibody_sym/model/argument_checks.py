@@ -1,8 +1,11 @@
-"""What public functions take: each argument is looked at where it comes in, and what is of another kind is told."""
+"""Checks of the arguments of public functions.
+
+In: names and values of arguments. Out: the values, of one kind each; else an ArgumentError that says what fits.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
 from typing import Any, Final, ParamSpec, TypeVar
 
@@ -13,7 +16,7 @@ _R = TypeVar("_R")
 
 
 def door(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Return a public function or method that tells which arguments do not fit, as ArgumentError, a TypeError too."""
+    """Return a public function or method that raises ArgumentError where Python would raise TypeError for its call."""
 
     @wraps(function)
     def called(*values: _P.args, **named: _P.kwargs) -> _R:
@@ -28,7 +31,7 @@ def door(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def _verify_call(function: Callable[..., Any], values: Sequence[Any], named: Mapping[str, Any]) -> None:
-    """Raise ArgumentError where a function cannot be called so; a TypeError from inside it is none of these."""
+    """Raise ArgumentError where the arguments do not bind to a function; a TypeError from inside it passes."""
     from inspect import Parameter, signature
 
     known = signature(function)
@@ -48,8 +51,9 @@ def _verify_call(function: Callable[..., Any], values: Sequence[Any], named: Map
             named,
         )
 
+
 OTHERWISE: Final = "*"
-"""In what is `meant`: by every name that is like none."""
+"""The key in `meant` for every word that resembles no known one."""
 
 
 def verify_arguments(
@@ -62,10 +66,10 @@ def verify_arguments(
     named: Mapping[str, Any],
     meant: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise ArgumentError where what is called cannot take these values by their places and these named ones.
+    """Raise ArgumentError where `called` cannot take the positional `values` and the `named` ones.
 
-    `every`: all that it takes, `places` those by place; `needed`: what has no default, each as a message tells it;
-    `meant`: of names that it does not have the right one, or advice, in place of the nearest.
+    `every`: the names that it takes, `places` those by place; `needed`: names without a default, with their words in
+    messages; `meant`: for unknown names the right one, or advice, instead of the nearest.
     """
     placed = places[: len(values)]
     by_name = [name for name in every if name not in placed]
@@ -73,35 +77,36 @@ def verify_arguments(
         if name in placed:
             raise ArgumentError(f"{called} is given {name} twice: by its place and by its name")
         if name not in by_name:
-            advice, right = as_meant(name, by_name, meant)
-            raise ArgumentError(f"{called} has no {what} {name!r}{advice}", **right)
+            advice, members = as_meant(name, by_name, meant)
+            raise ArgumentError(f"{called} has no {what} {name!r}{advice}", **members)
     if len(values) > len(places):
         taken = f"{len(places)} by their places ({', '.join(places)})" if places else "none by its place"
         others = f"; give others by name: {', '.join(f'{name}=..' for name in by_name)}" if by_name else ""
         got = f"{len(values)}, {shown(values[len(places)])} the first too many"
         raise ArgumentError(f"{called} takes {taken}, and got {got}{others}")
-    missing = [told for name, told in needed.items() if name in by_name and name not in named]
+    missing = [words for name, words in needed.items() if name in by_name and name not in named]
     if missing:
         raise ArgumentError(f"{called} is missing {'; '.join(missing)}")
 
 
 def as_meant(word: str, known: Collection[str], meant: Mapping[str, str] | None) -> tuple[str, dict[str, Any]]:
-    """Return what a message about a name that is not known ends with, and what its error says of the right one."""
-    told = (meant or {}).get(word) or (None if nearest(word, known) else (meant or {}).get(OTHERWISE))
-    if told is None or told in known:
-        return "", {"word": word, "known": known, "meant": told}
-    return f"; {told}", {"word": word}
+    """Return the end of the message about an unknown word, and the members of its error that name the right one."""
+    advice = (meant or {}).get(word) or (None if nearest(word, known) else (meant or {}).get(OTHERWISE))
+    if advice is None or advice in known:
+        return "", {"word": word, "known": known, "meant": advice}
+    return f"; {advice}", {"word": word}
+
+
+# Each of these returns the argument `name`, or raises ArgumentError.
 
 
 def text(name: str, value: Any) -> str:
-    """Return an argument that is text; raises ArgumentError."""
     if not isinstance(value, str):
         raise ArgumentError(f"{name} is to be text, got {shown(value)}")
     return value
 
 
 def flag(name: str, value: Any) -> bool:
-    """Return an argument that is True or False; raises ArgumentError."""
     if not isinstance(value, bool) and type(value).__name__ not in ("bool_", "bool"):
         raise ArgumentError(f"{name} is to be True or False, got {shown(value)}")
     return bool(value)
@@ -112,11 +117,11 @@ _NAMED: Final = {
     "initial": "{'phi': 0.1}, a coordinate or speed of the model",
     "inputs": "{'force': '2*sin(t)'}, an input of the model",
 }
-"""What fits an argument that is a map of names."""
+"""Examples of arguments that are maps of names."""
 
 
 def values_by_name(name: str, value: Any) -> Mapping[str, Any]:
-    """Return an argument that is a map of names, the empty one for None; raises ArgumentError."""
+    """Return a map of names, the empty one for None."""
     if value is None:
         return {}
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
@@ -126,10 +131,7 @@ def values_by_name(name: str, value: Any) -> Mapping[str, Any]:
 
 
 def state_by_name(name: str, value: Any) -> Mapping[str, Any]:
-    """Return an argument that is a map of coordinates and speeds, or a run's `final` without its time.
-
-    Raises ArgumentError.
-    """
+    """Return a map of coordinates and speeds: as given, or out of a run's `final`."""
     given = values_by_name(name, value)
     parts = [given[key] for key in ("coordinates", "speeds") if isinstance(given.get(key), Mapping)]
     if not parts or not {"t", "coordinates", "speeds"}.issuperset(given):
@@ -138,7 +140,6 @@ def state_by_name(name: str, value: Any) -> Mapping[str, Any]:
 
 
 def names(name: str, value: Any) -> tuple[str, ...]:
-    """Return an argument that is a name or several; raises ArgumentError."""
     listed = (value,) if isinstance(value, str) else value
     if not isinstance(listed, (list, tuple, set, frozenset)) or not all(isinstance(each, str) for each in listed):
         raise ArgumentError(f"{name} is to be a name or a list of names, got {shown(value)}")
@@ -146,15 +147,6 @@ def names(name: str, value: Any) -> tuple[str, ...]:
 
 
 def callback(name: str, value: Any) -> Callable[..., Any] | None:
-    """Return an argument that is a function or None; raises ArgumentError."""
     if value is not None and not callable(value):
         raise ArgumentError(f"{name} is to be a function, got {shown(value)}")
     return value  # type: ignore[no-any-return]
-
-
-def choice(name: str, value: Any, known: Iterable[str]) -> str:
-    """Return an argument that is one of a few words; raises ArgumentError."""
-    words = list(known)
-    if not isinstance(value, str) or value not in words:
-        raise ArgumentError(f"there is no {name} {shown(value)}; known: {', '.join(words)}")
-    return value

@@ -21,17 +21,17 @@ from multibody_sym.model.fields import (
     Scalars,
     Text,
     Vector,
-    described,
+    describe,
     fields_tree,
     from_fields,
     holds,
     scalar,
     verify_keys,
 )
-from multibody_sym.model.steps import Curve, CurveField
+from multibody_sym.model.steps import Curve, CurveField, exchange
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate, sqrt
+from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, quantity, symbol
 from multibody_sym.scalars.vectors import product, turned
 from multibody_sym.text.printer import text
@@ -42,7 +42,7 @@ from multibody_sym.text.printer import text
 
 _KINDS: Final = ("sphere", "disc", "plane", "segment", "point", "revolution", "curve", "outline")
 FROM_AXIS: Final = quantity("distance from the axis", ())
-"""What stands for `s` in profiles: no parameter, though one may have that name."""
+"""The leaf of `s` in profiles, distinct from a parameter of that name."""
 _S: Final = symbol("s")
 
 
@@ -53,15 +53,10 @@ class ProfileField:
     unit: str = "m"
 
     def accept(self, value: Any) -> Node:
-        return _exchanged(scalar(value, self.unit), _S, FROM_AXIS)
+        return exchange(scalar(value, self.unit), _S, FROM_AXIS)
 
     def tree(self, value: Node) -> str:
-        return text(_exchanged(value, FROM_AXIS, _S))
-
-
-def _exchanged(node: Node, old: Node, new: Node) -> Node:
-    found: Node = evaluate([node], lambda leaf: new if leaf is old else leaf)[0]
-    return found
+        return text(exchange(value, FROM_AXIS, _S))
 
 
 @dataclass(frozen=True)
@@ -137,7 +132,6 @@ class Surface(Element):
 
     @property
     def guide(self) -> Curve | None:
-        """The curve that it is, if it is one."""
         return self.curve or self.outline
 
     @property
@@ -147,15 +141,14 @@ class Surface(Element):
 
     @property
     def kind(self) -> str:
-        """Which of the kinds it is: sphere, disc, plane, segment, point, revolution, curve or outline."""
         return next(kind for kind in _KINDS if getattr(self, kind) is not None)
 
     @property
     def radius(self) -> Node:
         """The radius of a ball or disc."""
-        found = self.sphere if self.disc is None else self.disc
-        assert found is not None
-        return found
+        radius = self.sphere if self.disc is None else self.disc
+        assert radius is not None
+        return radius
 
     def verify(self) -> None:
         if sum(getattr(self, kind) is not None for kind in _KINDS) != 1:
@@ -168,8 +161,8 @@ class Surface(Element):
         for kind in ("sphere", "disc"):
             radius = getattr(self, kind)
             if radius is not None and radius.shadow is not None and radius.shadow <= 0:
-                told = f"a radius of {text(radius)}: what is round has a positive one, {{point: [x, y, z]}} none"
-                raise ModelError(told, number="M114").under(kind)
+                message = f"a radius of {text(radius)}: what is round has a positive one, {{point: [x, y, z]}} none"
+                raise ModelError(message, number="M114").under(kind)
         if self.inside and self.sphere is None and self.disc is None:
             raise ModelError(
                 "a sphere or a disc may be touched from inside, nothing else", number="M114"
@@ -204,7 +197,7 @@ class InertiaField:
         if isinstance(value, (list, tuple)) and len(value) == 6:
             return tuple(scalar(x, self.unit) for x in value)
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map of {', '.join(_INERTIA)}, got {described(value)}", number="M103")
+            raise ModelError(f"expected a map of {', '.join(_INERTIA)}, got {describe(value)}", number="M103")
         verify_keys(value, _INERTIA, {"Iyx": "Ixy", "Izx": "Ixz", "Izy": "Iyz", "I": "Izz"})
         elements = []
         for key in _INERTIA:
@@ -316,7 +309,7 @@ class ShapeField:
         if isinstance(value, Shape):
             return value
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map such as {{rod: l, mass: m}}, got {described(value)}", number="M103")
+            raise ModelError(f"expected a map such as {{rod: l, mass: m}}, got {describe(value)}", number="M103")
         verify_keys(value, (*SHAPES, "mass"))
         kinds = [key for key in value if key != "mass"]
         if len(kinds) != 1:
@@ -477,7 +470,7 @@ class Mass:
 
     @cached_property
     def moving_leaves(self) -> tuple[Node, ...]:
-        """What changes along a motion, of all that it names in slots."""
+        """The slots in it that change along a motion."""
         named = leaves((self.mass, *self.com, *self.inertia), "slot")
         return tuple(leaf for leaf in named if leaf.data[0] != "parameters")
 
@@ -486,16 +479,35 @@ NO_MASS: Final = Mass(ZERO, ORIGIN, (ZERO,) * 6)
 
 
 def mass_of(body: Body) -> Mass:
-    """Return what a body's declaration says of its mass; a body without inertia is a particle at `com`."""
-    if body.shape is None:
-        return Mass(_number(body.mass), body.com or ORIGIN, body.inertia or (ZERO,) * 6)
-    length = body.shape.sizes[0]
-    natural = (length / 2, ZERO, ZERO) if body.shape.kind == "rod" else ORIGIN
-    return Mass(_number(body.shape.mass), body.com or natural, (*_shape_inertia(body.shape), ZERO, ZERO, ZERO))
+    """Return a declared body's mass, centre and inertia; a body without inertia is a particle at `com`.
+
+    Source of the principal moments of homogeneous shapes: any table of moments of inertia.
+    """
+    shape = body.shape
+    if shape is None:
+        return Mass(_mass_value(body.mass), body.com or ORIGIN, body.inertia or (ZERO,) * 6)
+    m, sizes, centre = _mass_value(shape.mass), shape.sizes, ORIGIN
+    square = sizes[0] ** 2
+    match shape.kind:
+        case "rod":
+            centre = (sizes[0] / 2, ZERO, ZERO)
+            moments = (ZERO, m * square / 12, m * square / 12)
+        case "box":
+            x, y, z = (size**2 for size in sizes)
+            moments = (m * (y + z) / 12, m * (x + z) / 12, m * (x + y) / 12)
+        case "cylinder":
+            across = m * (3 * square + sizes[1] ** 2) / 12
+            moments = (across, across, m * square / 2)
+        case "disc" | "ring":
+            axial = m * square / 2 if shape.kind == "disc" else m * square
+            moments = (axial / 2, axial / 2, axial)
+        case _:
+            moments = (m * square * (Fraction(2, 5) if shape.kind == "sphere" else Fraction(2, 3)),) * 3
+    return Mass(m, body.com or centre, (*moments, ZERO, ZERO, ZERO))
 
 
 def centre_moves(body: Body, parameters: Container[str]) -> bool:
-    """Return whether the centre of mass of a body whose mass varies moves in it; expressions in names or slots."""
+    """Return whether the mass of a body varies and its centre moves in it; expressions in names or slots."""
     if body.varying is None:
         return False
     named = leaves(mass_of(body).com, "slot", "symbol")
@@ -503,31 +515,12 @@ def centre_moves(body: Body, parameters: Container[str]) -> bool:
 
 
 def used_up(body: str) -> str:
-    """Return what the stop is called that ends a run where nothing is left of a body's mass."""
+    """Return the name of the stop that ends a run where a body's mass is used up."""
     return f"mass of {body}"
 
 
-def _number(mass: Node | VariableMass | None) -> Node:
+def _mass_value(mass: Node | VariableMass | None) -> Node:
     return mass.value if isinstance(mass, VariableMass) else mass or ZERO
-
-
-def _shape_inertia(shape: Shape) -> tuple[Node, Node, Node]:
-    """Return the principal moments of a homogeneous body; source: any table of moments of inertia."""
-    m, sizes = _number(shape.mass), shape.sizes
-    square = sizes[0] ** 2
-    if shape.kind == "rod":
-        return ZERO, m * square / 12, m * square / 12
-    if shape.kind == "box":
-        x, y, z = (size**2 for size in sizes)
-        return m * (y + z) / 12, m * (x + z) / 12, m * (x + y) / 12
-    if shape.kind == "cylinder":
-        across = m * (3 * square + sizes[1] ** 2) / 12
-        return across, across, m * square / 2
-    if shape.kind in ("disc", "ring"):
-        axial = m * square / 2 if shape.kind == "disc" else m * square
-        return axial / 2, axial / 2, axial
-    all_round = m * square * (Fraction(2, 5) if shape.kind == "sphere" else Fraction(2, 3))
-    return all_round, all_round, all_round
 
 
 def unit_vector(v: Point) -> Point:

@@ -12,6 +12,7 @@ from multibody_sym.model.contacts_and_impacts import (
     Contact,
     KineticField,
     verify_coefficients,
+    verify_friction,
     verify_not_negative,
     verify_restitution,
     verify_rod_length,
@@ -103,7 +104,7 @@ class Rope(Element):
 
     @property
     def route(self) -> tuple[str, ...]:
-        """What the rope leads over from end to end, with a drum that the path does not name at its end."""
+        """The path from end to end, with a drum that `path` does not name at its end."""
         beyond = [name for name in self.wind if name not in (self.path[0], self.path[-1])]
         return (*self.path, *beyond)
 
@@ -164,8 +165,8 @@ class Gear(Element):
         if self.radii is None and self.at is not None:
             raise ModelError("a point where wheels touch goes with radii; give them too", number="M110").under("at")
         if self.ratio is ZERO:
-            told = "with a ratio of 0 the first joint could not turn; it turns ratio times as fast as the second"
-            raise ModelError(told, number="M109").under("ratio")
+            message = "with a ratio of 0 the first joint could not turn; it turns ratio times as fast as the second"
+            raise ModelError(message, number="M109").under("ratio")
 
 
 @dataclass(frozen=True)
@@ -266,13 +267,13 @@ class Rolling(Element):
 
     @property
     def contact(self) -> Contact | None:
-        """The contact that it is where it may slip."""
+        """The contact that stands for it where it may slip."""
         if self.static is None and self.kinetic is None:
             return None
         return Contact((self.body, self.on), static=self.static, kinetic=self.kinetic)
 
     def verify(self) -> None:
-        _ = self.contact  # which refuses coefficients that contradict each other
+        _ = self.contact  # refuses coefficients that contradict each other
 
 
 @dataclass(frozen=True)
@@ -294,7 +295,7 @@ class VelocityConstraint(Element):
 
 
 def row_names(name: str, element: Element) -> list[str]:
-    """Return the names of the rows that stand for a constraint: its own, or with a component each."""
+    """Return the names of a constraint's rows: its own, or one with each component."""
     components: tuple[str, ...] = getattr(element, "components", ())
     return [f"{name}.{component}" for component in components] or [name]
 
@@ -338,25 +339,18 @@ class Roughness(Element):
     def verify(self) -> None:
         if self.static is None and self.kinetic is None:
             raise ModelError("give static, kinetic or both", number="M102")
-        for name in ("static", "kinetic"):
-            value = getattr(self, name)
-            if value is not None and value.shadow is not None and value.shadow < 0:
-                raise ModelError(
-                    f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
-                ).under(name)
+        verify_friction(static=self.static, kinetic=self.kinetic)
         verify_coefficients(self.sticking.shadow, self.sliding.shadow)
 
     @property
     def sticking(self) -> Node:
-        """The coefficient at rest."""
         return self.static if self.static is not None else self.sliding
 
     @property
     def sliding(self) -> Node:
-        """The coefficient of what slips."""
-        found = self.kinetic if self.kinetic is not None else self.static
-        assert found is not None
-        return found
+        sliding = self.kinetic if self.kinetic is not None else self.static
+        assert sliding is not None
+        return sliding
 
 
 @dataclass(frozen=True)
@@ -365,9 +359,9 @@ class RoughnessField:
 
     def accept(self, value: Any) -> Roughness:
         if isinstance(value, (Mapping, Roughness)):
-            found = Record(Roughness).accept(value)
-            assert isinstance(found, Roughness)
-            return found
+            roughness = Record(Roughness).accept(value)
+            assert isinstance(roughness, Roughness)
+            return roughness
         return Roughness(static=value)
 
     def tree(self, value: Roughness) -> Any:
@@ -425,5 +419,5 @@ class Pulley(Element):
 
     @property
     def is_held(self) -> bool:
-        """Whether it stands at a point, which holds it."""
+        """Whether a point holds it."""
         return self.body is None

@@ -1,4 +1,4 @@
-"""Contacts of two bodies that may touch: which surfaces, and what rubs there."""
+"""Contacts of two bodies that may touch, with friction and restitution; impacts at the given instant."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from multibody_sym.model.fields import (
     Scalar,
     Text,
     Vector,
-    described,
+    describe,
     fields_of,
     fields_tree,
     holds,
@@ -38,7 +38,7 @@ from multibody_sym.text.units import Turning
 ENOUGH: Final = "enough"
 _NUMBER: Final = re.compile(r"#(\+\d{1,3})?")
 Coefficient = Node | str
-"""A coefficient of friction, or that there is always enough of it."""
+"""A coefficient of friction, or the word `enough`."""
 
 
 @dataclass(frozen=True)
@@ -127,58 +127,57 @@ class Contact(Element):
     )
 
     def verify(self) -> None:
-        for name in ("static", "kinetic", "rolling_resistance"):
-            value = getattr(self, name)
-            if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
-                raise ModelError(
-                    f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
-                ).under(name)
-        for name in ("restitution", "tangential_restitution"):
-            verify_restitution(name, getattr(self, name))
-        if self.tangential_restitution is not None and self.static is None and self.kinetic is None:
-            raise ModelError(
-                "what is smooth stores nothing to give back; give static or kinetic, or leave it out",
-                number="M110",
-            ).under("tangential_restitution")
+        verify_friction(static=self.static, kinetic=self.kinetic, rolling_resistance=self.rolling_resistance)
+        _verify_restitutions(self)
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
         if self.repeat is not None and not any("#" in end for end in self.between):
-            told = "number the bodies of contacts that repeat, such as between: [block#, table.top]"
-            raise ModelError(told, word="between").under("repeat")
+            message = "number the bodies of contacts that repeat, such as between: [block#, table.top]"
+            raise ModelError(message, word="between").under("repeat")
 
 
 def copies(contacts: Mapping[str, Contact]) -> Iterator[tuple[str, str, Contact]]:
-    """Yield each contact, with `repeat` written out, as (the name that declares it, its own name, the contact).
+    """Yield each contact, with `repeat` written out, as (declared name, own name, contact).
 
-    `#` in ends is the number of the copy, `#+2` the number after the next. A name has its number where it has `#`, else
-    behind it, so that expressions can name each.
+    `#` in ends is the number of the copy, `#+2` the number after the next. The number stands in the own name where the
+    declared one has `#`, else at its end.
     """
     for declared, contact in contacts.items():
         if contact.repeat is None:
             yield declared, declared, contact
             continue
+        pattern = declared if "#" in declared else f"{declared}#"
         for k in range(1, contact.repeat + 1):
-            name = _numbered(declared if "#" in declared else f"{declared}#", k)
-            yield declared, name, replace(contact, between=tuple(_numbered(x, k) for x in contact.between), repeat=None)
+            ends = tuple(_with_number(end, k) for end in contact.between)
+            yield declared, _with_number(pattern, k), replace(contact, between=ends, repeat=None)
 
 
-def _numbered(name: str, k: int) -> str:
-    return _NUMBER.sub(lambda found: str(k + int(found[1] or 0)), name)
+def _with_number(name: str, k: int) -> str:
+    return _NUMBER.sub(lambda sign: str(k + int(sign[1] or 0)), name)
 
 
 def contact_names(contacts: Mapping[str, Contact]) -> dict[str, None]:
-    """Return the names of all contacts, of each that repeats, and of what these are together: `leg1`, .. and `leg`."""
+    """Return the names of all contacts, of their copies, and of the copies together: `leg1`, .. and `leg`."""
     every = (x for declared, name, _ in copies(contacts) for x in (without_number(declared), declared, name))
     return dict.fromkeys(every)
 
 
 def without_number(name: str) -> str:
-    """Return the name that contacts share whose names have numbers: `leg` of `leg#`."""
+    """Return the common name of repeated contacts: `leg` of `leg#`."""
     return _NUMBER.sub("", name)
 
 
+def verify_friction(**coefficients: Coefficient | None) -> None:
+    """Raise ModelError where a constant coefficient is negative; they are given by the names of their fields."""
+    for name, value in coefficients.items():
+        if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
+            raise ModelError(
+                f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
+            ).under(name)
+
+
 def verify_coefficients(static: float | None, kinetic: float | None) -> None:
-    """Raise ModelError where what sticks is held less than what slides; None is a value that is not known yet."""
+    """Raise ModelError where static friction is below kinetic friction; None is a value that is not known yet."""
     if static is not None and kinetic is not None and static < kinetic:
         raise ModelError(
             f"static {static:g} is below kinetic {kinetic:g}: what sticks is held at least as fast as what slides; "
@@ -197,6 +196,17 @@ def verify_restitution(name: str, value: Node | None) -> None:
         ).under(name)
 
 
+def _verify_restitutions(element: Contact | Impact) -> None:
+    """Raise ModelError for a wrong coefficient of restitution, or a tangential one between smooth surfaces."""
+    verify_restitution("restitution", element.restitution)
+    verify_restitution("tangential_restitution", element.tangential_restitution)
+    smooth = element.static is None and element.kinetic is None
+    if element.between is not None and smooth and element.tangential_restitution is not None:
+        raise ModelError(
+            "what is smooth stores nothing to give back; give static or kinetic, or leave it out", number="M110"
+        ).under("tangential_restitution")
+
+
 def verify_not_negative(name: str, length: Node | None) -> None:
     """Raise ModelError where a constant length, that of the field `name`, is negative."""
     if length is not None and length.shadow is not None and length.shadow < 0.0:
@@ -204,7 +214,7 @@ def verify_not_negative(name: str, length: Node | None) -> None:
 
 
 def verify_rod_length(length: float | None) -> None:
-    """Raise ModelError for a rod whose length (m), as far as it is known, is zero: nothing says which way it pulls."""
+    """Raise ModelError for a rod whose length (m) is known to be zero: it has no direction."""
     if length == 0:
         raise ModelError(
             "a rod of no length has no direction in which it pulls; points that stay together are joined by a joint "
@@ -215,11 +225,11 @@ def verify_rod_length(length: float | None) -> None:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Impacts at the given instant: what strikes, which impulses are given, and by which law.
+# Impacts at the given instant.
 
 
 ONLY: Final = "impact"
-"""What the one impact is called that stands under `impact:` without a name."""
+"""The name of a single impact that stands under `impact:` without a name."""
 LAWS: Final = ("newton", "poisson", "stronge")
 SEQUENCES: Final = ("simultaneous", "one_by_one")
 _KINDS: Final = ("between", "contacts", "impulse", "couple", "begins", "motion")
@@ -307,20 +317,8 @@ class Impact(Element):
         for kind, place in (("impulse", "at"), ("couple", "on"), ("motion", "speed")):
             if given[0] == kind and getattr(self, place) is None:
                 raise ModelError(f"{place} is missing: where the {kind} is, or how much of it", number="M102")
-        for name in ("restitution", "tangential_restitution"):
-            verify_restitution(name, getattr(self, name))
-        smooth = self.static is None and self.kinetic is None
-        if self.between is not None and smooth and self.tangential_restitution is not None:
-            raise ModelError(
-                "what is smooth stores nothing to give back; give static or kinetic, or leave it out",
-                number="M110",
-            ).under("tangential_restitution")
-        for name in ("static", "kinetic"):
-            value = getattr(self, name)
-            if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
-                raise ModelError(
-                    f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
-                ).under(name)
+        _verify_restitutions(self)
+        verify_friction(static=self.static, kinetic=self.kinetic)
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
 
@@ -358,7 +356,7 @@ class Impacts(Element):
             yield self.path(name)[1:], impact, None
 
     def path(self, name: str) -> tuple[str, ...]:
-        """Return where a file has an impact."""
+        """Return the path of an impact in a file."""
         return (ONLY,) if name == ONLY and len(self.strikes) == 1 else (ONLY, name)
 
 
@@ -381,25 +379,19 @@ class ImpactsField:
         if is_text(value, _CLOSING):
             return Impacts(Names())
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected an impact, or a map of impacts by name, got {described(value)}", number="M103")
+            raise ModelError(f"expected an impact, or a map of impacts by name, got {describe(value)}", number="M103")
         whole = {name: x for name, x in value.items() if name in _WHOLE}
         own = {name: x for name, x in value.items() if name not in _WHOLE}
-        if own and not any(name in fields_of(Impact) and not _is_impact(x) for name, x in own.items()):
-            return Impacts(Names(self._named(own)), **whole)
-        return Impacts(Names({ONLY: Record(Impact).accept(own)} if own else {}), **whole)
-
-    def _named(self, own: Mapping[str, Any]) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        fields = fields_of(Impact)
+        if any(name in fields and not isinstance(x, (Mapping, Impact)) for name, x in own.items()):
+            return Impacts(Names({ONLY: Record(Impact).accept(own)}), **whole)
+        impacts: dict[str, Any] = {}
         for name, x in own.items():
             with at(name):
-                found[name] = Record(Impact).accept(x)
-        return found
+                impacts[name] = Record(Impact).accept(x)
+        return Impacts(Names(impacts), **whole)
 
     def tree(self, value: Impacts) -> Any:
         whole = {name: getattr(value, name) for name in _WHOLE if getattr(value, name) is not None}
         trees = {name: fields_tree(impact) for name, impact in value.strikes.items()}
         return {**(trees[ONLY] if list(trees) == [ONLY] else trees), **whole} or _CLOSING
-
-
-def _is_impact(value: Any) -> bool:
-    return isinstance(value, (Mapping, Impact))

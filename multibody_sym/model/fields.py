@@ -30,7 +30,7 @@ _GAP = ("", _NOTHING, "~")
 
 
 class Field(Protocol):
-    """One field's kind of content."""
+    """What a field may hold."""
 
     def accept(self, value: Any) -> Any:
         """Return the field's content; `value` is what Python or a model file holds. Raises InputError."""
@@ -45,25 +45,25 @@ def scalar(value: Any, unit: str | None) -> Node:
         try:
             return node_of(value)
         except ArgumentError:
-            raise ModelError(f"expected a number or an expression, got {described(value)}", number="M103") from None
+            raise ModelError(f"expected a number or an expression, got {describe(value)}", number="M103") from None
     if (plain := plain_number(value)) is not None:
         return number(plain)
     node, dimension = parse_scalar(value)
     if dimension is not None and unit is not None and dimension != dimension_of_unit(unit):
         raise ModelError(
-            f"{described(value)} does not fit here: expected a quantity in {unit or 'no unit'}", number="M105"
+            f"{describe(value)} does not fit here: expected a quantity in {unit or 'no unit'}", number="M105"
         )
     return node
 
 
 @cache
 def dimension_of_unit(unit: str) -> Dimension:
-    """Return the dimension of a unit's text, the empty text standing for a pure number."""
+    """Return the dimension of a unit's text; an empty text stands for a pure number."""
     return parse_unit(unit)[1] if unit else DIMENSIONLESS
 
 
-def described(value: object) -> str:
-    """Return what a wrong value is, in a user's words."""
+def describe(value: object) -> str:
+    """Return the words for a wrong value in an error."""
     if isinstance(value, Mapping):
         return "a map"
     if isinstance(value, (list, tuple)):
@@ -99,26 +99,30 @@ class Condition:
             )
         node = scalar(value, self.unit)
         if not is_condition(node):
-            raise ModelError(f"expected a comparison such as y < 0, got {described(value)}", number="M103")
+            raise ModelError(f"expected a comparison such as y < 0, got {describe(value)}", number="M103")
         if node.shadow is not None:
-            raise ModelError(f"{described(value)} compares two constants; name something that changes")
+            raise ModelError(f"{describe(value)} compares two constants; name something that changes")
         return node
 
     def tree(self, value: Node) -> str:
         return text(value)
 
 
-def _counted(value: Any, items: list[Any] | None) -> str:
-    """Return what stands where a list of three is wanted, which has `items` if it is a list, and how to mend it."""
+def _not_three(value: Any, items: list[Any] | None) -> str:
+    """Return the words for a value where a list of three is wanted, and how to mend it; `items` are those of a list."""
     if items is None:
-        written = isinstance(value, (int, float, str)) and not is_empty(value)
-        along = f"; along x it is [{value}, 0, 0], along y [0, {value}, 0]" if written else ""
-        return f"{described(value)}{along}"
+        is_one = isinstance(value, (int, float, str)) and not is_empty(value)
+        along = f"; along x it is [{value}, 0, 0], along y [0, {value}, 0]" if is_one else ""
+        return f"{describe(value)}{along}"
     if len(items) > 3 and all(isinstance(x, str) for x in items):
         return f"a list of {len(items)}; numbers have a decimal point, 0.5, as a comma begins the next entry"
     if len(items) == 1 and isinstance(items[0], str):
         return "a list of 1; commas stand between the components, [x, y, z]"
     return f"a list of {len(items)}" + ("; of vectors in the x-y plane the third is 0" if len(items) == 2 else "")
+
+
+def _scalars(items: Sequence[Any], unit: str | None) -> tuple[Node, ...]:
+    return tuple(content_of(i, x, Scalar(unit)) for i, x in enumerate(items))
 
 
 @dataclass(frozen=True)
@@ -128,12 +132,12 @@ class Vector:
     unit: str | None = None
 
     def accept(self, value: Any) -> tuple[Node, Node, Node]:
-        items = listed(value)
+        items = list_items(value)
         if items is None or len(items) != 3:
             raise ModelError(
-                f"expected a list of three numbers or expressions, got {_counted(value, items)}", number="M103"
+                f"expected a list of three numbers or expressions, got {_not_three(value, items)}", number="M103"
             )
-        x, y, z = (content_of(i, component, Scalar(self.unit)) for i, component in enumerate(items))
+        x, y, z = _scalars(items, self.unit)
         return x, y, z
 
     def tree(self, value: tuple[Node, ...]) -> list[str]:
@@ -149,7 +153,7 @@ class Direction:
             letter, negative = value.strip().removeprefix("-"), value.strip().startswith("-")
             if letter not in AXES:
                 raise ModelError(
-                    f"{described(value)} is no direction: write x, y, z, -x, -y, -z or a list of three", number="M103"
+                    f"{describe(value)} is no direction: write x, y, z, -x, -y, -z or a list of three", number="M103"
                 )
             unit = negate(ONE) if negative else ONE
             x, y, z = (unit if axis == letter else ZERO for axis in AXES)
@@ -190,7 +194,7 @@ class Scalars:
 
     def accept(self, value: Any) -> tuple[Node, ...]:
         if isinstance(value, (list, tuple)):
-            return tuple(content_of(i, component, Scalar(self.unit)) for i, component in enumerate(value))
+            return _scalars(value, self.unit)
         return (scalar(value, self.unit),)
 
     def tree(self, value: tuple[Node, ...]) -> Any:
@@ -219,8 +223,9 @@ class Text:
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or not value.strip() or not value.isprintable():
-            place = "; give a place a name under points of its body: points: {NAME: [x, y, z]}" if listed(value) else ""
-            raise ModelError(f"expected a name, got {described(value)}{place}", number="M103")
+            advice = "; give a place a name under points of its body: points: {NAME: [x, y, z]}"
+            message = f"expected a name, got {describe(value)}{advice if list_items(value) else ''}"
+            raise ModelError(message, number="M103")
         return value.strip()
 
     def tree(self, value: str) -> str:
@@ -233,7 +238,7 @@ class Prose:
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or not value.strip() or not all(line.isprintable() for line in value.split("\n")):
-            raise ModelError(f"expected sentences, got {described(value)}", number="M103")
+            raise ModelError(f"expected sentences, got {describe(value)}", number="M103")
         return value.strip()
 
     def tree(self, value: str) -> str:
@@ -250,8 +255,8 @@ class Choice:
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or value not in self.words:
             word, meant = str(value), dict(self.meant).get(str(value).lower())
-            told = f"{described(value)} is no choice here"
-            raise ModelError(told, number="M104", word=word, known=self.words, meant=meant)
+            message = f"{describe(value)} is no choice here"
+            raise ModelError(message, number="M104", word=word, known=self.words, meant=meant)
         return str(value)
 
     def tree(self, value: str) -> str:
@@ -267,7 +272,7 @@ class Flag:
             return value
         if is_text(value, "true", "false"):
             return bool(value == "true")
-        raise ModelError(f"expected true or false, got {described(value)}", number="M103")
+        raise ModelError(f"expected true or false, got {describe(value)}", number="M103")
 
     def tree(self, value: bool) -> str:
         return "true" if value else "false"
@@ -295,7 +300,7 @@ class Count:
     def accept(self, value: Any) -> int:
         node = scalar(value, None)
         if node.op != "number" or not isinstance(node.data, int) or node.data < self.least:
-            raise ModelError(f"expected a whole number, at least {self.least}, got {described(value)}", number="M103")
+            raise ModelError(f"expected a whole number, at least {self.least}, got {describe(value)}", number="M103")
         return node.data
 
     def tree(self, value: int) -> str:
@@ -303,13 +308,13 @@ class Count:
 
 
 def content_of(index: int, value: Any, field: Field) -> Any:
-    """Return what `field` holds of item number `index`, which an error is placed at."""
+    """Return the content that `field` makes of item number `index`; errors name the index."""
     with at(index):
         return field.accept(value)
 
 
-def listed(value: Any) -> list[Any] | None:
-    """Return the items of a list, tuple, vector or the like in their order, None for what has none."""
+def list_items(value: Any) -> list[Any] | None:
+    """Return the items of a list, tuple or array in their order; None for a value without items."""
     if isinstance(value, (str, bytes)) or not (isinstance(value, Sequence) or hasattr(value, "tolist")):
         return None
     try:
@@ -319,7 +324,7 @@ def listed(value: Any) -> list[Any] | None:
 
 
 def is_text(value: object, *words: str) -> bool:
-    """Return whether a value, which may be an array that compares item by item, is one of some words."""
+    """Return whether a value is one of some words; an array, which compares item by item, is none."""
     return isinstance(value, str) and value in words
 
 
@@ -329,7 +334,7 @@ def is_gap(value: object) -> bool:
 
 
 def is_empty(value: object) -> bool:
-    """Return whether nothing was written; a file holds that as an empty text."""
+    """Return whether a value is None or the empty text, by which a file says nothing."""
     return value is None or (isinstance(value, str) and not value)
 
 
@@ -366,7 +371,7 @@ class MapOf:
         if is_empty(value):
             return Names()
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map of names, got {described(value)}{_named_list(value)}", number="M103")
+            raise ModelError(f"expected a map of names, got {describe(value)}{_map_advice(value)}", number="M103")
         content = {}
         for name, x in value.items():
             with at(name):
@@ -377,8 +382,8 @@ class MapOf:
         return {name: self.item.tree(x) for name, x in value.items()}
 
 
-def _named_list(value: Any) -> str:
-    """Return how to write as a map what has no name, or a list of elements, each with its name in it or before it."""
+def _map_advice(value: Any) -> str:
+    """Return the advice how to write a text or a list of elements as a map of names."""
     if isinstance(value, str):
         return f"; write it under a name: {{NAME: {value}}}"
     first = value[0] if isinstance(value, (list, tuple)) and value else None
@@ -450,7 +455,7 @@ class Record:
             such = next((f"{{{f.name}: {f.metadata['such']}}}" for f in fields(self.cls) if f.metadata["such"]), "")
             raise ModelError(
                 f"expected a map with {', '.join(fields_of(self.cls))}{such and ', such as ' + such}, "
-                f"got {described(value)}",
+                f"got {describe(value)}",
                 number="M103",
             )
         return from_fields(self.cls, value)
@@ -472,7 +477,7 @@ class OneOf:
             return value
         if not isinstance(value, Mapping):
             raise ModelError(
-                f"expected a map with a type ({', '.join(self.table)}), got {described(value)}", number="M103"
+                f"expected a map with a type ({', '.join(self.table)}), got {describe(value)}", number="M103"
             )
         if "type" not in value:
             verify_keys(value, {"type", *(name for cls in self.table.values() for name in fields_of(cls))})
@@ -483,8 +488,8 @@ class OneOf:
         name = self.aliases.get(word, word) if isinstance(word, str) else word
         if not isinstance(name, str) or name not in self.table:
             with at("type"):
-                advice, right = as_meant(str(word), [*self.table, *self.aliases], self.meant)
-                raise ModelError(f"{described(word)} is no known type{advice}", number="M104", **right)
+                advice, members = as_meant(str(word), [*self.table, *self.aliases], self.meant)
+                raise ModelError(f"{describe(word)} is no known type{advice}", number="M104", **members)
         return self.table[name]
 
     def tree(self, value: Element) -> dict[str, Any]:
@@ -494,30 +499,32 @@ class OneOf:
 
 _UNITLESS: Final = (Scalar, Scalars, OptionalScalars, ScalarOrVector)
 TEXTS: Final = "_texts"
-"""Where an element keeps what those of its fields were given that any unit fits; no field, so that it never counts."""
+"""The attribute in which an element keeps the given texts of fields that take any unit; no field, it never compares."""
 
 
 @dataclass(frozen=True)
 class Element:
-    """A frozen record that reads what its fields are given when it is made.
+    """Base of declared records: each Field converts the value given for it when the record is made.
 
-    `meant`: of keys that people write in their place, and that no likeness leads to, the right one, or advice.
+    `meant`: for wrong keys that people write and that no likeness explains, the right key, or advice.
     """
 
     meant: ClassVar[Mapping[str, str]] = {}
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
-        """Yield what given fields hold: the steps that lead to it in a file, it, and the unit that it is read in."""
+        """Yield the contents of given fields: the path in a file, the content, and the unit in which it is read."""
         kind: Any = type(self)
         for name, field, unit in _contents(kind):
             value = getattr(self, name)
             if value is None:
                 continue
-            steps = _steps_of(field, value) if type(value) is tuple else None
-            if steps is None:
-                yield (name,), value, unit
+            keys: tuple[str, ...] | None = getattr(field, "keys", None)
+            if type(value) is tuple and keys is not None:
+                yield from (((name, key), x, unit) for key, x in zip(keys, value, strict=True))
+            elif type(value) is tuple and len(value) == 1 and isinstance(field, (Scalars, OptionalScalars)):
+                yield (name,), value[0], unit  # one number stands without a list
             else:
-                yield from (((name, *step), x, unit) for step, x in zip(steps, value, strict=True))
+                yield (name,), value, unit
 
     def __post_init__(self) -> None:
         texts: dict[str, Any] = {}
@@ -530,14 +537,15 @@ class Element:
                 if value is not None:
                     field = f.metadata["field"]
                     object.__setattr__(self, f.name, field.accept(value))
-                    if _fits_any_unit(field):
+                    numbers = isinstance(field, _UNITLESS) or isinstance(getattr(field, "item", None), Scalar)
+                    if (numbers or getattr(field, "of_any_unit", False)) and not unit_of(field):
                         texts[f.name] = value
         object.__setattr__(self, TEXTS, texts)
         self.verify()
 
     @classmethod
     def verify_call(cls, values: Sequence[Any], named: Mapping[str, Any]) -> None:
-        """Raise ArgumentError where an element cannot be made of these arguments, whatever they are."""
+        """Raise ArgumentError where the call lacks arguments, or has unknown or surplus ones."""
         every = fields(cls)
         verify_arguments(
             cls.__name__,
@@ -553,7 +561,7 @@ class Element:
     def verify_unit(self, name: str, units: str | Sequence[str]) -> None:
         """Raise ModelError where the field `name` was given in another unit than `units`: one for all, or one for each.
 
-        For fields whose unit depends on others; what was read no longer tells its unit, and only texts state one.
+        For fields whose unit depends on other fields. A content has no unit; only the given texts state one.
         """
         given = getattr(self, TEXTS).get(name)
         with at(name):
@@ -569,11 +577,11 @@ class Element:
                     content_of(key, x, Scalar(units if isinstance(units, str) else units[0]))
 
     def given(self, name: str) -> Any:
-        """Return what a field was given as it was written, if any unit fits the field; None for other fields."""
+        """Return the value given for a field that takes any unit, as it was written; None for other fields."""
         return getattr(self, TEXTS).get(name)
 
     def with_fields(self, changed: Mapping[str, Any]) -> Self:
-        """Return the element with other contents of fields, of which constants are as they were given."""
+        """Return the element with other contents of fields; the texts of constants stay."""
         new = dataclasses.replace(self, **changed)
         object.__setattr__(new, TEXTS, getattr(self, TEXTS))
         return new
@@ -583,24 +591,22 @@ class Element:
 
 
 def holds(field: Field, default: Any = MISSING, *, keyword: bool = False, says: str = "", such: str = "") -> Any:
-    """Declare a field of an element, and what the reference says of it.
+    """Declare a field of an element, and its entry in the reference.
 
-    Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`. `says` what it
-    means in one plain sentence; `such` is an example of it as a model file writes it.
+    Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`. `says` is its
+    meaning in one sentence; `such` is an example as a model file writes it.
     """
     only: Any = keyword or MISSING
-    told = {"field": field, "says": says, "such": such}
-    return dataclasses.field(default=default, kw_only=only, metadata=told)
+    return dataclasses.field(default=default, kw_only=only, metadata={"field": field, "says": says, "such": such})
 
 
 def fields_of(cls: type[Element]) -> dict[str, Field]:
-    """Return the fields of an element class by name."""
     return {f.name: f.metadata["field"] for f in fields(cls)}
 
 
 @cache
 def _contents(cls: Any) -> tuple[tuple[str, Field, str | None], ...]:
-    """Return names and fields of an element class with their units; large models ask for every element."""
+    """Return names and fields of an element class with their units (kept: large models ask for every element)."""
     return tuple((name, field, unit_of(field)) for name, field in fields_of(cls).items())
 
 
@@ -616,14 +622,6 @@ def _is_vector(field: Any) -> bool:
     return isinstance(field, Vector | Direction | ScalarOrVector) or (item is not None and _is_vector(item))
 
 
-def _steps_of(field: Field, value: tuple[Any, ...]) -> list[tuple[str, ...]] | None:
-    """Return under which steps a file holds the items of a tuple, where that is not by their numbers."""
-    keys: tuple[str, ...] | None = getattr(field, "keys", None)
-    if keys is not None:
-        return [(key,) for key in keys]
-    return [()] if len(value) == 1 and isinstance(field, (Scalars, OptionalScalars)) else None
-
-
 def unit_of(field: Field) -> str | None:
     """Return the unit that a field's expressions are read in, None where any fits."""
     unit: str | None = getattr(field, "unit", None)
@@ -631,19 +629,13 @@ def unit_of(field: Field) -> str | None:
     return unit if item is None else unit_of(item)
 
 
-def _fits_any_unit(field: Field) -> bool:
-    """Return whether a field holds numbers whose unit depends on other fields, or angles."""
-    numbers = isinstance(field, _UNITLESS) or isinstance(getattr(field, "item", None), Scalar)
-    return (numbers or getattr(field, "of_any_unit", False)) and not unit_of(field)
-
-
 def verify_keys(keys: Iterable[str], known: Collection[str], meant: Mapping[str, str] | None = None) -> None:
     """Raise ModelError at the first key that is not known; `meant` as `Element.meant`."""
     for key in keys:
         if key not in known:
             with at(key):
-                advice, right = as_meant(str(key), known, meant)
-                raise ModelError(f"unknown key {key!r}{advice}", number="M101", **right)
+                advice, members = as_meant(str(key), known, meant)
+                raise ModelError(f"unknown key {key!r}{advice}", number="M101", **members)
 
 
 def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
@@ -652,19 +644,20 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     verify_keys(tree, known, cls.meant)
     missing = [f for f in fields(cls) if f.default is MISSING and is_empty(tree.get(f.name))]
     if missing:
-        told = f"{' and '.join(f.name for f in missing)} {'are' if missing[1:] else 'is'} missing"
-        means = "; ".join(f"{f.metadata['says']}{_example(f)}" for f in missing if f.metadata["says"])
-        raise ModelError(f"{told}{': ' if means else ''}{means}", number="M102", word=missing[0].name)
+        message = f"{' and '.join(f.name for f in missing)} {'are' if missing[1:] else 'is'} missing"
+        meanings = []
+        for f in missing:
+            if says := f.metadata["says"]:
+                such = f.metadata["such"]
+                meanings.append(f"{says}, such as {f.name}: {such}" if such else says)
+        if meanings:
+            message = f"{message}: {'; '.join(meanings)}"
+        raise ModelError(message, number="M102", word=missing[0].name)
     for key, value in tree.items():
         if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
             with at(key):
                 raise ModelError(f"{key} is empty: write what it is, or leave it out", number="M102")
     return cls(**tree)
-
-
-def _example(f: dataclasses.Field[Any]) -> str:
-    """Return a field as the reference writes it in an example."""
-    return f", such as {f.name}: {f.metadata['such']}" if f.metadata["such"] else ""
 
 
 def fields_tree(element: Element) -> dict[str, Any]:

@@ -71,14 +71,14 @@ class Torque(Element):
     def verify(self) -> None:
         if (self.joint is None) == (self.on is None):
             raise ModelError("a torque acts either in a joint (joint:) or on a body (on:)", number="M110")
-        _freedom_of_joint(self.freedom, self.joint)
+        _verify_freedom(self.freedom, self.joint)
         if (self.joint is None) == isinstance(self.value, Node):
             raise ModelError("a joint's torque is one number, a body's torque a list of three")
         if self.on is not None:
             self.verify_unit("value", "N*m")
 
     def units(self, speed: str = "m/s") -> Mapping[str, str]:
-        """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
+        """Return the units of the fields for a speed of the unit `speed` along which it acts."""
         return {"value": "N*m" if self.on is not None else effort_unit(speed)}
 
 
@@ -108,13 +108,13 @@ class SpringDamper(Element):
     length: Node = holds(Scalar(), 0, says="the length without load; in a joint the coordinate without load", such="l0")
 
     def verify(self) -> None:
-        _one_place(self.between, self.joint)
-        _freedom_of_joint(self.freedom, self.joint)
+        _verify_place(self.between, self.joint)
+        _verify_freedom(self.freedom, self.joint)
         if self.between is not None:
             verify_not_negative("length", self.length)
 
     def units(self, speed: str = "m/s") -> Mapping[str, str]:
-        """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
+        """Return the units of the fields for a speed of the unit `speed` along which it acts."""
         if speed == "m/s":
             return {"stiffness": "N/m", "damping": "N*s/m", "length": "m"}
         return {"stiffness": "N*m", "damping": "N*m*s", "length": "rad"}
@@ -136,11 +136,11 @@ class Damper(Element):
     )
 
     def verify(self) -> None:
-        _one_place(self.between, self.joint)
-        _freedom_of_joint(self.freedom, self.joint)
+        _verify_place(self.between, self.joint)
+        _verify_freedom(self.freedom, self.joint)
 
     def units(self, speed: str = "m/s") -> Mapping[str, str]:
-        """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
+        """Return the units of the fields for a speed of the unit `speed` along which it acts."""
         return {"damping": "N*s/m" if speed == "m/s" else "N*m*s"}
 
 
@@ -332,12 +332,12 @@ class Friction(Element):
                 raise ModelError("it must be greater than zero", number="M109").under(name)
 
 
-def _freedom_of_joint(freedom: object, joint: object) -> None:
+def _verify_freedom(freedom: object, joint: object) -> None:
     if freedom is not None and joint is None:
         raise ModelError("freedom goes with joint", number="M110").under("freedom")
 
 
-def _one_place(between: object, joint: object) -> None:
+def _verify_place(between: object, joint: object) -> None:
     if (between is None) == (joint is None):
         raise ModelError("it acts either between two points (between: [a, b]) or in a joint (joint:)", number="M110")
 

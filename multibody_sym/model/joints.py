@@ -1,8 +1,8 @@
-"""What all joints have: ends, elementary steps, names and start values of coordinates, limits, prescribed motion."""
+"""Joints: ends, elementary steps, names and start values of coordinates, limits, prescribed motion; and each kind."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, ClassVar, Final, NamedTuple, Self
@@ -34,13 +34,13 @@ from multibody_sym.model.steps import (
     FreeStep,
     OneCoordinate,
     Rotate,
+    ScrewStep,
     Step,
     Translate,
     free_steps,
     is_flat,
     is_upright,
 )
-from multibody_sym.model.steps import Screw as ScrewStep
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.functions import atan2, evaluate, sqrt
@@ -67,40 +67,38 @@ class Joint(Element):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The elementary motions that the kind of joint lets happen, from the parent outward."""
+        """The elementary motions of this kind of joint, from the parent outward."""
         return ()
 
     @property
     def moves(self) -> tuple[Step, ...]:
-        """The elementary motions, those with a prescribed motion moving by it."""
+        """The elementary motions, with prescribed motions put in."""
         return self.steps
 
     @cached_property
     def free_steps(self) -> tuple[FreeStep, ...]:
-        """The elementary motions that have coordinates, with their places among those of the joint."""
+        """The elementary motions with coordinates, and the places of these in the joint."""
         return free_steps(self.moves)
 
     @property
     def coordinate_suffixes(self) -> tuple[str, ...]:
-        """What follows the joint's name in the default names of its coordinates."""
+        """The ends of the default names of its coordinates, which begin with the joint's name."""
         letters = [coordinate.letter for free in self.free_steps for coordinate in free.step.coordinates]
         several = any(len(step.coordinates) > 1 for step in self.steps) or len(self.steps) > 1
         return tuple(f"_{letter}" for letter in letters) if several else ("",) * len(letters)
 
     @property
     def speed_suffixes(self) -> tuple[str | None, ...]:
-        """What follows the joint's name in the names of its speeds; None where a speed is a coordinate's rate."""
+        """The ends of the names of its speeds; None where a speed is a coordinate's rate."""
         letters = (speed.letter for free in self.free_steps for speed in free.step.speeds)
         return tuple(None if letter is None else f"_{letter}" for letter in letters)
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
-        """The units of the coordinates."""
         return tuple(coordinate.unit for free in self.free_steps for coordinate in free.step.coordinates)
 
     @property
     def speed_units(self) -> tuple[str, ...]:
-        """The units of the speeds."""
         return tuple(speed.unit for free in self.free_steps for speed in free.step.speeds)
 
     @property
@@ -110,7 +108,7 @@ class Joint(Element):
 
 
 def effort_unit(speed: str) -> str:
-    """Return the unit of what does work along a speed in the unit `speed`: a force, or the moment of one."""
+    """Return the unit of the force or moment that does work along a speed of the unit `speed`."""
     return "N" if speed == "m/s" else "N*m"
 
 
@@ -141,12 +139,12 @@ class Initial(Element):
     )
 
     def values(self, name: str, count: int) -> tuple[Node | None, ...]:
-        """Return the values under the key `name` (q, u), None for each that is not given."""
+        """Return the values under the key `name` (q, u), None for each missing one."""
         given: tuple[Node | None, ...] | None = getattr(self, name)
         return given or (None,) * count
 
     def marks(self, count: int) -> tuple[bool, ...]:
-        """Return whether each of a joint's coordinates is marked, of which what is given is known."""
+        """Return for each coordinate whether it is marked as known, if it is given."""
         return self.known if isinstance(self.known, tuple) else (self.known,) * count
 
 
@@ -211,12 +209,12 @@ class MovingJoint(Joint):
 
     @property
     def with_more(self) -> str:
-        """What to write where it is to have more coordinates; empty where nothing gives it more."""
+        """The advice how to give it more coordinates, empty where there is none."""
         return ""
 
     @property
     def stops(self) -> Limits | None:
-        """The limits between which stops hold its coordinate, if there are any."""
+        """Its limits, if stops act there."""
         limits = self.limits
         bounded = limits is not None and limits.acts and not limits.lower is limits.upper is None
         return limits if bounded and self.free_steps else None
@@ -241,8 +239,8 @@ class MovingJoint(Joint):
                     f"{self._named} has no coordinate to give a name: leave it out", number="M110"
                 ).under("q")
             advice = self.with_more if len(self.q) > coordinates else ""
-            told = f"{self._named} has {coordinates} coordinates, q names {len(self.q)}{advice}"
-            raise ModelError(told, number="M110")
+            message = f"{self._named} has {coordinates} coordinates, q names {len(self.q)}{advice}"
+            raise ModelError(message, number="M110")
         if self.initial is not None:
             with at("initial"):
                 self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})
@@ -253,28 +251,27 @@ class MovingJoint(Joint):
                     element.verify_unit(name, units)
 
     def _units(self) -> dict[tuple[str, ...], tuple[str, ...]]:
-        """Return the units of what the joint is given about its coordinates, by where that stands: one for each."""
-        found: dict[tuple[str, ...], tuple[str, ...]]
-        found = {("initial", "q"): self.coordinate_units, ("initial", "u"): self.speed_units}
+        """Return the units of the given start values, motions and limits, by their paths."""
+        units: dict[tuple[str, ...], tuple[str, ...]]
+        units = {("initial", "q"): self.coordinate_units, ("initial", "u"): self.speed_units}
         if self.motion is not None:
-            prescribed = [step.coordinates[0].unit for step in self.steps if step.may_be_prescribed]
-            found["motion",] = tuple(prescribed)
+            units["motion",] = tuple(step.coordinates[0].unit for step in self.steps if step.may_be_prescribed)
         if self.limits is not None:
             (step,) = self.steps
             coordinate, speed = step.coordinates[0].unit, step.speeds[0].unit
-            units = {"lower": coordinate, "upper": coordinate, "velocity": speed, "effort": effort_unit(speed)}
-            found |= {("limits", name): (unit,) for name, unit in units.items()}
-        return found
+            of_limits = {"lower": coordinate, "upper": coordinate, "velocity": speed, "effort": effort_unit(speed)}
+            units |= {("limits", name): (unit,) for name, unit in of_limits.items()}
+        return units
 
     def unit_at(self, path: Sequence[str]) -> str | None:
-        """Return the unit of what stands at a path inside the joint, None where that does not depend on the joint."""
+        """Return the unit at a path inside the joint, None where it does not depend on the joint."""
         for steps, units in self._units().items():
             if tuple(path[: len(steps)]) == steps:
                 return units[int(path[-1]) if len(path) > len(steps) else 0]
         return None
 
     def _verify_initial(self, initial: Initial, counts: Mapping[str, int]) -> None:
-        """Raise ModelError for a list of another length, and for one that tears a quaternion apart."""
+        """Raise ModelError for a list of another length, and for one with a part of a quaternion."""
         for name, wanted in counts.items():
             given = getattr(initial, name)
             if not isinstance(given, tuple):
@@ -295,17 +292,17 @@ class MovingJoint(Joint):
 
     def _verify_motion(self) -> None:
         """Raise ModelError unless `motion` has an entry for each step that may be prescribed."""
-        open_to_it = [step.may_be_prescribed for step in self.steps]
-        if self.motion is None or len(self.motion) == sum(open_to_it):
+        may_be = [step.may_be_prescribed for step in self.steps]
+        if self.motion is None or len(self.motion) == sum(may_be):
             return
         with at("motion"):
-            if not all(open_to_it):
+            if not all(may_be):
                 raise ModelError(
                     f"the rotation of a {self.kind} joint is a quaternion, which cannot be prescribed; choose three "
                     "angles instead (angles: xyz)"
                 )
             raise ModelError(
-                f"a {self.kind} joint moves by {len(open_to_it)} translations and rotations: give a motion or null for "
+                f"a {self.kind} joint moves by {len(may_be)} translations and rotations: give a motion or null for "
                 f"each, got {len(self.motion)}",
                 number="M110",
             )
@@ -319,8 +316,8 @@ _TIME = slot("t", 0)
 _UNITS: tuple[Point, ...] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
-class Rates(NamedTuple):
-    """The derivatives of expressions of a curve's parameter s and of t: along s, in t, and the second ones."""
+class CurveRates(NamedTuple):
+    """First and second derivatives of expressions by a curve's parameter s and the time t."""
 
     s: tuple[Node, ...]
     t: tuple[Node, ...]
@@ -330,17 +327,17 @@ class Rates(NamedTuple):
 
 
 class At(NamedTuple):
-    """A place on a curve, and the derivative of the place along the parameter there."""
+    """A place on a curve, and the derivative of the place by the parameter there."""
 
     place: Point
     way: Point
 
 
-def rates(nodes: Sequence[Node], leaf: Node) -> Rates:
+def rates(nodes: Sequence[Node], leaf: Node) -> CurveRates:
     """Return the derivatives of expressions of a curve's parameter `leaf` and of t."""
     s, t = (tuple(tangents(nodes, {each: ONE})) for each in (leaf, _TIME))
     ss, st = (tuple(tangents(s, {each: ONE})) for each in (leaf, _TIME))
-    return Rates(s, t, ss, st, tuple(tangents(t, {_TIME: ONE})))
+    return CurveRates(s, t, ss, st, tuple(tangents(t, {_TIME: ONE})))
 
 
 @dataclass(frozen=True)
@@ -368,11 +365,11 @@ class Follow(OneCoordinate):
 
     @property
     def unit(self) -> str:
-        name: str = self.leaf.data[1][1]
-        return name
+        unit: str = self.leaf.data[1][1]
+        return unit
 
     @cached_property
-    def rates(self) -> Rates:
+    def rates(self) -> CurveRates:
         """The derivatives of the place."""
         return rates(self.place, self.leaf)
 
@@ -384,13 +381,13 @@ class Follow(OneCoordinate):
         return x / length, y / length
 
     def at(self, s: Node) -> At:
-        """Return where it leads, and which way, at the parameter's value s."""
+        """Return the place and its derivative at the parameter's value s."""
         nodes = (*self.place, *self.rates.s)
-        found = [as_node(x) for x in evaluate(nodes, lambda leaf: s if leaf is self.leaf else leaf)]
-        return At((found[0], found[1], found[2]), (found[3], found[4], found[5]))
+        x, y, z, *way = (as_node(node) for node in evaluate(nodes, lambda leaf: s if leaf is self.leaf else leaf))
+        return At((x, y, z), (way[0], way[1], way[2]))
 
     @cached_property
-    def turning(self) -> Rates:
+    def turning(self) -> CurveRates:
         """The derivatives of the tangent's angle, of a curve in a plane."""
         x, y, _ = self.rates.s
         return rates((atan2(y, x),), self.leaf)
@@ -600,7 +597,7 @@ class Angles:
         return value
 
 
-def _turning_freely(angles: str | None) -> tuple[Step, ...]:
+def _free_rotation(angles: str | None) -> tuple[Step, ...]:
     """Return a ball, or three rotations where `angles` are chosen."""
     return (Ball(),) if angles is None else tuple(Rotate(_AXES[x], str(k)) for k, x in enumerate(angles, 1))
 
@@ -619,7 +616,7 @@ class Spherical(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return _turning_freely(self.angles)
+        return _free_rotation(self.angles)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -633,7 +630,7 @@ class Free(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return (Translate(_X, "x"), Translate(_Y, "y"), Translate(_Z, "z"), *_turning_freely(self.angles))
+        return (Translate(_X, "x"), Translate(_Y, "y"), Translate(_Z, "z"), *_free_rotation(self.angles))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -696,17 +693,14 @@ class Fixed(Joint):
     label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="W")
 
 
-def _by_kind(classes: Iterable[type[Joint]]) -> Mapping[str, type[Joint]]:
-    return {cls.kind: cls for cls in classes}
-
-
 JOINTS: Final = OneOf(
-    _by_kind(
-        (
+    {
+        cls.kind: cls
+        for cls in (
             *(Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, PointJoint, CurveJoint),
             *(Spherical, Free, Custom, Fixed),
         )
-    ),
+    },
     {
         "hinge": "revolute",
         "pin": "revolute",
@@ -726,7 +720,7 @@ JOINTS: Final = OneOf(
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What follows the place where a curve is touched: made of declarations, never declared itself.
+# The moving frame where a curve is touched, which no file declares.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Parameters as they are declared: a number or an expression of others, with its dimension."""
+"""Parameters and inputs as they are declared: numbers with units, expressions, tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from multibody_sym.model.fields import (
     Scalar,
     Text,
     content_of,
-    described,
+    describe,
     fields_of,
     fields_tree,
     from_fields,
@@ -66,12 +66,12 @@ class Parameter(Element):
 
 
 def letters_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
-    """Return the book's letters of the parameters that have one, by their names."""
+    """Return the labels of the parameters that have one, by name."""
     return {name: parameter.label for name, parameter in parameters.items() if parameter.label}
 
 
 def in_letters(text: str, book: Mapping[str, str]) -> str:
-    """Return an expression in which names have the book's letters, such as `rho*g` of `density*g`."""
+    """Return an expression's text with labels in place of names, such as `rho*g` of `density*g`."""
     return re.sub(r"[A-Za-z_]\w*", lambda name: book.get(name[0], name[0]), text) if book else text
 
 
@@ -82,41 +82,37 @@ class ParameterField:
     def accept(self, value: Any) -> Parameter:
         if isinstance(value, Parameter):
             return value
-        if not isinstance(value, Mapping):
-            return _parameter({"value": value})
-        verify_keys(value, fields_of(Parameter), Parameter.meant)
-        if value.get("value") is None or is_text(value["value"], ""):
-            raise ModelError("a parameter needs a sample value: write value: and a number", number="M102")
-        return _parameter(value)
+        long = isinstance(value, Mapping)
+        content = dict(value) if long else {"value": value}
+        if long:
+            verify_keys(content, fields_of(Parameter), Parameter.meant)
+        number = content.get("value")
+        if number is None or is_text(number, ""):
+            advice = (
+                ": write value: and a number" if long
+                else "; numbers have a decimal point, 9.81, as a comma begins the next entry"
+            )
+            raise ModelError(f"a parameter needs a sample value{advice}", number="M102")
+        if isinstance(number, str):
+            content["value"], dimension = parse_scalar(number)
+            if dimension is not None:
+                content.setdefault("dimension", dimension)
+        parameter = from_fields(Parameter, content)
+        assert isinstance(parameter, Parameter)
+        return parameter
 
     def tree(self, value: Parameter) -> Any:
         return with_unit(fields_tree(value))
 
 
+_SHORT_DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")
+
+
 def with_unit(tree: dict[str, Any]) -> Any:
-    """Return the tree of a value and its dimension, if it has one, as short as it can be written: `3 N`."""
-    if "dimension" in tree and _DECIMAL.fullmatch(tree["value"]):
+    """Return the tree of a value with a dimension in its shortest form: `3 N`."""
+    if "dimension" in tree and _SHORT_DECIMAL.fullmatch(tree["value"]):
         tree["value"] = f"{tree['value']} {tree.pop('dimension')}"
     return tree["value"] if set(tree) == {"value"} else tree
-
-
-_DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")
-
-
-def _parameter(tree: Mapping[str, Any]) -> Parameter:
-    content, value = dict(tree), tree["value"]
-    if value is None or is_text(value, ""):
-        raise ModelError(
-            "a parameter needs a sample value; numbers have a decimal point, 9.81, as a comma begins the next entry",
-            number="M102",
-        )
-    if isinstance(value, str):
-        content["value"], dimension = parse_scalar(value)
-        if dimension is not None:
-            content.setdefault("dimension", dimension)
-    parameter = from_fields(Parameter, content)
-    assert isinstance(parameter, Parameter)
-    return parameter
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -126,7 +122,7 @@ def _parameter(tree: Mapping[str, Any]) -> Parameter:
 MOST_ROWS: Final = 1_000_000
 _SPLINES: Final = ("spline", "splines", "cubic_spline", "natural", "smooth")
 _SURE: Final = 15
-"""Digits of a decimal that its float tells apart from all others."""
+"""Two decimals of so many digits never have the same float."""
 _SMALLEST: Final = 1e-290  # below, floats have fewer digits
 _ZERO: Final = frozenset("0.")
 _LARGEST_WHOLE: Final = 1 << 53
@@ -146,32 +142,35 @@ class TableRows:
         if isinstance(rows, Mapping):
             raise ModelError("a table file is read with its model file; here give its rows (numpy.loadtxt)")
         if not isinstance(rows, (list, tuple)):
-            raise ModelError(f"expected a list of rows [argument, value], got {described(rows)}", number="M103")
+            raise ModelError(f"expected a list of rows [argument, value], got {describe(rows)}", number="M103")
         if not 2 <= len(rows) <= MOST_ROWS:
             raise ModelError(f"a table has 2 to {MOST_ROWS:,} rows, got {len(rows)}", number="M103")
         x, y, exact = array("d"), array("d"), {}
         for index, row in enumerate(rows):
             if not isinstance(row, (list, tuple)) or len(row) != 2:
                 with at(index):
-                    raise ModelError(f"expected a row [argument, value], got {described(row)}", number="M103")
+                    raise ModelError(f"expected a row [argument, value], got {describe(row)}", number="M103")
             for column, cell in enumerate(row):
                 if _is_float(cell):
                     number = float(cell)
                 else:
                     with at(index):
-                        node, number = _number(cell)
+                        node = scalar(cell, None)
+                        if node.shadow is None:
+                            raise ModelError(f"a table holds numbers, got {text(node)}", number="M103")
+                    number = node.shadow
                     if node is not as_node(number):
                         exact[index, column] = node
                 (y if column else x).append(number)
-        made = Rows(x, y, exact)
+        table_rows = Rows(x, y, exact)
         for index, (before, after) in enumerate(pairwise(x), 1):
             if not before < after:
                 with at(index):
-                    first, second = text(made[index - 1][0]), text(made[index][0])
+                    first, second = text(table_rows[index - 1][0]), text(table_rows[index][0])
                     raise ModelError(
                         f"row {index + 1} begins with {second}, which does not come after {first}", number="M103"
                     )
-        return made
+        return table_rows
 
     def tree(self, value: Rows) -> list[list[str]]:
         return [[text(x) for x in row] for row in value]
@@ -187,13 +186,6 @@ def _is_float(cell: Any) -> bool:
     if type(cell) is float:
         return isfinite(cell)
     return type(cell) is int and abs(cell) < _LARGEST_WHOLE
-
-
-def _number(cell: Any) -> tuple[Node, float]:
-    node = scalar(cell, None)
-    if node.shadow is None:
-        raise ModelError(f"a table holds numbers, got {text(node)}", number="M103")
-    return node, node.shadow
 
 
 @dataclass(frozen=True)
@@ -218,35 +210,31 @@ class Table(Element):
     )
 
     def __post_init__(self) -> None:
-        given = self.table
+        rows = self.table
         super().__post_init__()
         if self.of is symbol("t"):
             self.verify_arguments("s")
         if self.dimension is None:
+            values = (parse_scalar(value)[1] for _, value in _texts_in(rows, 1))
             with at("table"):
-                object.__setattr__(self, "dimension", _dimension_of_values(given))
+                dimensions = list(dict.fromkeys(dimension for dimension in values if dimension is not None))
+                if len(dimensions) > 1:
+                    message = f"the values are in {dimensions[0]} and in {dimensions[1]}; a table is of one quantity"
+                    raise ModelError(message, number="M105")
+            object.__setattr__(self, "dimension", dimensions[0] if dimensions else None)
 
     def verify_arguments(self, unit: str) -> None:
         """Raise ModelError where an argument was given in another unit than `unit`."""
         with at("table"):
-            for index, argument in _stated(getattr(self, TEXTS)["table"], 0):
+            for index, argument in _texts_in(getattr(self, TEXTS)["table"], 0):
                 content_of(index, argument, Scalar(unit))
 
 
-def _stated(rows: Any, column: int) -> Iterator[tuple[int, str]]:
-    """Yield the texts of a column that are no decimals, with their rows; rows that were read before state nothing."""
+def _texts_in(rows: Any, column: int) -> Iterator[tuple[int, str]]:
+    """Yield the texts of a column that are no decimals, with their row numbers; Rows have none."""
     for index, row in enumerate(() if isinstance(rows, Rows) else rows):
         if isinstance(row[column], str) and not DECIMAL.fullmatch(row[column]):
             yield index, row[column]
-
-
-def _dimension_of_values(rows: Any) -> Dimension | None:
-    """Return the dimension that the values of a table were given in, None where they have no unit."""
-    stated = (parse_scalar(value)[1] for _, value in _stated(rows, 1))
-    found = list(dict.fromkeys(dimension for dimension in stated if dimension is not None))
-    if len(found) > 1:
-        raise ModelError(f"the values are in {found[0]} and in {found[1]}; a table is of one quantity", number="M105")
-    return found[0] if found else None
 
 
 @dataclass(frozen=True)
@@ -276,13 +264,13 @@ class InputField:
         return with_unit(fields_tree(value)) if isinstance(value, Constant) else fields_tree(value)
 
 
-def tabulated(name: str, given: Table) -> Node:
-    """Return the value of the table that an input is, as an expression."""
+def table_value(name: str, given: Table) -> Node:
+    """Return the value of a tabulated input as an expression."""
     kind: Kind = "cubic" if given.interpolation == "cubic" else "linear"
     return table(Tabulated(name, given.table, kind), 0, given.of)
 
 
 def input_dimensions(inputs: Mapping[str, Node | Table | Constant]) -> dict[str, Dimension]:
-    """Return the dimensions of the inputs that state one, tables and constants."""
+    """Return the dimensions of tables and constants that state one."""
     stated = {name: x.dimension for name, x in inputs.items() if not isinstance(x, Node)}
     return {name: dimension for name, dimension in stated.items() if dimension is not None}

@@ -1,12 +1,15 @@
-"""The JSON Schema of an element: one property for each of its fields, with what people read beside it."""
+"""The JSON Schema of model files (draft 2020-12), from which editors complete and explain keys.
+
+In: the fields of elements, with their words for the reference. Out: the kind of each field; the schema of a file.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple
 
 from multibody_sym.model import (
     bodies,
@@ -19,9 +22,6 @@ from multibody_sym.model import (
     states,
     system,
 )
-from multibody_sym.model import bodies as surfaces
-from multibody_sym.model import fields as values
-from multibody_sym.model import parameters as tables
 from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.fields import Element, fields_of, unit_of
 from multibody_sym.model.forces import FORCES
@@ -30,42 +30,15 @@ from multibody_sym.model.steps import Curve, CurveField
 from multibody_sym.model.system import REPEAT_KEY, VERSION, VERSION_KEY, Repeat, System
 from multibody_sym.text.yaml_tree import read_text
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What is told of each kind of field, entered by class: its words for people and its JSON Schema.
-
-
 Schema = dict[str, Any]
 
 
-class Kind(NamedTuple):
+class FieldKind(NamedTuple):
     """What a field takes: in words, as a schema, and the elements that the schema refers to."""
 
     words: str
     schema: Schema
     elements: tuple[type[Element], ...] = ()
-
-
-_KINDS: Final[dict[type[Any], Callable[[Any], Kind]]] = {}
-_Told = TypeVar("_Told", bound=Callable[[Any], Kind])
-
-
-def kind_of(field: Any) -> Kind:
-    """Return what a field takes. Raises KeyError for a class of fields of which nothing is told here."""
-    return _KINDS[type(field)](field)
-
-
-def told_classes() -> frozenset[type[Any]]:
-    """Return the classes of fields of which something is told."""
-    return frozenset(_KINDS)
-
-
-def tells(*classes: type[Any]) -> Callable[[_Told], _Told]:
-    def enter(told: _Told) -> _Told:
-        for cls in classes:
-            _KINDS[cls] = told
-        return told
-
-    return enter
 
 
 def reference_to(cls: type[Element]) -> Schema:
@@ -74,53 +47,51 @@ def reference_to(cls: type[Element]) -> Schema:
 
 
 def any_of(*schemas: Schema) -> Schema:
-    """Return a schema that takes what one of others takes."""
     return {"anyOf": list(schemas)}
 
 
-def listing(item: Schema, least: int = 0, most: int | None = None) -> Schema:
-    """Return the schema of a list."""
-    found: Schema = {"type": "array", "items": item}
+def array_schema(item: Schema, least: int = 0, most: int | None = None) -> Schema:
+    """Return the schema of a list of `least` to `most` items."""
+    schema: Schema = {"type": "array", "items": item}
     if least:
-        found["minItems"] = least
+        schema["minItems"] = least
     if most is not None:
-        found["maxItems"] = most
-    return found
+        schema["maxItems"] = most
+    return schema
 
-
-# ----------------------------------------------------------------------------------------------------------------------
 
 def element_schema(cls: type[Element], more: Mapping[str, Schema] = MappingProxyType({})) -> Schema:
     """Return the schema of a map with the fields of an element, and of `more` keys that stand beside them."""
-    kinds = fields_of(cls)
-    properties = {f.name: _property(f, kinds[f.name]) for f in dataclasses.fields(cls)}
+    properties: dict[str, Schema] = {**more}
+    for f in dataclasses.fields(cls):
+        field: Any = f.metadata["field"]
+        says, such, unit = f.metadata["says"], f.metadata["such"], unit_of(field)
+        one = {**kind_of(field).schema, "description": f"{says} [{unit}]" if unit else says}
+        if (default := default_of(f)) is not None:
+            one["default"] = typed(default)
+        if such:
+            one["examples"] = [typed(read_text(f"{f.name}: {such}\n", "example").data[f.name])]
+        properties[f.name] = one
     return {
         "type": "object",
         "title": cls.__name__,
         "description": (cls.__doc__ or "").split("\n\n")[0].strip(),
-        "properties": {**more, **properties},
+        "properties": properties,
         "required": [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING],
         "additionalProperties": False,
     }
 
 
-def _property(f: dataclasses.Field[Any], field: Any) -> Schema:
-    """Return the schema of one key, with what people read beside it."""
-    says, such, unit = f.metadata["says"], f.metadata["such"], unit_of(field)
-    found = {**kind_of(field).schema, "description": f"{says} [{unit}]" if unit else says}
-    default = default_of(f)
-    if default is not None:
-        found["default"] = typed(default)
-    if such:
-        found["examples"] = [typed(read_text(f"{f.name}: {such}\n", "example").data[f.name])]
-    return found
-
-
 def default_of(f: dataclasses.Field[Any]) -> Any:
-    """Return what a key is when it is left out, as a file holds it; None for nothing."""
+    """Return the default of a key as a file holds it; None for none."""
     if f.default is dataclasses.MISSING or f.default is None or f.default in ((), {}):
         return None
     return f.metadata["field"].tree(f.metadata["field"].accept(f.default))
+
+
+_WORDS: Final = {"true": True, "false": False, "null": None, "~": None, "": None}
+_WHOLE_NUMBER: Final = re.compile(r"[-+]?[0-9]+")
+_PLAIN_NUMBER: Final = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 
 
 def typed(value: Any) -> Any:
@@ -136,11 +107,6 @@ def typed(value: Any) -> Any:
     return int(value) if _WHOLE_NUMBER.fullmatch(value) else float(value)
 
 
-_WORDS: Final = {"true": True, "false": False, "null": None, "~": None, "": None}
-_WHOLE_NUMBER: Final = re.compile(r"[-+]?[0-9]+")
-_PLAIN_NUMBER: Final = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # What each kind of field takes: in words, and as a JSON Schema (draft 2020-12).
 #
@@ -148,232 +114,170 @@ _PLAIN_NUMBER: Final = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[
 
 
 NUMBER: Final[Schema] = {"type": ["number", "string"], "minLength": 1}
-_CONDITION: Final[Schema] = {"type": "string", "minLength": 1}
+_NUMBER_WORDS: Final = "number or expression"
+_TEXT: Final[Schema] = {"type": "string", "minLength": 1}
 _NAME: Final[Schema] = {"type": ["string", "number", "boolean"], "minLength": 1}
 _FLAG: Final[Schema] = {"enum": [True, False, "true", "false"]}
-_VECTOR: Final = listing(NUMBER, 3, 3)
-_NUMBER_WORDS: Final = "number or expression"
-
-
-# --- numbers, directions, words ------------------------------------------------------------------------------------
-
-
-@tells(values.Scalar, contacts_and_impacts.KineticField)
-def _scalar(_field: Any) -> Kind:
-    return Kind(_NUMBER_WORDS, NUMBER)
-
-
-@tells(contacts_and_impacts.CoefficientField)
-def _coefficient(_field: Any) -> Kind:
-    return Kind(f"{_NUMBER_WORDS}, or `enough`", NUMBER)
-
-
-@tells(surfaces.ProfileField)
-def _profile(_field: Any) -> Kind:
-    return Kind("expression of s", NUMBER)
-
-
-@tells(values.Condition)
-def _condition(_field: Any) -> Kind:
-    return Kind("condition", _CONDITION)
-
-
-@tells(states.State)
-def _state(_field: Any) -> Kind:
-    return Kind("state that begins", _CONDITION)
-
-
-@tells(states.StopCondition)
-def _stop(_field: Any) -> Kind:
-    return Kind("condition, or a state that begins", _CONDITION)
-
-
-def _reached(keys: Sequence[str] = ()) -> Schema:
-    """Return the schema of one coordinate and its value; it has none of the names `keys`."""
-    found: Schema = {"type": "object", "minProperties": 1, "maxProperties": 1, "additionalProperties": NUMBER}
-    return {**found, "propertyNames": {"not": {"enum": list(keys)}}} if keys else found
-
-
-@tells(states.MomentField)
-def _moment(_field: Any) -> Kind:
-    return Kind("moment: `{coordinate: value}`, a condition, or a state that begins", any_of(_CONDITION, _reached()))
-
-
-@tells(states.TimeOrMoment)
-def _time_or_moment(_field: Any) -> Kind:
-    return Kind("time, or a moment", any_of(NUMBER, _reached()))
-
-
-@tells(settings.EquationField)
-def _equation(_field: Any) -> Kind:
-    return Kind("equation, with `==`", {"type": "string", "pattern": "=="})
-
-
-@tells(values.Vector)
-def _vector(_field: Any) -> Kind:
-    return Kind("list of three numbers or expressions", _VECTOR)
-
-
-@tells(surfaces.EndField)
-def _end(_field: Any) -> Kind:
-    return Kind("name of a point, or three numbers or expressions", any_of(_NAME, _VECTOR))
-
-
-@tells(values.Direction)
-def _direction(_field: Any) -> Kind:
-    letters = [sign + axis for axis in values.AXES for sign in ("", "-")]
-    words = "direction: `x`, `-x`, `y`, `-y`, `z`, `-z`, or three numbers or expressions"
-    return Kind(words, any_of({"enum": letters}, _VECTOR))
-
-
-@tells(values.ScalarOrVector)
-def _scalar_or_vector(_field: Any) -> Kind:
-    return Kind("one or three numbers or expressions", any_of(NUMBER, _VECTOR))
-
-
-@tells(values.Scalars)
-def _scalars(_field: Any) -> Kind:
-    return Kind("one or more numbers or expressions", any_of(NUMBER, listing(NUMBER)))
-
-
-@tells(values.OptionalScalars)
-def _optional_scalars(_field: Any) -> Kind:
-    gap = {"type": ["number", "string", "null"]}
-    return Kind("one or more numbers or expressions, or `null`", any_of(gap, listing(gap)))
-
-
-@tells(values.Text)
-def _text(_field: Any) -> Kind:
-    return Kind("name", _NAME)
-
-
-@tells(values.Prose)
-def _prose(_field: Any) -> Kind:
-    return Kind("sentences", {"type": "string", "minLength": 1})
-
-
-@tells(values.Choice)
-def _choice(field: values.Choice) -> Kind:
-    return Kind("one of " + ", ".join(f"`{word}`" for word in field.words), {"enum": list(field.words)})
-
-
-@tells(joints.Angles)
-def _angles(_field: Any) -> Kind:
-    pattern = "^(?!xx|yy|zz|.xx|.yy|.zz)[xyz]{3}$"
-    return Kind("three axes, such as `zxz`", {"type": "string", "pattern": pattern})
-
-
-@tells(values.Flag)
-def _flag(_field: Any) -> Kind:
-    return Kind("true or false", _FLAG)
-
-
-@tells(values.Flags)
-def _flags(_field: Any) -> Kind:
-    listed = listing({"enum": [*_FLAG["enum"], None, "", "null", "~"]})
-    return Kind("true or false, or a list of these", any_of(_FLAG, listed))
-
-
-@tells(values.Count)
-def _count(field: values.Count) -> Kind:
-    schema = {"type": ["integer", "string"], "minimum": field.least, "minLength": 1}
-    return Kind(f"whole number, at least {field.least}", schema)
-
-
-@tells(parameters.DimensionField)
-def _dimension(_field: Any) -> Kind:
-    return Kind("unit", {"type": "string", "minLength": 1})
-
-
-# --- lists, maps, elements -----------------------------------------------------------------------------------------
-
-
-@tells(fields.ListOf)
-def _list(field: fields.ListOf) -> Kind:
-    item = kind_of(field.item)
-    whole = listing(item.schema, field.least, field.most)
-    least, most = field.least, field.most
-    count = f"{least} of: " if least == most else f"at least {least} of: " if least > 1 else ""
-    schema = whole if least > 1 else any_of(whole, item.schema)
-    return Kind(f"list of {count}{item.words}", schema, item.elements)
-
-
-@tells(fields.MapOf)
-def _map(field: fields.MapOf) -> Kind:
-    item = kind_of(field.item)
-    return Kind(f"map of names to: {item.words}", _names(item.schema), item.elements)
-
-
-def _names(item: Schema) -> Schema:
-    return {"type": ["object", "null"], "additionalProperties": item, "propertyNames": {"minLength": 1}}
-
-
-@tells(fields.OneOrMap)
-def _one_or_map(field: fields.OneOrMap) -> Kind:
-    item = kind_of(field.item)
-    return Kind(f"{item.words}; or a map of names to it", any_of(item.schema, _names(item.schema)), item.elements)
-
-
-@tells(fields.Record)
-def _record(field: fields.Record) -> Kind:
-    return _element(field.cls)
-
-
-def _element(cls: type[Element], words: str = "") -> Kind:
-    return Kind(words or f"map: {cls.__name__}", reference_to(cls), (cls,))
-
-
-@tells(fields.OneOf)
-def _one_of(field: fields.OneOf) -> Kind:
-    words = [*field.table, *field.aliases]
-    cases = [
+_GAP: Final[Schema] = {"type": ["number", "string", "null"]}
+_VECTOR: Final = array_schema(NUMBER, 3, 3)
+_REACHED: Final[Schema] = {
+    "type": "object", "minProperties": 1, "maxProperties": 1, "additionalProperties": NUMBER
+}
+"""One coordinate and its value."""
+_INERTIA: Final = bodies.InertiaField()
+_DIRECTIONS: Final = [sign + axis for axis in fields.AXES for sign in ("", "-")]
+
+
+def _number_or(cls: type[Element]) -> FieldKind:
+    """Return the kind of a field whose short form is a number."""
+    return FieldKind(f"{_NUMBER_WORDS}, or map: {cls.__name__}", any_of(NUMBER, reference_to(cls)), (cls,))
+
+
+def _map_of(cls: type[Element]) -> FieldKind:
+    return FieldKind(f"map: {cls.__name__}", reference_to(cls), (cls,))
+
+
+_KINDS: Final[dict[type[Any], FieldKind]] = {
+    # numbers, directions, words
+    fields.Scalar: FieldKind(_NUMBER_WORDS, NUMBER),
+    contacts_and_impacts.KineticField: FieldKind(_NUMBER_WORDS, NUMBER),
+    contacts_and_impacts.CoefficientField: FieldKind(f"{_NUMBER_WORDS}, or `enough`", NUMBER),
+    bodies.ProfileField: FieldKind("expression of s", NUMBER),
+    fields.Condition: FieldKind("condition", _TEXT),
+    states.StateField: FieldKind("state that begins", _TEXT),
+    states.StopCondition: FieldKind("condition, or a state that begins", _TEXT),
+    states.MomentField: FieldKind(
+        "moment: `{coordinate: value}`, a condition, or a state that begins", any_of(_TEXT, _REACHED)
+    ),
+    states.TimeOrMoment: FieldKind("time, or a moment", any_of(NUMBER, _REACHED)),
+    settings.EquationField: FieldKind("equation, with `==`", {"type": "string", "pattern": "=="}),
+    fields.Vector: FieldKind("list of three numbers or expressions", _VECTOR),
+    bodies.EndField: FieldKind("name of a point, or three numbers or expressions", any_of(_NAME, _VECTOR)),
+    fields.Direction: FieldKind(
+        "direction: `x`, `-x`, `y`, `-y`, `z`, `-z`, or three numbers or expressions",
+        any_of({"enum": _DIRECTIONS}, _VECTOR),
+    ),
+    fields.ScalarOrVector: FieldKind("one or three numbers or expressions", any_of(NUMBER, _VECTOR)),
+    fields.Scalars: FieldKind("one or more numbers or expressions", any_of(NUMBER, array_schema(NUMBER))),
+    fields.OptionalScalars: FieldKind(
+        "one or more numbers or expressions, or `null`", any_of(_GAP, array_schema(_GAP))
+    ),
+    fields.Text: FieldKind("name", _NAME),
+    fields.Prose: FieldKind("sentences", _TEXT),
+    joints.Angles: FieldKind(
+        "three axes, such as `zxz`", {"type": "string", "pattern": "^(?!xx|yy|zz|.xx|.yy|.zz)[xyz]{3}$"}
+    ),
+    fields.Flag: FieldKind("true or false", _FLAG),
+    fields.Flags: FieldKind(
+        "true or false, or a list of these",
+        any_of(_FLAG, array_schema({"enum": [*_FLAG["enum"], None, "", "null", "~"]})),
+    ),
+    parameters.DimensionField: FieldKind("unit", _TEXT),
+    # short and long forms of one thing
+    bodies.InertiaField: FieldKind(
+        f"map of {', '.join(_INERTIA.keys)}",
+        any_of(
+            {
+                "type": "object",
+                "properties": {key: {**NUMBER, "description": f"{key} in {_INERTIA.unit}"} for key in _INERTIA.keys},
+                "additionalProperties": False,
+            },
+            array_schema(NUMBER, 6, 6),
+        ),
+    ),
+    bodies.MassField: _number_or(bodies.VariableMass),
+    parameters.ParameterField: _number_or(parameters.Parameter),
+    constraints.RoughnessField: _number_or(constraints.Roughness),
+    CurveField: _map_of(Curve),
+    parameters.InputField: FieldKind(
+        f"{_NUMBER_WORDS}, or map: Table or Constant",
+        any_of(NUMBER, reference_to(parameters.Table), reference_to(parameters.Constant)),
+        (parameters.Table, parameters.Constant),
+    ),
+    parameters.TableRows: FieldKind(
+        "list of rows `[argument, value]`, or `{file: motor.csv}`",
+        any_of(
+            array_schema(array_schema(NUMBER, 2, 2), 2, parameters.MOST_ROWS),
+            {"type": "object", "properties": {"file": _NAME}, "required": ["file"], "additionalProperties": False},
+        ),
+    ),
+    settings.AskField: FieldKind(
+        f"expression, condition, `{{coordinate: value}}`, or map: {settings.Ask.__name__}",
+        any_of(
+            NUMBER,
+            reference_to(settings.Ask),
+            {**_REACHED, "propertyNames": {"not": {"enum": list(fields_of(settings.Ask))}}},
+        ),
+        (settings.Ask,),
+    ),
+}
+"""The kinds of fields that take the same whatever their attributes are."""
+
+
+def kind_of(field: Any) -> FieldKind:
+    """Return what a field takes. Raises KeyError for an unknown class of fields."""
+    match field:
+        case fields.Choice():
+            return FieldKind("one of " + ", ".join(f"`{word}`" for word in field.words), {"enum": list(field.words)})
+        case fields.Count():
+            whole = {"type": ["integer", "string"], "minimum": field.least, "minLength": 1}
+            return FieldKind(f"whole number, at least {field.least}", whole)
+        case fields.Record():
+            return _map_of(field.cls)
+        case fields.ListOf():
+            item, least, most = kind_of(field.item), field.least, field.most
+            count = f"{least} of: " if least == most else f"at least {least} of: " if least > 1 else ""
+            several = array_schema(item.schema, least, most)
+            schema = several if least > 1 else any_of(several, item.schema)
+            return FieldKind(f"list of {count}{item.words}", schema, item.elements)
+        case fields.MapOf() | fields.OneOrMap():
+            item = kind_of(field.item)
+            named = {"type": ["object", "null"], "additionalProperties": item.schema, "propertyNames": {"minLength": 1}}
+            if isinstance(field, fields.MapOf):
+                return FieldKind(f"map of names to: {item.words}", named, item.elements)
+            return FieldKind(f"{item.words}; or a map of names to it", any_of(item.schema, named), item.elements)
+        case fields.OneOf():
+            return _typed_map(field, whole=True)
+        case system.AnyMap():
+            like = field.like
+            return _typed_map(like, whole=False) if isinstance(like, fields.OneOf) else kind_of(like)
+        case bodies.ShapeField():
+            return _shape_kind()
+        case contacts_and_impacts.ImpactsField():
+            return _impacts_kind()
+    return _KINDS[type(field)]
+
+
+def _typed_map(field: fields.OneOf, *, whole: bool) -> FieldKind:
+    """Return the kind of a map with a `type`; if it is `whole`, with the keys that each type needs."""
+    schema: Schema = {
+        "type": "object",
+        "required": ["type"],
+        "properties": {"type": {"enum": [*field.table, *field.aliases]}},
+    }
+    if not whole:
+        keys = {key for cls in field.table.values() for key in fields_of(cls)} | {"type"}
+        return FieldKind("map with a `type`", {**schema, "propertyNames": {"enum": sorted(keys)}})
+    schema["allOf"] = [
         {"if": {"properties": {"type": {"enum": words_of(field, name)}}}, "then": reference_to(cls)}
         for name, cls in field.table.items()
     ]
-    schema = {"type": "object", "required": ["type"], "properties": {"type": {"enum": words}}, "allOf": cases}
-    return Kind("map with a `type`", schema, tuple(field.table.values()))
+    return FieldKind("map with a `type`", schema, tuple(field.table.values()))
 
 
 def words_of(field: fields.OneOf, name: str) -> list[str]:
-    """Return the words that `type:` takes for one class: its name, and what people call it too."""
+    """Return the words that `type:` takes for one class: its name and its aliases."""
     return [name, *(alias for alias, meant in field.aliases.items() if meant == name)]
 
 
-@tells(system.AnyMap)
-def _copied(field: system.AnyMap) -> Kind:
-    if not isinstance(field.like, fields.OneOf):
-        return kind_of(field.like)
-    keys = sorted({key for cls in field.like.table.values() for key in fields_of(cls)} | {"type"})
-    schema = {
-        "type": "object",
-        "required": ["type"],
-        "properties": {"type": {"enum": [*field.like.table, *field.like.aliases]}},
-        "propertyNames": {"enum": keys},
-    }
-    return Kind("map with a `type`", schema)
-
-
-# --- short and long forms of one thing -----------------------------------------------------------------------------
-
-
-@tells(bodies.InertiaField)
-def _inertia(field: bodies.InertiaField) -> Kind:
-    elements = {key: {**NUMBER, "description": f"{key} in {field.unit}"} for key in field.keys}
-    named = {"type": "object", "properties": elements, "additionalProperties": False}
-    return Kind(f"map of {', '.join(field.keys)}", any_of(named, listing(NUMBER, 6, 6)))
-
-
-@tells(bodies.MassField)
-def _mass(_field: Any) -> Kind:
-    cls = bodies.VariableMass
-    return Kind(f"{_NUMBER_WORDS}, or map: {cls.__name__}", any_of(NUMBER, reference_to(cls)), (cls,))
-
-
-@tells(bodies.ShapeField)
-def _shape(_field: Any) -> Kind:
-    sizes = {name: _sizes(name, keys) for name, keys in bodies.SHAPES.items()}
+def _shape_kind() -> FieldKind:
+    sizes = {}
+    for name, keys in bodies.SHAPES.items():
+        several = array_schema(NUMBER, len(keys), len(keys))
+        schema = any_of(NUMBER, several) if len(keys) == 1 else several
+        sizes[name] = {**schema, "description": f"a {name}: its {', '.join(keys)} in m"}
     mass = kind_of(bodies.MassField())
-    schema = {
+    whole = {
         "type": "object",
         "properties": {**sizes, "mass": {**mass.schema, "description": "its mass in kg"}},
         "required": ["mass"],
@@ -381,66 +285,19 @@ def _shape(_field: Any) -> Kind:
         "maxProperties": 2,
         "additionalProperties": False,
     }
-    return Kind(f"map of one of {', '.join(f'`{name}`' for name in sizes)}, and `mass`", schema, mass.elements)
+    return FieldKind(f"map of one of {', '.join(f'`{name}`' for name in sizes)}, and `mass`", whole, mass.elements)
 
 
-def _sizes(name: str, keys: Sequence[str]) -> Schema:
-    several = listing(NUMBER, len(keys), len(keys))
-    schema = any_of(NUMBER, several) if len(keys) == 1 else several
-    return {**schema, "description": f"a {name}: its {', '.join(keys)} in m"}
-
-
-@tells(parameters.ParameterField)
-def _parameter(_field: Any) -> Kind:
-    cls = parameters.Parameter
-    return Kind(f"{_NUMBER_WORDS}, or map: {cls.__name__}", any_of(NUMBER, reference_to(cls)), (cls,))
-
-
-@tells(tables.InputField)
-def _input(_field: Any) -> Kind:
-    long = (tables.Table, tables.Constant)
-    named = " or ".join(cls.__name__ for cls in long)
-    return Kind(f"{_NUMBER_WORDS}, or map: {named}", any_of(NUMBER, *map(reference_to, long)), long)
-
-
-@tells(tables.TableRows)
-def _rows(_field: Any) -> Kind:
-    file = {"type": "object", "properties": {"file": _NAME}, "required": ["file"], "additionalProperties": False}
-    rows = {**listing(listing(NUMBER, 2, 2), 2, tables.MOST_ROWS)}
-    return Kind("list of rows `[argument, value]`, or `{file: motor.csv}`", any_of(rows, file))
-
-
-@tells(settings.AskField)
-def _ask(_field: Any) -> Kind:
-    cls = settings.Ask
-    schema = any_of(NUMBER, reference_to(cls), _reached(tuple(fields_of(cls))))
-    return Kind(f"expression, condition, `{{coordinate: value}}`, or map: {cls.__name__}", schema, (cls,))
-
-
-@tells(contacts_and_impacts.ImpactsField)
-def _impacts(_field: Any) -> Kind:
-    cls, whole = contacts_and_impacts.Impact, {}
-    for name in ("law", "sequence"):
-        whole[name] = kind_of(fields_of(contacts_and_impacts.Impacts)[name]).schema
-    one = element_schema(cls, whole)
-    several = {"type": "object", "properties": whole, "additionalProperties": reference_to(cls)}
-    words = f"map: {cls.__name__}, or map of names to several; or `closing`"
-    return Kind(words, any_of({"const": "closing"}, one, several), (cls,))
-
-
-@tells(constraints.RoughnessField)
-def _roughness(_field: Any) -> Kind:
-    cls = constraints.Roughness
-    return Kind(f"{_NUMBER_WORDS}, or map: {cls.__name__}", any_of(NUMBER, reference_to(cls)), (cls,))
-
-
-@tells(CurveField)
-def _curve(_field: Any) -> Kind:
-    return _element(Curve)
+def _impacts_kind() -> FieldKind:
+    cls, of_all = contacts_and_impacts.Impact, fields_of(contacts_and_impacts.Impacts)
+    beside = {name: kind_of(of_all[name]).schema for name in ("law", "sequence")}
+    several = {"type": "object", "properties": beside, "additionalProperties": reference_to(cls)}
+    schema = any_of({"const": "closing"}, element_schema(cls, beside), several)
+    return FieldKind(f"map: {cls.__name__}, or map of names to several; or `closing`", schema, (cls,))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The JSON Schema of model files, from which editors complete and explain keys.
+# The whole file.
 
 
 DRAFT: Final = "https://json-schema.org/draft/2020-12/schema"
@@ -452,38 +309,34 @@ _TYPES: Final = {cls: words_of(part, name) for part in TYPED.values() for name, 
 
 
 def schema() -> dict[str, Any]:
-    """Return a JSON Schema (draft 2020-12) of model files: keys, what they take, and what they mean.
+    """Return a JSON Schema (draft 2020-12) of model files: keys, their contents and their meanings.
 
-    It takes every file that `load` takes, and tells of keys that nobody knows, of missing ones, of wrong words and of
-    wrong kinds of content. What depends on other parts of the file (names, units, which keys go together) only `check`
-    knows.
+    It takes every file that `load` takes. It refuses unknown and missing keys, wrong words and wrong kinds of content;
+    `check` alone knows about names, units and keys that exclude each other.
     """
     whole = element_schema(System)
     own: Schema = {
         VERSION_KEY: {"enum": [int(VERSION), VERSION], "description": VERSION_SAYS},
-        REPEAT_KEY: {**any_of(reference_to(Repeat), listing(reference_to(Repeat))), "description": REPEAT_SAYS},
+        REPEAT_KEY: {
+            **any_of(reference_to(Repeat), array_schema(reference_to(Repeat)), {"type": "null"}),
+            "description": REPEAT_SAYS,
+        },
     }
-    own[REPEAT_KEY]["anyOf"].append({"type": "null"})
+    definitions: dict[str, Schema] = {}
+    pending: list[type[Element]] = [Repeat, *_parts(System)]
+    while pending:
+        cls = pending.pop(0)
+        if cls.__name__ not in definitions:
+            definitions[cls.__name__] = _definition(cls)
+            pending += _parts(cls)
     return {
         "$schema": DRAFT,
         **whole,
         "title": "a model of multibody_sym",
         "properties": {**own, **whole["properties"]},
         "required": [VERSION_KEY, *whole["required"]],
-        "$defs": _definitions(),
+        "$defs": dict(sorted(definitions.items())),
     }
-
-
-def _definitions() -> dict[str, Schema]:
-    """Return the schemas of all elements that a system is made of, by the names of their classes."""
-    found: dict[str, Schema] = {}
-    pending: list[type[Element]] = [Repeat, *_parts(System)]
-    while pending:
-        cls = pending.pop(0)
-        if cls.__name__ not in found:
-            found[cls.__name__] = _definition(cls)
-            pending += _parts(cls)
-    return dict(sorted(found.items()))
 
 
 def _parts(cls: type[Element]) -> list[type[Element]]:
@@ -494,5 +347,5 @@ def _definition(cls: type[Element]) -> Schema:
     words = _TYPES.get(cls)
     if words is None:
         return element_schema(cls)
-    found = element_schema(cls, {"type": {"enum": words, "description": f"which kind it is: {', '.join(words)}"}})
-    return {**found, "required": ["type", *found["required"]]}
+    definition = element_schema(cls, {"type": {"enum": words, "description": f"which kind it is: {', '.join(words)}"}})
+    return {**definition, "required": ["type", *definition["required"]]}

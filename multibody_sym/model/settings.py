@@ -11,7 +11,6 @@ from multibody_sym.model.fields import (
     Choice,
     Direction,
     Element,
-    Field,
     Flag,
     ListOf,
     MapOf,
@@ -20,7 +19,7 @@ from multibody_sym.model.fields import (
     Record,
     Scalar,
     Text,
-    described,
+    describe,
     fields_of,
     holds,
     verify_keys,
@@ -58,7 +57,7 @@ _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "until": ("max", "min"),
     "between": ("find",),
 }
-"""What may stand beside questions of which keys."""
+"""Keys that may stand beside the keys of a question."""
 
 
 @dataclass(frozen=True)
@@ -107,56 +106,44 @@ class EquationField:
             return value
         sides = value.split("==") if isinstance(value, str) else []
         if len(sides) != 2:
-            raise ModelError(f"expected an equation such as least == 0, got {described(value)}", number="M103")
+            raise ModelError(f"expected an equation such as least == 0, got {describe(value)}", number="M103")
         extremes: dict[str, Extreme] = {}
-        (left, left_unit), (right, right_unit) = (_side(side, extremes) for side in sides)
-        units = {"left_unit": left_unit, "right_unit": right_unit}
-        return Equation(left=left, right=right, extremes=Names(extremes), **units)
+        (left, left_unit), (right, right_unit) = (_read_side(side, extremes) for side in sides)
+        return Equation(left, right, left_unit, right_unit, Names(extremes))
 
     def tree(self, value: Equation) -> str:
         return str(value)
 
 
-def _side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | None]:
+def _read_side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | None]:
     """Return one side of an equation, and its unit if it is a number with one.
 
-    max and min of one expression alone become questions of their own.
+    max and min of one expression become entries of `extremes`, and symbols with their names.
     """
-    known: dict[Node, Node] = {}
+    names: dict[Node, Node] = {}
     free = "extreme"
     while free in side:
         free += "_"
     place = 0
-    while (found := _EXTREME.search(side, place)) is not None:
-        end = _closing(side, found.end())
-        inner = side[found.end() : end]
-        if end == len(side) or _has_comma(inner):
-            place = found.end()
+    while (call := _EXTREME.search(side, place)) is not None:
+        end, depth, several = call.end(), 1, False
+        while end < len(side):
+            depth += {"(": 1, ")": -1}.get(side[end], 0)
+            if depth == 0:
+                break
+            several |= side[end] == "," and depth == 1
+            end += 1
+        if end == len(side) or several:
+            place = call.end()
             continue
-        name, standing = f"{found[1]} {len(extremes) + 1}", f"{free}{len(extremes) + 1}"
-        extremes[name] = Extreme(found[1], Scalar().accept(inner))
-        known[symbol(standing)] = symbol(name)
-        side = f"{side[: found.start()]}{standing}{side[end + 1 :]}"
-        place = found.start()
+        name, standing = f"{call[1]} {len(extremes) + 1}", f"{free}{len(extremes) + 1}"
+        extremes[name] = Extreme(call[1], Scalar().accept(side[call.end() : end]))
+        names[symbol(standing)] = symbol(name)
+        side = f"{side[: call.start()]}{standing}{side[end + 1 :]}"
+        place = call.start()
     written, dimension = parse_scalar(side.strip())
-    node: Node = evaluate([written], lambda leaf: known.get(leaf, leaf))[0]
+    node: Node = evaluate([written], lambda leaf: names.get(leaf, leaf))[0]
     return node, str(dimension) if dimension is not None and any(dimension) else None
-
-
-def _closing(side: str, begin: int) -> int:
-    """Return where the parenthesis closes that is open at a place, the end of the text where none does."""
-    depth = 1
-    for k in range(begin, len(side)):
-        depth += {"(": 1, ")": -1}.get(side[k], 0)
-        if depth == 0:
-            return k
-    return len(side)
-
-
-def _has_comma(inner: str) -> bool:
-    """Return whether a comma stands in no inner parenthesis."""
-    depths = [inner[:k].count("(") - inner[:k].count(")") for k, letter in enumerate(inner) if letter == ","]
-    return 0 in depths
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,33 +216,23 @@ class AskField:
         if state_condition(value) is not None:
             return Ask(when=value)
         if not isinstance(value, Mapping):
-            asked = Ask(value=value)
-            return Ask(when=asked.value) if asked.value is not None and is_condition(asked.value) else asked
-        if not any(key in _KEYS for key in value):
-            return Ask(when=_reached(value))
-        return Ask(**_known(value))
+            question = Ask(value=value)
+            return Ask(when=question.value) if question.value is not None and is_condition(question.value) else question
+        keys = fields_of(Ask)
+        if any(key in keys for key in value):
+            verify_keys(value, tuple(keys), Ask.meant)
+            return Ask(**value)
+        if any(state_condition(given) is not None for given in value.values()):
+            raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}", number="M104")
+        if len(value) != 1:
+            raise ModelError("name one coordinate and its value, such as {x: 2 m}")
+        return Ask(when=value)
 
     def tree(self, value: Ask) -> Any:
-        fields: dict[str, Field] = fields_of(Ask)
-        found = {name: f.tree(getattr(value, name)) for name, f in fields.items() if getattr(value, name) is not None}
-        only = next(iter(found)) if len(found) == 1 else None
-        return found[only] if only in ("value", "when") else found
-
-
-_KEYS: Final = tuple(fields_of(Ask))
-
-
-def _reached(value: Mapping[str, Any]) -> Mapping[str, Any]:
-    if any(state_condition(given) is not None for given in value.values()):
-        raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}", number="M104")
-    if len(value) != 1:
-        raise ModelError("name one coordinate and its value, such as {x: 2 m}")
-    return value
-
-
-def _known(value: Mapping[str, Any]) -> dict[str, Any]:
-    verify_keys(value, _KEYS, Ask.meant)
-    return dict(value)
+        fields = fields_of(Ask).items()
+        tree = {name: f.tree(getattr(value, name)) for name, f in fields if getattr(value, name) is not None}
+        only = next(iter(tree)) if len(tree) == 1 else None
+        return tree[only] if only in ("value", "when") else tree
 
 
 @dataclass(frozen=True)
@@ -287,7 +264,7 @@ class Stabilisation(Element):
     def verify(self) -> None:
         chosen = {"baumgarte": self.baumgarte is not None, "projection": self.projection, "index_2": self.index_2}
         if sum(map(bool, chosen.values())) > 1:
-            names = [name for name, asked in chosen.items() if asked]
+            names = [name for name, is_chosen in chosen.items() if is_chosen]
             raise ModelError(
                 f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}", number="M110"
             )
@@ -310,9 +287,7 @@ class SmoothFriction(Element):
 
 
 MULTIPLIERS: Final = ("basic", "minimum_norm")
-"""Those of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
-
-
+"""Multipliers of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
 COORDINATES: Final = ("relative", "absolute")
 
 

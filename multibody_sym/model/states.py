@@ -1,4 +1,4 @@
-"""Moments: states of what holds one way only that begin (`c sticks`), conditions, values that coordinates reach."""
+"""Moments: states of unilateral elements that begin (`c sticks`), conditions, values that coordinates reach."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.fields import Condition, MapOf, Scalar, described
+from multibody_sym.model.fields import Condition, MapOf, Scalar, describe
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.sign_changes import is_condition
 from multibody_sym.text.printer import text
 
 STRIKES: Final = "strikes"
-"""What an element does that takes an impulse, whether it bounces or stays: no state, but a moment as its beginning."""
+"""The verb of an element that takes an impulse, whether it bounces or stays: a moment, but no state."""
 VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "sticks": ("stick",),
     "slides": ("slide", "slide+", "slide-"),
@@ -29,23 +29,26 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "frees": ("free",),
     STRIKES: ("impact",),
 }
-"""What an element begins to do, and the words of the states in which it does.
+"""The verbs of elements, and the words of the states that each begins.
 
 A rope closes as it becomes taut, a stop as it holds.
 """
 _EITHER_WAY: Final[Mapping[str, tuple[str, ...]]] = {"slide": VERBS["slides"], "slip": ("slip", "slip+", "slip-")}
-"""Words of states that say no direction, where a run tells one."""
+"""Words of states without a direction, and those of runs, which have one."""
 WAYS: Final[Mapping[str, str]] = {"+": "forward", "-": "backward"}
-"""Along an axis or tangent, or against it, in sentences: words of states end with these signs."""
+"""The signs that end words of states, and their words in sentences: along an axis or tangent, or against it."""
 _JOINED: Final = re.compile(r"\s(and|or)\s")
 _WORDS: Final = tuple(dict.fromkeys(word for words in VERBS.values() for word in words))
-"""The words of states, as runs print them: each is one that begins, too."""
+"""The words of states as runs print them, which serve as verbs too."""
 _SAID: Final = "|".join(map(re.escape, sorted((*VERBS, *_WORDS), key=len, reverse=True)))
 _STATED: Final = re.compile(rf"\s*(\S.*?)\s+({_SAID})\s*")
 _STATED_WITHIN: Final = re.compile(rf"(?<![\w.])(?!(?:and|or)\s)([A-Za-z][\w.]*)\s+({_SAID})(?![\w+-])")
 """A state in an expression, where names never stand side by side."""
 _TWO_WORDS: Final = re.compile(r"\s*([A-Za-z][\w.]*)\s+(?!and\b|or\b)([A-Za-z]+)\s*")
-"""What is written as a state, whatever its second word."""
+"""The form of a state, with any second word."""
+
+
+_WITHOUT_FRICTION: Final = " without friction (static, kinetic)"
 
 
 @dataclass(frozen=True)
@@ -57,14 +60,14 @@ class StateCondition:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The words of the states that are meant."""
+        """The words of the states that the verb begins."""
         return VERBS.get(self.verb) or _EITHER_WAY.get(self.verb, (self.verb,))
 
     def __str__(self) -> str:
         return f"{self.element} {self.verb}"
 
     def holds(self, words: Mapping[str, str]) -> bool:
-        """Return whether it holds where elements are in the states that `words` tell."""
+        """Return whether it holds where `words` are the states of elements."""
         return words.get(self.element) in self.words
 
     @property
@@ -78,73 +81,57 @@ class StateCondition:
         return self.words == VERBS[STRIKES]
 
     def verify(self, known: Mapping[str, Iterable[str]]) -> None:
-        """Raise ModelError where no element of that name holds one way only, or it is never in such a state.
+        """Raise ModelError where no unilateral element has that name, or it is never in such a state.
 
         `known` are the words of the states in which such elements may be, by their names.
         """
-        if self.element not in known:
-            if _JOINED.search(self.element):
-                raise _joined(str(self), f"{self.element.split()[-1]} {self.verb}")
-            parts = [name for name in known if name.startswith(f"{self.element}.")]
-            able = [name for name in parts if set(known[name]).intersection(self.words)]
-            if parts and not able:
-                fitting = self._fitting(parts, known)
-                told = f"{str(self)!r}: it has no such state{self._why_not(parts, known)}; say {fitting}"
-                raise ModelError(told, number="M106")
-            if parts:
-                raise ModelError(
-                    f"{self.element!r} has no state of its own, its parts have; say {able[0]} {self.verb}"
-                    + (f", or another of {', '.join(able)}" if len(able) > 1 else ""),
-                    number="M106",
-                )
+        if self.element not in known and _JOINED.search(self.element):
+            raise _joined_error(str(self), f"{self.element.split()[-1]} {self.verb}")
+        names = [self.element] if self.element in known else [x for x in known if x.startswith(f"{self.element}.")]
+        if not names:
             raise ModelError(
                 f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states",
                 number="M106",
                 word=self.element,
                 known=known,
             )
-        if not set(known[self.element]).intersection(self.words):
-            fitting = self._fitting([self.element], known)
-            told = f"{str(self)!r}: it has no such state{self._why_not([self.element], known)}; say {fitting}"
-            raise ModelError(told, number="M106")
-
-    @staticmethod
-    def _fitting(names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
-        """Return what may be said of elements, each in one way."""
-        pairs = (
-            (name, verb)
-            for name in names
-            for verb, its in VERBS.items()
-            if set(known[name]).intersection(its) and not (verb == "slips" and {*VERBS["slides"]} & {*known[name]})
-        )
-        return " or ".join(f"{name} {verb}" for name, verb in pairs)
-
-    def _why_not(self, names: Iterable[str], known: Mapping[str, Iterable[str]]) -> str:
-        """Return the reason why elements neither stick nor slide."""
-        if not {*self.words} <= {*VERBS["sticks"], *VERBS["slides"]}:
-            return ""
-        if any({*VERBS["rolls"]} & {*known[name]} for name in names):
-            return ": a wheel that rolls has the words rolls, slips"
-        return " without friction (static, kinetic)"
+        able = [name for name in names if set(known[name]).intersection(self.words)]
+        if not able:
+            reason = ""
+            if {*self.words} <= {*VERBS["sticks"], *VERBS["slides"]}:
+                rolls = any({*VERBS["rolls"]} & {*known[name]} for name in names)
+                reason = ": a wheel that rolls has the words rolls, slips" if rolls else _WITHOUT_FRICTION
+            fitting = " or ".join(
+                f"{name} {verb}"
+                for name in names
+                for verb, its in VERBS.items()
+                if set(known[name]).intersection(its) and not (verb == "slips" and {*VERBS["slides"]} & {*known[name]})
+            )
+            raise ModelError(f"{str(self)!r}: it has no such state{reason}; say {fitting}", number="M106")
+        if names != [self.element]:
+            raise ModelError(
+                f"{self.element!r} has no state of its own, its parts have; say {able[0]} {self.verb}"
+                + (f", or another of {', '.join(able)}" if len(able) > 1 else ""),
+                number="M106",
+            )
 
 
 def state_condition(value: Any) -> StateCondition | None:
-    """Return what is written as an element and what it begins to do, None for all else."""
-    if isinstance(value, StateCondition):
-        return value
-    found = _STATED.fullmatch(value) if isinstance(value, str) else None
-    if found is None and isinstance(value, str) and (other := _TWO_WORDS.fullmatch(value)) is not None:
+    """Return the condition of a text of an element and a verb; None for all else."""
+    if isinstance(value, StateCondition) or not isinstance(value, str):
+        return value if isinstance(value, StateCondition) else None
+    if (state := _STATED.fullmatch(value)) is not None:
+        return StateCondition(*state.groups())
+    if (other := _TWO_WORDS.fullmatch(value)) is not None:
         raise ModelError(
-            f"{other[2]!r} is no word for a state of {other[1]}; the words are {', '.join(VERBS)}",
-            number="M106",
+            f"{other[2]!r} is no word for a state of {other[1]}; the words are {', '.join(VERBS)}", number="M106"
         )
-    if found is None and isinstance(value, str) and (state := _STATED_WITHIN.search(value)) is not None:
-        raise _joined(value, " ".join(state.groups()))
-    return None if found is None else StateCondition(*found.groups())
+    if (state := _STATED_WITHIN.search(value)) is not None:
+        raise _joined_error(value, " ".join(state.groups()))
+    return None
 
 
-def _joined(written: str, state: str) -> ModelError:
-    """Return the error about a state that is part of an expression."""
+def _joined_error(written: str, state: str) -> ModelError:
     return ModelError(
         f"{written!r}: states are not joined with conditions by 'and' and 'or'; name the state alone, such as {state}",
         number="M106",
@@ -152,16 +139,16 @@ def _joined(written: str, state: str) -> ModelError:
 
 
 @dataclass(frozen=True)
-class State:
+class StateField:
     """A state that begins, such as `c sticks`."""
 
     def accept(self, value: Any) -> StateCondition:
-        found = state_condition(value)
-        if found is None:
+        condition = state_condition(value)
+        if condition is None:
             raise ModelError(
-                f"expected a state such as c sticks ({', '.join(VERBS)}), got {described(value)}", number="M103"
+                f"expected a state such as c sticks ({', '.join(VERBS)}), got {describe(value)}", number="M103"
             )
-        return found
+        return condition
 
     def tree(self, value: StateCondition) -> str:
         return str(value)

@@ -256,7 +256,7 @@ class Rotate(OneCoordinate):
 
 
 @dataclass(frozen=True)
-class Screw(OneCoordinate):
+class ScrewStep(OneCoordinate):
     """Rotation by the coordinate about `axis`, with an advance along it by `lead` a radian."""
 
     lead: Node = ZERO
@@ -418,7 +418,7 @@ class Curve(Element):
         super().__post_init__()
         leaf = self.leaf
         for name, node in self._given.items():
-            object.__setattr__(self, name, _exchanged(node, symbol(leaf.data[1][0]), leaf))
+            object.__setattr__(self, name, exchange(node, symbol(leaf.data[1][0]), leaf))
         self.__dict__.pop("_given", None)
 
     def verify(self) -> None:
@@ -427,11 +427,11 @@ class Curve(Element):
             raise ModelError(f"say where the curve leads, by expressions of its parameter: {_EXAMPLE}")
         own = (self.leaf, symbol(self.leaf.data[1][0]))
         for name, node in given.items():
-            if any(_depends(g, own) for g in switching_functions([node])):
+            if any(leaf in own for leaf in leaves(switching_functions([node]), "symbol", "quantity")):
                 raise ModelError(
                     "a curve that guides is smooth, and this has a kink or a jump; declare a smooth part of it"
                 ).under(name)
-        if self.parameter is not None and not any(_depends(node, own) for node in given.values()):
+        if self.parameter is not None and not any(leaf in own for leaf in leaves(given.values(), "symbol", "quantity")):
             raise ModelError(f"no coordinate of the curve names {self.parameter!r}: {_EXAMPLE}").under("parameter")
 
     @cached_property
@@ -467,6 +467,11 @@ class Curve(Element):
         return x, y, z
 
 
+def exchange(node: Node, old: Node, new: Node) -> Node:
+    """Return an expression with the leaf `new` in the place of `old`."""
+    return as_node(evaluate([node], lambda leaf: new if leaf is old else leaf)[0])
+
+
 @dataclass(frozen=True)
 class CurveField:
     """A curve; a file holds its parameter by name."""
@@ -476,14 +481,6 @@ class CurveField:
 
     def tree(self, value: Curve) -> dict[str, Any]:
         leaf = value.leaf
-        found = {name: text(_exchanged(node, leaf, symbol(leaf.data[1][0]))) for name, node in value._given.items()}
+        found = {name: text(exchange(node, leaf, symbol(leaf.data[1][0]))) for name, node in value._given.items()}
         words = {"parameter": value.parameter, "unit": value.unit}
         return found | {name: word for name, word in words.items() if word is not None}
-
-
-def _exchanged(node: Node, old: Node, new: Node) -> Node:
-    return as_node(evaluate([node], lambda leaf: new if leaf is old else leaf)[0])
-
-
-def _depends(node: Node, any_of: tuple[Node, ...]) -> bool:
-    return any(leaf in any_of for op in ("symbol", "quantity") for leaf in leaves([node], op))

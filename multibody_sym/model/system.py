@@ -1,4 +1,4 @@
-"""System: everything the user declared, and nothing that follows from it."""
+"""System: everything the user declared, and nothing that follows from it; to and from the tree that a file holds."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from multibody_sym.model.fields import (
     Scalar,
     Text,
     Vector,
-    described,
+    describe,
     fields_of,
     fields_tree,
     from_fields,
     holds,
     is_text,
-    listed,
+    list_items,
     verify_keys,
 )
 from multibody_sym.model.forces import FORCES
@@ -55,7 +55,7 @@ t: Final = symbol("t")
 
 
 class Written(NamedTuple):
-    """An expression that stands in a system: where, and in which unit its field wants it (None: any)."""
+    """An expression in a system: its path, and the unit of its field (None: any)."""
 
     path: tuple[str, ...]
     node: Node
@@ -145,17 +145,17 @@ class System(Element):
 
     @cached_property
     def _written(self) -> list[Written]:
-        """Its expressions: what looks at a large system asks for them a dozen times."""
-        return _gathered(self)
+        """Its expressions, kept: a dozen places ask a large system for them."""
+        return _gather(self, (), None, [])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what a pickle and a copy keep: what follows from the fields is found again."""
+        """Return the fields for a pickle or a copy; what follows from them is computed again."""
         return {name: value for name, value in vars(self).items() if name != "_written"}
 
     def _collect_declarations(self) -> None:
         """Move declarations that symbols carry into `parameters`, leaving plain symbols behind."""
-        found: dict[str, Parameter] = dict(self.parameters)
-        written = _gathered(self)
+        declared: dict[str, Parameter] = dict(self.parameters)
+        written = _gather(self, (), None, [])
         pending = [each.node for each in written]
         declares = False
         while pending:
@@ -164,20 +164,27 @@ class System(Element):
             pending = []
             for leaf in carried:
                 name, parameter = leaf.data
-                if found.setdefault(name, parameter) != parameter:
+                if declared.setdefault(name, parameter) != parameter:
                     with at("parameters", name):
                         raise ModelError(f"{name} is declared twice, with different values", number="M108")
                 pending.append(parameter.value)
-        object.__setattr__(self, "parameters", Names(found))
+        object.__setattr__(self, "parameters", Names(declared))
         if not declares:  # a system from a file, or made from another one
             vars(self)["_written"] = written
             return
+
+        def plain(leaf: Node) -> Node:
+            return symbol(leaf.data[0]) if leaf.op == "declared" else leaf
+
+        def without_declarations(node: Node) -> Node:
+            return evaluate([node], plain)[0] if leaves([node], "declared") else node
+
         for f in fields(self):
-            object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _plain))
+            object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), without_declarations))
 
 
 _NO_GRAVITY: Final = (ZERO, ZERO, ZERO)
-"""The gravity of a system that states none: this very tuple, so that changed systems keep it."""
+"""The gravity of a system that states none; compared by identity, so that changed systems keep it."""
 
 
 def states_gravity(system: System) -> bool:
@@ -188,33 +195,21 @@ def states_gravity(system: System) -> bool:
 _PLAIN: Final = (str, int, float, type(None))
 
 
-def _plain(node: Node) -> Node:
-    def leaf(n: Node) -> Node:
-        return symbol(n.data[0]) if n.op == "declared" else n
-
-    return evaluate([node], leaf)[0] if leaves([node], "declared") else node
-
-
 def expressions(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
-    """Return every expression inside a system, element, map or tuple, with its path and the unit its field asks for."""
-    return list(part._written) if isinstance(part, System) and not path else _gathered(part, path)
+    """Return every expression inside a system, element, map or tuple, with its path and its field's unit."""
+    return list(part._written) if isinstance(part, System) and not path else _gather(part, path, None, [])
 
 
 def expressions_in(system: System, names: Iterable[str]) -> list[Written]:
     """Return every expression inside some fields of a system, field by field."""
-    found: dict[str, list[Written]] = {}
+    by_field: dict[str, list[Written]] = {}
     for written in expressions(system):
-        found.setdefault(written.path[0], []).append(written)
-    return [written for name in names for written in found.get(name, ())]
+        by_field.setdefault(written.path[0], []).append(written)
+    return [written for name in names for written in by_field.get(name, ())]
 
 
-def _gathered(part: Any, path: tuple[str, ...] = ()) -> list[Written]:
-    found: list[Written] = []
-    _gather(part, path, None, found)
-    return found
-
-
-def _gather(part: Any, path: tuple[str, ...], unit: str | None, found: list[Written]) -> None:
+def _gather(part: Any, path: tuple[str, ...], unit: str | None, found: list[Written]) -> list[Written]:
+    """Append the expressions inside a part to `found`, and return it."""
     if isinstance(part, Node):
         found.append(Written(path, part, unit))
     elif isinstance(part, Element):
@@ -229,12 +224,13 @@ def _gather(part: Any, path: tuple[str, ...], unit: str | None, found: list[Writ
     elif isinstance(part, Mapping):
         for name, x in part.items():
             _gather(x, (*path, name), unit, found)
+    return found
 
 
 def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
-    """Return a system, record, map or tuple with every expression but constants replaced by `change` of it.
+    """Return a system, record, map or tuple with `change` applied to every expression but constants.
 
-    What nothing changes in is returned as it is.
+    A part without a change is returned itself.
     """
     if isinstance(part, Node):
         return change(part) if part.shadow is None else part
@@ -263,35 +259,33 @@ def _fields_of(kind: Any) -> tuple[str, ...]:
     return tuple(f.name for f in fields(kind))
 
 
-def parameters(
-    names: str, values: Any, *, positive: bool = False, units: str | None = None
-) -> tuple[Node, ...]:
+def parameters(names: str, values: Any, *, positive: bool = False, units: str | None = None) -> tuple[Node, ...]:
     """Return symbols for parameters declared with sample values.
 
-    `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg` (of one name the
-    value alone will do); `units`, also separated by spaces, state their dimensions.
+    `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg`, or for one name
+    its value; `units`, also separated by spaces, state their dimensions.
     Raises ModelError where the counts differ or a name is no symbol.
     """
     if not isinstance(names, str):
-        raise ModelError(f"expected names separated by spaces, got {described(names)}", number="M103")
+        raise ModelError(f"expected names separated by spaces, got {describe(names)}", number="M103")
     words, positive = names.split(), flag("positive", positive)
-    given = listed(values)
+    given = list_items(values)
     given = [values] if given is None else given
     unit_words = [""] * len(words) if units is None else text("units", units).split()
     if not len(words) == len(given) == len(unit_words):
         raise ModelError(f"{len(words)} names, {len(given)} values and {len(unit_words)} units do not match")
-    made = []
+    symbols = []
     for name, value, unit in zip(words, given, unit_words, strict=True):
         with at("parameters", name):
             verify_symbol(name)
             value = f"{value} {unit}" if unit else value
             parameter = ParameterField().accept({"value": value, "positive": positive})
-            made.append(symbol_with(name, parameter))
-    return tuple(made)
+            symbols.append(symbol_with(name, parameter))
+    return tuple(symbols)
 
 
 def variable(name: str) -> Node:
-    """Return the symbol of what a system declares under this name: a coordinate, speed, input, parameter; or of t."""
+    """Return the symbol of a coordinate, speed, input or parameter of a system by its name, or of t."""
     if text("name", name) != "t":
         verify_symbol(name)
     return symbol(name)
@@ -308,9 +302,9 @@ def verify_symbol(name: str) -> None:
 
 
 def verify_system(value: object) -> None:
-    """Raise ModelError unless `value` is a System; a file's name is what people hand over instead."""
+    """Raise ModelError unless `value` is a System; people hand over the name of a file."""
     if not isinstance(value, System):
-        raise ModelError(f"expected a System, got {described(value)}; load(...) reads one from a file", number="M103")
+        raise ModelError(f"expected a System, got {describe(value)}; load(...) reads one from a file", number="M103")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -328,7 +322,7 @@ def system_from_tree(tree: Any) -> System:
     Raises InputError with the path of the field in `where.path`.
     """
     if not isinstance(tree, Mapping):
-        raise ModelError(f"a model file is a map, got {described(tree)}", number="F103")
+        raise ModelError(f"a model file is a map, got {describe(tree)}", number="F103")
     known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
     if VERSION_KEY not in tree:
         verify_keys([key for key in tree if nearest(str(key), known) == VERSION_KEY], known)
@@ -336,13 +330,23 @@ def system_from_tree(tree: Any) -> System:
     if version != VERSION:
         with at(VERSION_KEY):
             raise ModelError(
-                f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}", number="F103"
+                f"a model file says '{VERSION_KEY}: {VERSION}' first, got {describe(version)}", number="F103"
             )
     verify_keys(tree, known)
     content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
-    for index, entry in _repeats(tree.get(REPEAT_KEY)):
+    given = tree.get(REPEAT_KEY)
+    chains = []
+    for index, entry in [] if given is None or is_text(given, "") else _chains_in(given):
         with at(REPEAT_KEY, *index):
-            content = _with_chain(content, entry)
+            chain = Record(Repeat).accept(entry)
+            assert isinstance(chain, Repeat)
+            if chain.count > MOST_REPEATS:
+                with at("count"):
+                    raise ModelError(f"at most {MOST_REPEATS} copies", number="M109")
+            chains.append((index, chain))
+    for index, chain in chains:
+        with at(REPEAT_KEY, *index):
+            content = _with_chain(content, chain)
     system = from_fields(System, content)
     assert isinstance(system, System)
     return system
@@ -355,13 +359,13 @@ def tree_from_system(system: System) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class AnyMap:
-    """A map that is read later, once for each copy; in full it is what `like` reads."""
+    """A map that is read later, once for each copy; `like` is the field that reads it in full."""
 
     like: Any
 
     def accept(self, value: Any) -> Mapping[str, Any]:
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map, got {described(value)}", number="M103")
+            raise ModelError(f"expected a map, got {describe(value)}", number="M103")
         return value
 
     def tree(self, value: Mapping[str, Any]) -> Any:
@@ -392,62 +396,47 @@ class Repeat(Element):
 MOST_REPEATS: Final = 10_000
 
 
-def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
-    if value is None or is_text(value, ""):
-        return []
-    single: list[tuple[tuple[str, ...], Any]] = [((), value)]
-    listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single
-    read: list[tuple[tuple[str, ...], Repeat]] = []
-    for index, entry in listed:
-        with at(REPEAT_KEY, *index):
-            repeat = Record(Repeat).accept(entry)
-            assert isinstance(repeat, Repeat)
-            if repeat.count > MOST_REPEATS:
-                with at("count"):
-                    raise ModelError(f"at most {MOST_REPEATS} copies", number="M109")
-            read.append((index, repeat))
-    return read
-
-
 def _with_chain(tree: Mapping[str, Any], repeat: Repeat) -> dict[str, Any]:
+    """Return a file's content with the bodies and joints of a chain."""
     with at("body"):
         body = Record(Body).accept(repeat.body)
     joint, point = dict(repeat.joint), repeat.joint.get("parent")
     bodies, joints = dict(tree.get("bodies") or {}), dict(tree.get("joints") or {})
     for k in range(1, repeat.count + 1):
-        names = f"{repeat.body_name}{k}", f"{repeat.joint_name}{k}"
-        _refuse_taken(names[0], bodies)
-        _refuse_taken(names[1], joints)
+        body_name, joint_name = f"{repeat.body_name}{k}", f"{repeat.joint_name}{k}"
+        for name, taken in ((body_name, bodies), (joint_name, joints)):
+            if name in taken:
+                raise ModelError(
+                    f"the chain would declare {name!r} a second time; choose another body_name or joint_name",
+                    number="M108",
+                )
         before = f"{repeat.body_name}{k - 1}" + (f".{point}" if point else "")
         with at("joint"):
-            ends = {"parent": repeat.start if k == 1 else before, "child": names[0]}
-            joints[names[1]] = JOINTS.accept({**joint, **ends})
-        bodies[names[0]] = body
+            ends = {"parent": repeat.start if k == 1 else before, "child": body_name}
+            joints[joint_name] = JOINTS.accept({**joint, **ends})
+        bodies[body_name] = body
     return {**tree, "bodies": bodies, "joints": joints}
 
 
-def _refuse_taken(name: str, taken: Mapping[str, Any]) -> None:
-    if name in taken:
-        raise ModelError(
-            f"the chain would declare {name!r} a second time; choose another body_name or joint_name", number="M108"
-        )
+def _chains_in(value: Any) -> list[tuple[tuple[str, ...], Any]]:
+    """Return the chains under `repeat`, one or a list, with their paths there."""
+    return [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else [((), value)]
 
 
 _COPIED: Final = {"bodies": "body", "joints": "joint"}
-"""Sections with copies, and under which key of a chain these stand, as they are called where it names none."""
+"""Sections with copies, and their keys in a chain, which are the default names of the copies too."""
 
 
 def path_in_file(tree: Any, path: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the path in a file's content of what stands at a path of the system: of copies that of their chain."""
+    """Return the path in a file's content for a path in the system: for a copy, the path in its chain."""
     section, name = (*path[:2], "", "")[:2]
     if section not in _COPIED or not isinstance(tree, Mapping):
         return path
-    declared, chains = tree.get(section), tree.get(REPEAT_KEY)
+    declared = tree.get(section)
     if isinstance(declared, Mapping) and name in declared:
         return path
     part = _COPIED[section]
-    listed = [((str(i),), x) for i, x in enumerate(chains)] if isinstance(chains, list) else [((), chains)]
-    for index, chain in listed:
+    for index, chain in _chains_in(tree.get(REPEAT_KEY)):
         begin = str(chain.get(f"{part}_name", part)) if isinstance(chain, Mapping) else None
         if begin is not None and name.removeprefix(begin).isdecimal() and name.startswith(begin):
             return (REPEAT_KEY, *index, part, *path[2:])

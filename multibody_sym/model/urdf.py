@@ -146,7 +146,7 @@ class Inertial:
 
 
 @dataclass(frozen=True)
-class Limits:
+class UrdfLimits:
     """The range of a joint's coordinate, the largest speed, the largest force or moment; None is no limit."""
 
     lower: float | None
@@ -175,7 +175,7 @@ class UrdfJoint:
     axis: Triple
     damping: float
     friction: float
-    limits: Limits
+    limits: UrdfLimits
     mimic: Mimic | None
 
 
@@ -200,25 +200,29 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
     Raises ModelError with line and column for missing and wrong values, and for links that make no tree.
     """
     with _inside(tree):
-        _verify_robot(tree)
+        if tree.tag != "robot":
+            raise ModelError(f"a URDF file holds a <robot>, this one a <{tree.tag}>", number="F105")
+        unexpanded = [child.tag for child in tree.children if child.tag.startswith("xacro:")]
+        if unexpanded:
+            raise ModelError(f"<{unexpanded[0]}> is not expanded yet; run xacro on the file first", number="F105")
+        if not tree.named("link"):
+            raise ModelError("this <robot> has no <link>; did the program that wrote the file fail?", number="F105")
         name = Text().accept(tree.attributes.get("name", "").strip() or file_name)
-    links, joints = _by_name(tree, "link"), _by_name(tree, "joint")
-    read = {joint: _joint(joint, element) for joint, element in joints.items()}
-    for joint, element in joints.items():
+    links, elements = _by_name(tree, "link"), _by_name(tree, "joint")
+    joints = {joint: _read_joint(joint, element) for joint, element in elements.items()}
+    for joint, element in elements.items():
         with _inside(element, "joint", joint):
-            _verify_links(read[joint], links)
+            for end, link in (("parent", joints[joint].parent), ("child", joints[joint].child)):
+                if link not in links:
+                    raise ModelError(f"its {end}: no link is called {link!r}", number="M106", word=link, known=links)
     skipped = tuple(dict.fromkeys(child.tag for child in tree.children if child.tag not in _READ))
-    masses = {link: _inertial(link, element) for link, element in links.items()}
-    return Robot(name, masses, read, _root(links, joints, read), skipped, _meshed(links))
-
-
-def _meshed(links: Mapping[str, XmlElement]) -> tuple[str, ...]:
-    """Return the links whose shapes are meshes."""
-    shapes = {
-        name: [shape for part in link.children for geometry in part.named("geometry") for shape in geometry.children]
-        for name, link in links.items()
-    }
-    return tuple(name for name, each in shapes.items() if any(shape.tag == "mesh" for shape in each))
+    masses = {link: _read_inertial(link, element) for link, element in links.items()}
+    meshed = []
+    for link, element in links.items():
+        geometries = [geometry for part in element.children for geometry in part.named("geometry")]
+        if any(geometry.named("mesh") for geometry in geometries):
+            meshed.append(link)
+    return Robot(name, masses, joints, _find_root(links, elements, joints), skipped, tuple(meshed))
 
 
 # --- elements ---------------------------------------------------------------------------------------------------
@@ -236,16 +240,6 @@ def _inside(element: XmlElement, *path: str) -> Iterator[None]:
         raise
 
 
-def _verify_robot(tree: XmlElement) -> None:
-    if tree.tag != "robot":
-        raise ModelError(f"a URDF file holds a <robot>, this one a <{tree.tag}>", number="F105")
-    unexpanded = [child.tag for child in tree.children if child.tag.startswith("xacro:")]
-    if unexpanded:
-        raise ModelError(f"<{unexpanded[0]}> is not expanded yet; run xacro on the file first", number="F105")
-    if not tree.named("link"):
-        raise ModelError("this <robot> has no <link>; did the program that wrote the file fail?", number="F105")
-
-
 def _by_name(tree: XmlElement, tag: str) -> dict[str, XmlElement]:
     found: dict[str, XmlElement] = {}
     for element in tree.named(tag):
@@ -257,13 +251,13 @@ def _by_name(tree: XmlElement, tag: str) -> dict[str, XmlElement]:
     return found
 
 
-def _inertial(name: str, link: XmlElement) -> Inertial | None:
+def _read_inertial(name: str, link: XmlElement) -> Inertial | None:
     with _inside(link, "link", name):
         inertial = _child(link, "inertial")
         if inertial is None:
             return None
         with _inside(inertial, "inertial"):
-            mass, inertia = _needed(inertial, "mass"), _needed(inertial, "inertia")
+            mass, inertia = _require_child(inertial, "mass"), _require_child(inertial, "inertia")
             value = _number(mass, "value")
             if value < 0:
                 with _inside(mass, "mass"):
@@ -271,23 +265,26 @@ def _inertial(name: str, link: XmlElement) -> Inertial | None:
             return Inertial(value, tuple(_number(inertia, key, "0") for key in _INERTIA), _origin(inertial))
 
 
-def _joint(name: str, joint: XmlElement) -> UrdfJoint:
+def _read_joint(name: str, joint: XmlElement) -> UrdfJoint:
     with _inside(joint, "joint", name):
         kind = _attribute(joint, "type")
         if kind not in JOINT_TYPES:
             raise ModelError(f"{kind!r} is no type of joint", number="M106", word=kind, known=JOINT_TYPES)
         dynamics = _child(joint, "dynamics")
-        return UrdfJoint(
-            kind,
-            _attribute(_needed(joint, "parent"), "link").strip(),
-            _attribute(_needed(joint, "child"), "link").strip(),
-            _origin(joint),
-            _axis(joint) if kind not in ("fixed", "floating") else (1.0, 0.0, 0.0),
-            _number(dynamics, "damping", "0") if dynamics else 0.0,
-            _number(dynamics, "friction", "0") if dynamics else 0.0,
-            _limits(joint, kind),
-            _mimic(joint),
-        )
+        parent, child = (_attribute(_require_child(joint, end), "link").strip() for end in ("parent", "child"))
+        origin, axis, mimic = _origin(joint), (1.0, 0.0, 0.0), None
+        if kind not in ("fixed", "floating") and (direction := _child(joint, "axis")) is not None:
+            axis = _triple(direction, "xyz", "1 0 0")
+            if math.hypot(*axis) == 0:
+                with _inside(direction, "axis"):
+                    raise ModelError("the axis is zero", number="F105")
+        damping, friction = (_number(dynamics, key, "0") if dynamics else 0.0 for key in ("damping", "friction"))
+        limits = _read_limits(joint, kind)
+        if (coupling := _child(joint, "mimic")) is not None:
+            with _inside(coupling, "mimic"):
+                other = _attribute(coupling, "joint").strip()
+                mimic = Mimic(other, _number(coupling, "multiplier", "1"), _number(coupling, "offset", "0"))
+        return UrdfJoint(kind, parent, child, origin, axis, damping, friction, limits, mimic)
 
 
 def _origin(element: XmlElement) -> Origin:
@@ -295,37 +292,19 @@ def _origin(element: XmlElement) -> Origin:
     return Origin() if origin is None else Origin(_triple(origin, "xyz"), _triple(origin, "rpy"))
 
 
-def _axis(joint: XmlElement) -> Triple:
-    element = _child(joint, "axis")
-    axis = (1.0, 0.0, 0.0) if element is None else _triple(element, "xyz", "1 0 0")
-    if math.hypot(*axis) == 0:
-        with _inside(element or joint, "axis"):
-            raise ModelError("the axis is zero", number="F105")
-    return axis
-
-
-def _limits(joint: XmlElement, kind: str) -> Limits:
+def _read_limits(joint: XmlElement, kind: str) -> UrdfLimits:
     """Return what <limit> says; a speed or effort of zero stands for none, a bound that is left out for zero."""
     element = _child(joint, "limit")
     if element is None or kind not in ONE_COORDINATE:
-        return Limits(None, None, None, None)
+        return UrdfLimits(None, None, None, None)
     velocity, effort = (_number(element, key, "0") or None for key in ("velocity", "effort"))
     if kind == "continuous" or not {"lower", "upper"} & set(element.attributes):
-        return Limits(None, None, velocity, effort)
+        return UrdfLimits(None, None, velocity, effort)
     lower, upper = _number(element, "lower", "0"), _number(element, "upper", "0")
     if lower > upper:
         with _inside(element, "limit"):
             raise ModelError(f"the lower limit {lower:g} is above the upper one {upper:g}", number="M109")
-    return Limits(lower, upper, velocity, effort)
-
-
-def _mimic(joint: XmlElement) -> Mimic | None:
-    element = _child(joint, "mimic")
-    if element is None:
-        return None
-    with _inside(element, "mimic"):
-        other = _attribute(element, "joint").strip()
-        return Mimic(other, _number(element, "multiplier", "1"), _number(element, "offset", "0"))
+    return UrdfLimits(lower, upper, velocity, effort)
 
 
 def _child(element: XmlElement, tag: str) -> XmlElement | None:
@@ -336,7 +315,7 @@ def _child(element: XmlElement, tag: str) -> XmlElement | None:
     return found[0] if found else None
 
 
-def _needed(element: XmlElement, tag: str) -> XmlElement:
+def _require_child(element: XmlElement, tag: str) -> XmlElement:
     found = _child(element, tag)
     if found is None:
         raise ModelError(f"<{element.tag}> needs a <{tag}>", number="F105")
@@ -377,13 +356,7 @@ def _numbers(element: XmlElement, key: str, count: int, default: str | None) -> 
 # --- the tree ---------------------------------------------------------------------------------------------------
 
 
-def _verify_links(joint: UrdfJoint, links: Mapping[str, object]) -> None:
-    for what, name in (("parent", joint.parent), ("child", joint.child)):
-        if name not in links:
-            raise ModelError(f"its {what}: no link is called {name!r}", number="M106", word=name, known=links)
-
-
-def _root(
+def _find_root(
     links: Mapping[str, XmlElement], elements: Mapping[str, XmlElement], joints: Mapping[str, UrdfJoint]
 ) -> str:
     """Return the link that no joint carries; raise unless the links make a tree upon it."""
@@ -465,26 +438,32 @@ def load_urdf(
 
 
 def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool) -> Tree:
-    """Return the content of a model file that describes a robot."""
-    bodies = _body_names(robot)
-    attached = _attached(robot, bodies)
+    """Return the content of a model file that describes a robot.
+
+    A link without mass and inertia is a massless body. Joints with damping that one coordinate describes get dampers;
+    a mimic is q - multiplier (q of the other joint) = offset.
+    """
+    bodies = {link: _unique(f"{link}_link", robot.links) if link == GROUND else link for link in robot.links}
+    attached = _attach_joints(robot, bodies)
+    dampers, couplers = {}, {}
+    for name, joint in _damped_joints(robot).items() if damping else ():
+        dampers[f"{name}_damping"] = {"type": "damper", "damping": joint.damping, "joint": name}
+    for name, other in _mimics(robot).items() if mimic else ():
+        moves = robot.joints[other.joint].type in ONE_COORDINATE  # the coordinate of a fixed joint is zero
+        factors = {name: 1.0, other.joint: -other.multiplier} if moves else {name: 1.0}
+        couplers[f"{name}_mimic"] = {"type": "coupler", "joints": factors, "value": other.offset}
     return {
         "multibody_sym": VERSION,
         "name": robot.name,
         "gravity": _GRAVITY,
-        "bodies": {bodies[link]: _body(inertial, attached.frames[link]) for link, inertial in robot.links.items()},
-        "joints": _named(_joints(robot, bodies, attached, floating)),
-        "forces": _dampers(robot) if damping else {},
-        "constraints": _couplers(robot) if mimic else {},
+        "bodies": {bodies[link]: _declare_body(x, attached.frames[link]) for link, x in robot.links.items()},
+        "joints": _with_symbols(_declare_joints(robot, bodies, attached, floating)),
+        "forces": dampers,
+        "constraints": couplers,
     }
 
 
 # --- links ------------------------------------------------------------------------------------------------------
-
-
-def _body_names(robot: Robot) -> dict[str, str]:
-    """Return the bodies' names: those of the links, none of which is the ground."""
-    return {link: _unique(f"{link}_link", robot.links) if link == GROUND else link for link in robot.links}
 
 
 def _unique(wanted: str, taken: Collection[str]) -> str:
@@ -493,8 +472,7 @@ def _unique(wanted: str, taken: Collection[str]) -> str:
     return wanted
 
 
-def _body(inertial: Inertial | None, frames: Mapping[str, Tree]) -> Tree:
-    """Return a link as a body; without mass and inertia it is massless."""
+def _declare_body(inertial: Inertial | None, frames: Mapping[str, Tree]) -> Tree:
     body: Tree = {
         "points": {name: frame["position"] for name, frame in frames.items() if not frame["rotate"]},
         "frames": {name: frame for name, frame in frames.items() if frame["rotate"]},
@@ -531,14 +509,14 @@ def _matrix(inertia: Sequence[float]) -> Matrix:
 
 
 @dataclass(frozen=True)
-class _Attached:
+class _Attachments:
     """Where joints attach: the frames of each link by name, and each joint's parent and child as `body.frame`."""
 
     frames: Mapping[str, Mapping[str, Tree]]
     ends: Mapping[str, Tree]
 
 
-def _attached(robot: Robot, bodies: Mapping[str, str]) -> _Attached:
+def _attach_joints(robot: Robot, bodies: Mapping[str, str]) -> _Attachments:
     frames: dict[str, dict[str, Tree]] = {link: {} for link in robot.links}
     taken = set(bodies.values())
 
@@ -553,13 +531,17 @@ def _attached(robot: Robot, bodies: Mapping[str, str]) -> _Attached:
 
     ends = {}
     for name, joint in robot.joints.items():
-        tilt = _tilt(joint.axis) if joint.type == "planar" else []
+        tilt = []
+        if joint.type == "planar":  # a turn that carries z to the normal
+            x, y, z = joint.axis
+            if angle := _angle(math.atan2(math.hypot(x, y), z)):
+                tilt = [{"axis": [-y, x, 0] if x or y else "x", "angle": angle}]
         parent = reference(joint.parent, name, joint.origin.xyz, [*_turns(joint.origin), *tilt])
         ends[name] = {"parent": parent, "child": reference(joint.child, name, (0.0, 0.0, 0.0), tilt)}
-    return _Attached(frames, ends)
+    return _Attachments(frames, ends)
 
 
-def _joints(robot: Robot, bodies: Mapping[str, str], attached: _Attached, floating: bool) -> dict[str, Tree]:
+def _declare_joints(robot: Robot, bodies: Mapping[str, str], attached: _Attachments, floating: bool) -> dict[str, Tree]:
     """Return the joints by name: that of the root first, which carries the root's name."""
     kind = "free" if floating else "fixed"
     root = {"type": kind, "parent": GROUND, "child": bodies[robot.root]}
@@ -567,17 +549,18 @@ def _joints(robot: Robot, bodies: Mapping[str, str], attached: _Attached, floati
     for name, joint in robot.joints.items():
         joints[name] = {"type": joint.type, **attached.ends[name]}
         if joint.type in ONE_COORDINATE:
-            joints[name]["axis"] = _unit(joint.axis)
-            joints[name] |= _urdf_limits(joint)
+            # x, y, z, -x, -y or -z where the axis is that but for rounding
+            unit = [component / math.hypot(*joint.axis) for component in joint.axis]
+            near = [round(component) for component in unit]
+            off = max(abs(component - whole) for component, whole in zip(unit, near, strict=True))
+            joints[name]["axis"] = near if off <= RIGHT_ANGLE else joint.axis
+            limits = {key: bound for key, bound in vars(joint.limits).items() if bound is not None}
+            if limits:
+                joints[name]["limits"] = {**limits, "acts": False}
     return joints
 
 
-def _urdf_limits(joint: UrdfJoint) -> Tree:
-    limits = {key: bound for key, bound in vars(joint.limits).items() if bound is not None}
-    return {"limits": {**limits, "acts": False}} if limits else {}
-
-
-def _named(joints: Mapping[str, Tree]) -> dict[str, Tree]:
+def _with_symbols(joints: Mapping[str, Tree]) -> dict[str, Tree]:
     """Return the joints with coordinates whose names are symbols; a ball's speeds take theirs from the joint itself."""
     taken, named = set(RESERVED), dict[str, Tree]()
     for name, tree in joints.items():
@@ -603,29 +586,8 @@ def _symbols(stem: str, joint: Joint) -> set[str]:
     return {*coordinates, *(f"u_{q}" for q in coordinates), *(stem + s for s in joint.speed_suffixes if s is not None)}
 
 
-def _dampers(robot: Robot) -> Tree:
-    """Return a damper for each joint with damping that one coordinate describes."""
-    return {
-        f"{name}_damping": {"type": "damper", "damping": joint.damping, "joint": name}
-        for name, joint in _damped(robot).items()
-    }
-
-
-def _damped(robot: Robot) -> dict[str, UrdfJoint]:
+def _damped_joints(robot: Robot) -> dict[str, UrdfJoint]:
     return {name: joint for name, joint in robot.joints.items() if joint.damping and joint.type in ONE_COORDINATE}
-
-
-def _couplers(robot: Robot) -> Tree:
-    """Return q - multiplier (q of the other joint) = offset for each joint that mimics one."""
-    return {
-        f"{name}_mimic": {"type": "coupler", "joints": _factors(robot, name, mimic), "value": mimic.offset}
-        for name, mimic in _mimics(robot).items()
-    }
-
-
-def _factors(robot: Robot, name: str, mimic: Mimic) -> dict[str, float]:
-    moves = robot.joints[mimic.joint].type in ONE_COORDINATE  # the coordinate of a fixed joint is zero
-    return {name: 1.0, mimic.joint: -mimic.multiplier} if moves else {name: 1.0}
 
 
 def _mimics(robot: Robot) -> dict[str, Mimic]:
@@ -638,7 +600,7 @@ def _mimics(robot: Robot) -> dict[str, Mimic]:
     }
 
 
-# --- directions -------------------------------------------------------------------------------------------------
+# --- rotations --------------------------------------------------------------------------------------------------
 
 
 def _turns(origin: Origin) -> list[Tree]:
@@ -655,26 +617,11 @@ def _angle(angle: float) -> float | Node:
     return (0.0, PI / 2, PI, -PI / 2)[round((angle - off) / (math.pi / 2)) % 4]
 
 
-def _unit(axis: Triple) -> Sequence[float]:
-    """Return an axis as x, y, z, -x, -y or -z where it is that but for rounding, else as it is written."""
-    length = math.hypot(*axis)
-    near = [round(component / length) for component in axis]
-    off = max(abs(component / length - whole) for component, whole in zip(axis, near, strict=True))
-    return near if off <= RIGHT_ANGLE else axis
-
-
-def _tilt(normal: Triple) -> list[Tree]:
-    """Return the turn that carries z to a direction."""
-    x, y, z = normal
-    angle = _angle(math.atan2(math.hypot(x, y), z))
-    return [{"axis": [-y, x, 0] if x or y else "x", "angle": angle}] if angle else []
-
-
 # --- notes ------------------------------------------------------------------------------------------------------
 
 
 def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
-    """Return what there is to say about a file, one line a kind."""
+    """Return the remarks on a file, one line a kind."""
     joints = robot.joints.items()
     inertials = {link: inertial for link, inertial in robot.links.items() if inertial}
     damped = "damping is applied (other programs may ignore it): " if damping else "damping is not applied: "
@@ -683,7 +630,7 @@ def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
         "not read: ": list(robot.skipped),
         "meshes are not read (declare surfaces for contacts): ": list(robot.meshed),
         "friction is not applied: ": [name for name, joint in joints if joint.friction],
-        damped: list(_damped(robot)),
+        damped: list(_damped_joints(robot)),
         "damping of joints with several freedoms is not applied: ": [
             name for name, joint in joints if joint.damping and joint.type in ("floating", "planar")
         ],
@@ -691,11 +638,16 @@ def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
         "mimic is not applied: ": [
             name for name, joint in joints if joint.mimic and joint.type != "fixed" and name not in coupled
         ],
-        "an inertia that no body can have: ": [link for link, x in inertials.items() if not _possible(x)],
+        "an inertia that no body can have: ": [link for link, x in inertials.items() if not _is_possible(x)],
         "moving joints that carry no mass: ": _without_mass(robot),
         "inertia without mass: ": [link for link, x in inertials.items() if any(x.inertia) and not x.mass],
     }
-    return [what + _some(names) for what, names in kinds.items() if names]
+    lines = []
+    for what, names in kinds.items():
+        if names:
+            more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+            lines.append(what + ", ".join(names[:_MOST_NAMED]) + more)
+    return lines
 
 
 def _without_mass(robot: Robot) -> list[str]:
@@ -710,12 +662,7 @@ def _without_mass(robot: Robot) -> list[str]:
     return [name for name, joint in robot.joints.items() if joint.type != "fixed" and joint.child not in heavy]
 
 
-def _possible(inertial: Inertial) -> bool:
+def _is_possible(inertial: Inertial) -> bool:
     """Return whether the principal moments are those of some mass: 0 <= a <= b <= c <= a + b, but for rounding."""
     a, b, c = np.linalg.eigvalsh(_matrix(inertial.inertia))
     return bool(a >= -_ROUNDING * c and a + b >= c * (1 - _ROUNDING))
-
-
-def _some(names: list[str]) -> str:
-    more = len(names) - _MOST_NAMED
-    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

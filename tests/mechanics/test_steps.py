@@ -16,7 +16,7 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, unit_vector
 from multibody_sym.model.joints import Fixed, Follow
-from multibody_sym.model.steps import Ball, Curve, Rotate, Screw, Step, Translate
+from multibody_sym.model.steps import Ball, Curve, Rotate, ScrewStep, Step, Translate
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import ZERO, as_node
 
@@ -25,7 +25,7 @@ CURVES = (
     Follow.along(Curve(x="s + 0.3*s^2", y="sin(s)", z="cos(2*s)", parameter="s")),
     Follow.along(Curve(y="sin(x)"), turns_along=True),
 )
-KINDS = (Translate(AXIS), Rotate(AXIS), Screw(AXIS, lead=as_node(0.3)), Ball(), *CURVES)
+KINDS = (Translate(AXIS), Rotate(AXIS), ScrewStep(AXIS, lead=as_node(0.3)), Ball(), *CURVES)
 QUESTIONS = [x for x in vars(steps).values() if hasattr(x, "registry")]
 
 
@@ -104,7 +104,7 @@ def test_every_kind_is_answered_for_and_a_foreign_one_is_refused(question) -> No
     class Foreign:
         """Of no kind that is known."""
 
-    for kind in (Translate, Rotate, Screw, Ball, Follow):
+    for kind in (Translate, Rotate, ScrewStep, Ball, Follow):
         assert question.dispatch(kind) is not question.dispatch(object), kind
     with pytest.raises(TypeError, match=r"nothing says .*Foreign"):
         question(Foreign(), *range(question.__wrapped__.__code__.co_argcount - 1))
