@@ -1,4 +1,7 @@
-"""Functions of exact quotients: signs, roots, sines and cosines; and the exact value of Nodes."""
+"""Functions of exact quotients: signs, roots, sines and cosines; the exact value of Nodes; linear equations.
+
+In: quotients over one field, or Nodes. Out: quotients, in new letters where a function has no exact value.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,7 @@ _ON_TURN: Final = PRECISE.mpf(10) ** -40
 
 
 def sign(a: Quotient) -> int:
-    """Return the sign of a at the sample (0 only for the constant 0), and note in the field what it rests on."""
+    """Return the sign of a at the sample (0 only for the constant 0), and note in the field on which signs it rests."""
     if a.is_zero:
         return 0
     if a.vanishes:
@@ -54,17 +57,13 @@ def sign(a: Quotient) -> int:
     for p in (a.above, a.below):
         factors = [(p, 1)] if len(p) > _LONGEST_FACTORED else factored(p)[1]
         for factor, exponent in factors:
-            if exponent % 2:
-                _note_positive(field.whole(field.in_ring(factor)))
+            if exponent % 2 == 0:
+                continue
+            positive = field.whole(field.in_ring(factor))
+            positive = positive if positive.sample > 0 else -positive
+            if not surely_positive(positive) and not any((positive - other).is_zero for other in field.positive):
+                field.positive.append(positive)
     return 1 if a.sample > 0 else -1
-
-
-def _note_positive(a: Quotient) -> None:
-    """Add a or -a to the signs that are taken for granted, unless it is positive whatever its letters are."""
-    positive = a if a.sample > 0 else -a
-    known = a.field.positive
-    if not surely_positive(positive) and not any((positive - other).is_zero for other in known):
-        known.append(positive)
 
 
 def absolute(a: Quotient) -> Quotient:
@@ -94,27 +93,19 @@ def sqrt(a: Quotient) -> Quotient:
 
 
 def _split(field: Field, p: Poly) -> tuple[Quotient, list[Poly]]:
-    """Return (s, factors) with p = s^2 times the factors, each positive at the sample."""
+    """Return (s, factors) with p = s^2 times the factors, positive at the sample; a large number may stay whole."""
     content, factors = factored(p)
-    outside, primes = _square_part(abs(int(content)))
-    root, rest = field.constant(outside), [field.ring(prime) for prime in primes]
+    outside, rest = 1, []
+    number = abs(int(content))
+    for prime, exponent in factorint(number, limit=10**5).items() if number else ():
+        outside *= prime ** (exponent // 2)
+        rest += [field.ring(prime)] if exponent % 2 else []
+    root = field.constant(outside)
     for factor, multiplicity in factors:
         root = root * field.whole(field.reduced(factor)).power(multiplicity // 2)
         if multiplicity % 2:
             rest.append(factor if field.value(factor) > 0 else -factor)
     return root, rest
-
-
-def _square_part(n: int) -> tuple[int, list[int]]:
-    """Return (s, primes) with n = s^2 times the primes; a large n without small factors stays whole."""
-    if n == 0:
-        return 1, []
-    outside, rest = 1, []
-    for prime, exponent in factorint(n, limit=10**5).items():
-        outside *= prime ** (exponent // 2)
-        if exponent % 2:
-            rest.append(prime)
-    return outside, rest
 
 
 def _root(field: Field, radicand: Poly) -> Quotient:
@@ -142,7 +133,11 @@ def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
     sine, cosine = field.constant(0), field.constant(1)
     for base, multiple in _parts(angle):
         field.multiples.setdefault(book_form(base), set()).add(abs(multiple))
-        s, c = _multiple(*_letters(base), multiple)
+        one_sine, one_cosine = _base_letters(base)
+        s, c = field.constant(0), field.constant(1)
+        for _ in range(abs(multiple)):
+            s, c = s * one_cosine + c * one_sine, c * one_cosine - s * one_sine
+        s = s if multiple > 0 else -s
         sine, cosine = sine * c + cosine * s, cosine * c - sine * s
     return sine, cosine
 
@@ -150,23 +145,22 @@ def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
 def _parts(angle: Quotient) -> Iterable[tuple[Quotient, int]]:
     """Return an angle as whole multiples of base angles: its constant part and the rest, or term by term.
 
-    A constant, such as a multiple of pi, is a base angle; so are acos(x) and its like, and whatever is no polynomial.
+    Base angles are constants, such as a multiple of pi, angles such as acos(x), and whatever is no polynomial.
     """
     field = angle.field
     if not angle.below.is_ground:
         return [(angle, 1)]
     terms = {m: Fraction(int(c), int(angle.below.LC)) for m, c in field.in_ring(angle.above).items()}
     constant = {m: c for m, c in terms.items() if sum(m) == m[0] <= 1}
-    inverse = {m: c for m, c in terms.items() if c.denominator == 1 and _is_inverse(field, m)}
+    inverse = {
+        m: c
+        for m, c in terms.items()
+        if c.denominator == 1 and sum(m) == 1 and field.letters[m.index(1)].node in field.inverses
+    }
     rest = {m: c for m, c in terms.items() if m not in constant and m not in inverse}
     alone = [{m: c} for m, c in (*constant.items(), *inverse.items())]
     parts = [*alone, *([{m: c} for m, c in rest.items()] if field.expands else [rest])]
     return [_multiple_of(field, part, part.keys() <= constant.keys()) for part in parts if part]
-
-
-def _is_inverse(field: Field, m: tuple[int, ...]) -> bool:
-    """Return whether a monomial is nothing but an angle such as acos(x)."""
-    return sum(m) == 1 and field.letters[m.index(1)].node in field.inverses
 
 
 def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant: bool) -> tuple[Quotient, int]:
@@ -181,15 +175,16 @@ def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant:
     return field.whole(base) / below, whole
 
 
-def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
-    """Return (sin, cos) of a base angle: numbers where there are any, those of twice the half angle, or two letters."""
+def _base_letters(angle: Quotient) -> tuple[Quotient, Quotient]:
+    """Return (sin, cos) of a base angle: exact numbers, those of twice the half angle, or two letters."""
     field, node = angle.field, book_form(angle)
-    turns = _turns(node)
-    if turns is not None:
-        return _turned(field, turns)
+    if node is PI:
+        return _of_half_turns(field, Fraction(1))
+    if node.op == "mul" and node.args[1] is PI and node.args[0].op == "number":
+        return _of_half_turns(field, Fraction(node.args[0].data))
     half = book_form(angle / 2)
     if field.position(("cos", half)) is not None:
-        s, c = _letters(angle / 2)
+        s, c = _base_letters(angle / 2)
         return 2 * s * c, 2 * c * c - 1
     if node in field.inverses:
         return _of_inverse(node.op, *field.inverses[node])
@@ -200,38 +195,27 @@ def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
 def _of_inverse(op: str, *arguments: Quotient) -> tuple[Quotient, Quotient]:
     """Return (sin, cos) of asin x, acos x, atan x or atan2(y, x)."""
     y, x = (arguments[0], arguments[-1]) if op == "atan2" else (arguments[0], arguments[0].field.constant(1))
-    if op in ("asin", "acos"):
-        across = _across(y)
-        return (y, across) if op == "asin" else (across, y)
-    length = sqrt(x * x + y * y)
-    return y / length, x / length
-
-
-def _across(a: Quotient) -> Quotient:
-    """Return sqrt(1 - a^2), under one root where no square leaves it: sqrt(1 - x^2), not sqrt(1 - x) sqrt(1 + x)."""
-    field = a.field
-    radicand = field.reduced(a.below * a.below - a.above * a.above)
+    if op not in ("asin", "acos"):
+        length = sqrt(x * x + y * y)
+        return y / length, x / length
+    # sqrt(1 - y^2) is under one root where no square leaves it, not sqrt(1 - y) sqrt(1 + y)
+    field = y.field
+    radicand = field.reduced(y.below * y.below - y.above * y.above)
     if radicand.is_ground or field.value(radicand) <= 0 or any(e > 1 for _, e in factored(radicand)[1]):
-        return sqrt(-(a * a) + 1)
-    return _root(field, radicand) / absolute(field.whole(a.below))
+        other = sqrt(-(y * y) + 1)
+    else:
+        other = _root(field, radicand) / absolute(field.whole(y.below))
+    return (y, other) if op == "asin" else (other, y)
 
 
 def _new_letters(field: Field, angle: Node, sine: Any, cosine: Any) -> tuple[Quotient, Quotient]:
     """Return the letters for (sin, cos) of an angle, given their values at the sample."""
     letter = field.letter(("cos", angle), Letter(BUILD["cos"](angle), cosine))
-    square = 1 - letter.above**2
-    made = Letter(BUILD["sin"](angle), sine, square=square, cosine=field.position(("cos", angle)))
-    return field.letter(("sin", angle), made), letter
+    of_sine = Letter(BUILD["sin"](angle), sine, square=1 - letter.above**2, cosine=field.position(("cos", angle)))
+    return field.letter(("sin", angle), of_sine), letter
 
 
-def _turns(angle: Node) -> Fraction | None:
-    """Return angle / pi where it is a rational multiple of pi."""
-    if angle.op == "mul" and angle.args[1] is PI and angle.args[0].op == "number":
-        return Fraction(angle.args[0].data)
-    return Fraction(1) if angle is PI else None
-
-
-def _turned(field: Field, turns: Fraction) -> tuple[Quotient, Quotient]:
+def _of_half_turns(field: Field, turns: Fraction) -> tuple[Quotient, Quotient]:
     """Return (sin, cos) of turns x pi: numbers at multiples of 30 and 45 degrees, else those of the first quadrant."""
     quarters, rest = divmod(turns * 2, 1)
     if rest / 2 in _SQUARED_SINES:
@@ -244,33 +228,24 @@ def _turned(field: Field, turns: Fraction) -> tuple[Quotient, Quotient]:
     return s, c
 
 
-def _multiple(sine: Quotient, cosine: Quotient, n: int) -> tuple[Quotient, Quotient]:
-    """Return (sin, cos) of n times the angle."""
-    s, c = sine.field.constant(0), sine.field.constant(1)
-    for _ in range(abs(n)):
-        s, c = s * cosine + c * sine, c * cosine - s * sine
-    return (s, c) if n > 0 else (-s, c)
-
-
 def doubled(a: Quotient) -> Quotient:
-    """Return a quotient with half angles that come in pairs only written as whole ones.
+    """Return a quotient with whole angles in place of half angles that come in pairs only.
 
     sin x cos x = sin 2x / 2, cos^2 x = (1 + cos 2x) / 2, for letters such as sin(a/2).
     """
     field = a.field
     for k, letter in enumerate(list(field.letters)):
-        if letter.cosine is not None and letter.node is not None and _is_half(letter.node.args[0]):
+        if letter.cosine is None or letter.node is None:
+            continue
+        angle = letter.node.args[0]
+        factor = angle.args[0] if angle.op == "mul" else angle
+        if factor.op == "number" and Fraction(factor.data).denominator % 2 == 0 and angle.shadow is None:
             polynomials = [field.in_ring(p) for p in (a.above, a.below)]
             degrees = [m[k] + m[letter.cosine] for p in polynomials for m in p]
             if any(degrees) and not any(degree % 2 for degree in degrees):
                 above, below = (_with_double_angle(field, p, k, letter.cosine) for p in polynomials)
                 a = above / below
     return a
-
-
-def _is_half(angle: Node) -> bool:
-    halved = angle.op == "mul" and angle.args[0].op == "number" and Fraction(angle.args[0].data).denominator % 2 == 0
-    return halved and angle.shadow is None
 
 
 def _with_double_angle(field: Field, p: Poly, s: int, c: int) -> Quotient:
@@ -292,7 +267,7 @@ def _with_double_angle(field: Field, p: Poly, s: int, c: int) -> Quotient:
 
 
 def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> list[Quotient]:
-    """Return Nodes over the field; `known` holds what symbols and slots stand for, and takes in all that is found.
+    """Return Nodes over the field; `known` holds the values of symbols and slots, and takes in those of all Nodes.
 
     Raises NoClosedFormError where a choice (a sign, a divisor) is undecided at the sample, or the work has run out.
     """
@@ -313,9 +288,9 @@ def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> l
 
 def register_angles(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> None:
     """Make letters for the sines of all angles in Nodes, the smallest parts first: sin a then follows from a / 2."""
-    angles = [n.args[0] for n in postorder(nodes) if n.op in ("sin", "cos", "tan")]
-    found = exact(field, dict.fromkeys(angles), known)
-    for angle in sorted(found, key=lambda x: -int(x.below.LC) if x.below.is_ground else 0):
+    nodes_of_angles = dict.fromkeys(n.args[0] for n in postorder(nodes) if n.op in ("sin", "cos", "tan"))
+    angles = exact(field, nodes_of_angles, known)
+    for angle in sorted(angles, key=lambda x: -int(x.below.LC) if x.below.is_ground else 0):
         sine_and_cosine(angle)
 
 
@@ -361,18 +336,18 @@ def _opaque(op: str, *arguments: Quotient) -> Quotient:
     return arguments[0].field.letter(node, Letter(node, sample, op == "exp"))
 
 
-def _exponential(a: Quotient) -> Quotient:
+def _exp(a: Quotient) -> Quotient:
     power, rest = of_logarithms(a)
     return power * (known_power(rest) or _opaque("exp", rest))
 
 
-def _logarithm(a: Quotient) -> Quotient:
+def _log(a: Quotient) -> Quotient:
     square = square_of_root(a)
     return _opaque("log", a) if square is None else _opaque("log", square) / 2
 
 
-def _direction(y: Quotient, x: Quotient) -> Quotient:
-    """Return atan2(y, x): along an axis right angles, or the angle of which these are sine and cosine."""
+def _angle_of(y: Quotient, x: Quotient) -> Quotient:
+    """Return atan2(y, x): a multiple of a right angle, or the angle of which these are sine and cosine."""
     field = y.field
     if y.is_zero and not x.is_zero:
         return exact(field, [PI if sign(x) < 0 else ZERO], {})[0]
@@ -386,8 +361,8 @@ def _direction(y: Quotient, x: Quotient) -> Quotient:
     return found + turn * int(PRECISE.nint((PRECISE.atan2(y.sample, x.sample) - found.sample) / turn.sample))
 
 
-def _tabulated(function: Tabulated, order: int, a: Quotient) -> Quotient:
-    """Return the polynomial that holds at the sample, and note in the field between which rows."""
+def _table_piece(function: Tabulated, order: int, a: Quotient) -> Quotient:
+    """Return the polynomial of a table at the sample, and note in the field between which rows it holds."""
     x = symbol("x")
     for edge in function.edges(float(a.sample)):
         sign(a - a.field.constant(Fraction(repr(edge))))
@@ -401,9 +376,9 @@ _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
 
 _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     **{op: partial(_opaque, op) for op in _PRECISE_OPERATIONS},
-    "atan2": _direction,
-    "exp": _exponential,
-    "log": _logarithm,
+    "atan2": _angle_of,
+    "exp": _exp,
+    "log": _log,
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,
@@ -420,17 +395,17 @@ _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     "less": lambda a, b: a.field.constant(int(sign(b - a) > 0)),
     "less_equal": lambda a, b: a.field.constant(int(sign(b - a) >= 0)),
     "where": lambda c, a, b: b if c.is_zero else a,
-    "table": _tabulated,
+    "table": _table_piece,
 }
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The sign of a quotient at the sample, decided exactly: by 50 digits, and where these are all zero by proof.
+# The sign of a quotient at the sample, decided exactly: by 50 digits, and where 40 of these are zero by proof.
 #
-# What is left after 40 zeros is written in the exact values of its letters. A sum of products of integers, roots and
-# sines of rational multiples of pi is an algebraic integer of known degree D, and so are its conjugates, of which none
-# exceeds a number U that is read off. Their product is a whole number, hence a value that is not zero is at least 1 /
-# U^(D - 1): so many digits decide. (The same that a minimal polynomial decides, for degrees far beyond.)
+# For the proof it is written in the exact values of its letters. A sum of products of integers, roots and sines of
+# rational multiples of pi is an algebraic integer of known degree D, and so are its conjugates, none of which exceeds a
+# computable number U. Their product is a whole number, hence a value that is not zero is at least 1 / U^(D - 1): so
+# many digits decide. (A minimal polynomial decides the same, but not for such degrees.)
 
 
 _UNDECIDED: Final = PRECISE.mpf(10) ** -40
@@ -443,30 +418,26 @@ def decided_sign(a: Quotient, values: Mapping[Node, Node]) -> int | None:
     """Return the sign of a quotient where its symbols have exact `values`; None where it is not decided."""
     if a.is_zero:
         return 0
-    if abs(a.sample) > _UNDECIDED * _size(a):
+    field = a.field
+    terms = (abs(field.value(field.ring.from_dict({m: c}))) for m, c in field.in_ring(a.above).items())
+    size = sum(terms, PRECISE.mpf(0)) / abs(field.value(a.below))
+    if abs(a.sample) > _UNDECIDED * size:
         return 1 if a.sample > 0 else -1
     if not a.symbols <= values.keys():
         return None
     try:
-        there = _at(a, values)
+        value = _with_values(a, values)
     except NoClosedFormError:
         return None
-    return 0 if there.is_zero or _is_zero(there.field, there.above) else None
+    return 0 if value.is_zero or _is_zero(value.field, value.above) else None
 
 
-def _size(a: Quotient) -> Any:
-    """Return the sum of the sizes of a quotient's terms at the sample."""
-    field = a.field
-    terms = (abs(field.value(field.ring.from_dict({m: c}))) for m, c in field.in_ring(a.above).items())
-    return sum(terms, PRECISE.mpf(0)) / abs(field.value(a.below))
-
-
-def _at(a: Quotient, values: Mapping[Node, Node]) -> Quotient:
+def _with_values(a: Quotient, values: Mapping[Node, Node]) -> Quotient:
     """Return a quotient with the values of its symbols put in, in a field of numbers."""
     there = Field(_WORK)
     known = dict(zip(values, exact(there, values.values(), {}), strict=True))
     letters: dict[int, Quotient] = {}
-    for k in sorted(_used(a.field, a.above)):
+    for k in sorted(_letters_in(a.field, a.above)):
         node = a.field.letters[k].node
         if node is None:
             letters[k] = sqrt(_value(there, a.field.letters[k].square, letters))
@@ -490,9 +461,13 @@ def _value(field: Field, p: Poly, letters: Mapping[int, Quotient]) -> Quotient:
 
 def _is_zero(field: Field, p: Poly) -> bool:
     """Return whether a polynomial of roots and sines is zero by its bound; False also where this is not decided."""
-    degree = _degree([field.letters[k] for k in _used(field, p)])
-    if degree is None:
+    letters = [field.letters[k] for k in _letters_in(field, p)]
+    turns = [_half_turns(letter.node) for letter in letters if letter.node is not None]
+    algebraic = [x for x in turns if x is not None]
+    if len(algebraic) < len(turns):
         return False
+    # each root doubles the degree; sines of multiples of pi/n lie in the field of one root of unity, the (4n)-th
+    degree = int(2 ** (len(letters) - len(turns)) * 4 * lcm(*(x.denominator for x in algebraic)))
     halves = max((sum(m) for m in p), default=0)
     digits = degree * (log10(1 + _largest(field, p)) + halves * log10(2)) + _SPARE_DIGITS
     if digits > _MOST_DIGITS:
@@ -502,19 +477,7 @@ def _is_zero(field: Field, p: Poly) -> bool:
     return bool(abs(_precise(field, p, context)) < context.mpf(10) ** -int(digits))
 
 
-def _degree(letters: Sequence[Letter]) -> int | None:
-    """Return a bound of the degree of all numbers made of letters, None where one is not known to be algebraic.
-
-    Each root doubles it; sines of multiples of pi/n all lie among the numbers made of one root of unity, the (4n)-th.
-    """
-    turns = [_exact_signs_turns(letter.node) for letter in letters if letter.node is not None]
-    known = [x for x in turns if x is not None]
-    if len(known) < len(turns):
-        return None
-    return int(2 ** (len(letters) - len(turns)) * 4 * lcm(*(x.denominator for x in known)))
-
-
-def _used(field: Field, p: Poly) -> set[int]:
+def _letters_in(field: Field, p: Poly) -> set[int]:
     """Return the places of the letters of a polynomial and of the radicands in it."""
     waiting, seen = [p], set[int]()
     while waiting:
@@ -525,7 +488,7 @@ def _used(field: Field, p: Poly) -> set[int]:
     return seen
 
 
-def _exact_signs_turns(node: Node) -> Fraction | None:
+def _half_turns(node: Node) -> Fraction | None:
     """Return x of sin(x pi) or cos(x pi), a rational number."""
     if node.op not in ("sin", "cos"):
         return None
@@ -552,19 +515,19 @@ def _precise(field: Field, p: Poly, context: Any) -> Any:
     for m, c in p.items():
         term = context.mpf(int(c))
         for k, e in enumerate(m):
-            if e:
-                term *= _letter(field, field.letters[k], context) ** e
+            if not e:
+                continue
+            letter = field.letters[k]
+            if letter.node is None:
+                value = context.sqrt(_precise(field, letter.square, context))
+            else:
+                turns = _half_turns(letter.node)
+                assert turns is not None
+                function = context.sinpi if letter.node.op == "sin" else context.cospi
+                value = function(context.mpf(turns.numerator) / turns.denominator)
+            term *= value**e
         total += term
     return total
-
-
-def _letter(field: Field, letter: Letter, context: Any) -> Any:
-    if letter.node is None:
-        return context.sqrt(_precise(field, letter.square, context))
-    turns = _exact_signs_turns(letter.node)
-    assert turns is not None
-    function = context.sinpi if letter.node.op == "sin" else context.cospi
-    return function(context.mpf(turns.numerator) / turns.denominator)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -572,7 +535,7 @@ def _letter(field: Field, letter: Letter, context: Any) -> Any:
 
 
 _PIVOT: Final = 1e-8
-"""The part of an equation's largest coefficient below which another one may be what vanishes at a double's sample."""
+"""The part of an equation's largest coefficient below which another one may vanish at a sample of doubles."""
 
 
 @dataclass
@@ -593,24 +556,31 @@ def exact_solve(matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient])
     No equations have no unknowns. Raises NoClosedFormError where equations contradict, or depend on each other at the
     sample only.
     """
-    done, waiting = _eliminated(matrix, right)
+    done, waiting = _eliminate(matrix, right)
     if any(equation.coefficients or not equation.right.is_zero for equation in waiting):
         raise NoClosedFormError("at the given values the equations depend on each other, which they do not in general")
-    return _back_substituted(done, [right[0].field.constant(0)] * len(matrix[0]) if matrix else [])
+    x = [right[0].field.constant(0)] * len(matrix[0]) if matrix else []
+    for k, equation in reversed(done):
+        rest = equation.right
+        for j, a in equation.coefficients.items():
+            if j != k:
+                rest = rest - a * x[j]
+        x[k] = rest / equation.coefficients[k]
+    return x
 
 
 def conditions_left(matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient]) -> list[Quotient]:
-    """Return what must vanish for there to be an x with matrix x = right, where it nearly vanishes at the sample.
+    """Return the right sides that must vanish for matrix x = right to have a solution.
 
     Raises NoClosedFormError where equations depend on each other at the sample only.
     """
-    waiting = _eliminated(matrix, right, _PIVOT)[1]
+    waiting = _eliminate(matrix, right, _PIVOT)[1]
     if any(equation.coefficients for equation in waiting):
         raise NoClosedFormError("at the given values the equations depend on each other, which they do not in general")
     return [equation.right for equation in waiting if not equation.right.is_zero]
 
 
-def _eliminated(
+def _eliminate(
     matrix: Sequence[Sequence[Quotient]], right: Sequence[Quotient], least: float = 0.0
 ) -> tuple[list[tuple[int, _Equation]], list[_Equation]]:
     """Return the equations that give an unknown each, and those that are left over.
@@ -621,12 +591,22 @@ def _eliminated(
         _Equation({k: a for k, a in enumerate(row) if not a.is_zero}, r) for row, r in zip(matrix, right, strict=True)
     ]
     done: list[tuple[int, _Equation]] = []
-    while (found := _pivot(waiting, least)) is not None:
-        equation, k = found
+    while (pivot := _pivot(waiting, least)) is not None:
+        equation, k = pivot
         waiting.remove(equation)
         for other in waiting:
-            if k in other.coefficients:
-                _eliminate(other, equation, k)
+            if k not in other.coefficients:
+                continue
+            factor = other.coefficients.pop(k) / equation.coefficients[k]
+            for j, a in equation.coefficients.items():
+                if j == k:
+                    continue
+                changed = other.coefficients[j] - factor * a if j in other.coefficients else -(factor * a)
+                if changed.is_zero:
+                    other.coefficients.pop(j, None)
+                else:
+                    other.coefficients[j] = changed
+            other.right = other.right - factor * equation.right
         done.append((k, equation))
     return done, waiting
 
@@ -647,26 +627,3 @@ def _pivot(waiting: Sequence[_Equation], least: float) -> tuple[_Equation, int] 
         return None
     _, _, _, i, k = min(entries)
     return waiting[i], k
-
-
-def _eliminate(equation: _Equation, pivot: _Equation, k: int) -> None:
-    factor = equation.coefficients.pop(k) / pivot.coefficients[k]
-    for j, a in pivot.coefficients.items():
-        if j == k:
-            continue
-        changed = equation.coefficients[j] - factor * a if j in equation.coefficients else -(factor * a)
-        if changed.is_zero:
-            equation.coefficients.pop(j, None)
-        else:
-            equation.coefficients[j] = changed
-    equation.right = equation.right - factor * pivot.right
-
-
-def _back_substituted(done: list[tuple[int, _Equation]], x: list[Quotient]) -> list[Quotient]:
-    for k, equation in reversed(done):
-        rest = equation.right
-        for j, a in equation.coefficients.items():
-            if j != k:
-                rest = rest - a * x[j]
-        x[k] = rest / equation.coefficients[k]
-    return x

@@ -1,8 +1,8 @@
 """The scalars of closed forms: quotients of polynomials in parameters, sines, cosines and roots, exact, with a sample.
 
-Each sum and product is brought to lowest terms at once, so that what vanishes is seen to vanish and no formula depends
-on the order of elimination. Each quotient carries its value at the sample with 50 digits: it chooses signs and pivots.
-sin^2 is written as 1 - cos^2, the square of a root as its radicand.
+Each sum and product is brought to lowest terms at once, so that zeros are seen and no formula depends on the order of
+elimination. Each quotient carries its value at the sample with 50 digits, which chooses signs and pivots. sin^2 is
+written as 1 - cos^2, the square of a root as its radicand.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from multibody_sym.scalars.node import PI, Node, negate
 # ----------------------------------------------------------------------------------------------------------------------
 # Polynomials in irreducible factors, and what two of them share.
 #
-# What is of the first degree in some letter, p = A x + B, is gcd(A, B) times a factor that is irreducible. Most
+# A polynomial of the first degree in some letter, p = A x + B, is gcd(A, B) times an irreducible factor. Most
 # polynomials of mechanics are such, and one greatest common divisor takes far less time than a general factorisation.
 #
-# Most pairs of polynomials share nothing, which is seen in the integers modulo a prime. With numbers in place of all
-# letters but one, x, the degree in x of a common divisor of f and g is no larger than that of the divisor of their
-# images, where the leading coefficient of f or g in x has an image that is not 0. Where that degree is 0 for each
-# letter that both have, f and g share at most a number and powers of letters.
+# Most pairs of polynomials share nothing, which the integers modulo a prime show. With numbers in place of all letters
+# but one, x, the degree in x of a common divisor of f and g is no larger than that of the divisor of their images, if
+# the leading coefficient of f or g in x has an image that is not 0. Where that degree is 0 for each letter of both, f
+# and g share at most a number and powers of letters.
 #
 # Source: Geddes, Czapor, Labahn, Algorithms for Computer Algebra (1992), 7.4.
 
@@ -57,23 +57,15 @@ def factored(p: Poly) -> tuple[int, list[tuple[Poly, int]]]:
     content, rest = p.primitive()
     if rest.LC < 0:
         content, rest = -content, -rest
-    shared, rest = _without_shared_letters(rest)
+    shared = tuple(map(min, zip(*rest, strict=True)))
+    if any(shared):
+        terms = {tuple(e - s for e, s in zip(m, shared, strict=True)): c for m, c in rest.items()}
+        rest = rest.ring.from_dict(terms)
+    letters = ((p.ring.gens[k], exponent) for k, exponent in enumerate(shared) if exponent)
     exponents: dict[Poly, int] = {}
-    for factor, exponent in (*_letters(p.ring, shared), *_irreducible(rest)):
+    for factor, exponent in (*letters, *_irreducible(rest)):
         exponents[factor] = exponents.get(factor, 0) + exponent
     return int(content), list(exponents.items())
-
-
-def _without_shared_letters(p: Poly) -> tuple[tuple[int, ...], Poly]:
-    shared = tuple(map(min, zip(*p, strict=True)))
-    if not any(shared):
-        return shared, p
-    divided = {tuple(e - s for e, s in zip(m, shared, strict=True)): c for m, c in p.items()}
-    return shared, p.ring.from_dict(divided)
-
-
-def _letters(ring: Any, exponents: tuple[int, ...]) -> Iterator[tuple[Poly, int]]:
-    return ((ring.gens[k], exponent) for k, exponent in enumerate(exponents) if exponent)
 
 
 def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
@@ -92,31 +84,33 @@ def _irreducible(p: Poly) -> Iterator[tuple[Poly, int]]:
         except HeuristicGCDFailed:
             yield from _in_general(p)
             return
-        yield _with_positive_lead(p.exquo(shared)), 1
+        factor = p.exquo(shared)
+        yield factor if factor.LC > 0 else -factor, 1
         p = shared
 
 
 def _in_general(p: Poly) -> Iterator[tuple[Poly, int]]:
     """Yield the factors found by sympy, in a ring of those letters only that occur."""
-    used = _used(p)
-    for factor, exponent in _found_by_sympy(p.ring.domain, p.ring.order, len(used), _terms(p, used)):
-        yield _with_positive_lead(_among_all(factor, used, p.ring)), exponent
+    used = _letters_in(p)
+    for short, exponent in _factors_by_sympy(p.ring.domain, p.ring.order, len(used), _terms(p, used)):
+        factor = _in_all_letters(short, used, p.ring)
+        yield factor if factor.LC > 0 else -factor, exponent
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def _found_by_sympy(domain: Any, order: Any, letters: int, terms: _Terms) -> tuple[tuple[Poly, int], ...]:
-    """Return the factors of a polynomial by its terms: forms of one formula ask for the same ones again and again."""
+def _factors_by_sympy(domain: Any, order: Any, letters: int, terms: _Terms) -> tuple[tuple[Poly, int], ...]:
+    """Return the factors of a polynomial by its terms (kept: forms of one formula ask for the same ones)."""
     return tuple(polynomial_ring(domain, order, letters).from_dict(dict(terms)).factor_list()[1])
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def polynomial_ring(domain: Any, order: Any, letters: int) -> Any:
-    """Return the ring of polynomials in so many letters; to make one takes longer than most products in it."""
+    """Return the ring of polynomials in so many letters (kept: its construction takes longer than most products)."""
     return PolyRing([f"g{k}" for k in range(letters)], domain, order)
 
 
-def _used(*several: Poly) -> list[int]:
-    """Return the letters that occur."""
+def _letters_in(*several: Poly) -> list[int]:
+    """Return the places of the letters that occur."""
     return [k for k, exponents in enumerate(zip(*(m for p in several for m in p), strict=True)) if any(exponents)]
 
 
@@ -125,7 +119,7 @@ def _terms(p: Poly, used: Sequence[int]) -> _Terms:
     return frozenset((tuple([m[k] for k in used]), c) for m, c in p.items())
 
 
-def _among_all(p: Poly, used: Sequence[int], ring: Any) -> Poly:
+def _in_all_letters(p: Poly, used: Sequence[int], ring: Any) -> Poly:
     """Return a polynomial in letters that are `used` as one in all letters of a ring."""
     whole = {}
     for m, c in p.items():
@@ -136,45 +130,34 @@ def _among_all(p: Poly, used: Sequence[int], ring: Any) -> Poly:
     return ring.from_dict(whole)
 
 
-def _with_positive_lead(p: Poly) -> Poly:
-    return p if p.LC > 0 else -p
-
-
-# --- what two polynomials share -------------------------------------------------------------------------------------
+# --- common divisors -------------------------------------------------------------------------------------------------
 
 
 def cofactors(f: Poly, g: Poly) -> tuple[Poly, Poly, Poly]:
     """Return the greatest common divisor h and f/h, g/h; raises HeuristicGCDFailed where it is not found."""
-    if len(f) < 2 or len(g) < 2:  # as quick as what follows
-        found: tuple[Poly, Poly, Poly] = f.cofactors(g)
-        return found
-    shared = _shared_powers(f, g)
-    if shared is None:
-        used, ring = _used(f, g), f.ring
-        parts = _shared_by_sympy(ring.domain, ring.order, len(used), _terms(f, used), _terms(g, used))
-        h, first, second = (_among_all(p, used, ring) for p in parts)
+    if len(f) < 2 or len(g) < 2:  # as quick as the way below
+        h, first, second = f.cofactors(g)
         return h, first, second
+    image, other = _Image.of(f), _Image.of(g)
+    if not all(image.is_prime_to(other, k) for k in range(f.ring.ngens)):
+        used, ring = _letters_in(f, g), f.ring
+        parts = _shared_by_sympy(ring.domain, ring.order, len(used), _terms(f, used), _terms(g, used))
+        h, first, second = (_in_all_letters(p, used, ring) for p in parts)
+        return h, first, second
+    shared = tuple(map(min, image.least, other.least))
     number = gcd(*map(int, f.values()), *map(int, g.values()))
-    return f.ring.from_dict({shared: f.ring.domain(number)}), _divided(f, shared, number), _divided(g, shared, number)
+    return f.ring.from_dict({shared: f.ring.domain(number)}), _divide(f, shared, number), _divide(g, shared, number)
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def _shared_by_sympy(domain: Any, order: Any, letters: int, *both: _Terms) -> tuple[Poly, Poly, Poly]:
-    """Return what `cofactors` does of two polynomials by their terms."""
+    """Return the `cofactors` of two polynomials by their terms."""
     f, g = (polynomial_ring(domain, order, letters).from_dict(dict(terms)) for terms in both)
-    found: tuple[Poly, Poly, Poly] = f.cofactors(g)
-    return found
+    h, first, second = f.cofactors(g)
+    return h, first, second
 
 
-def _shared_powers(f: Poly, g: Poly) -> tuple[int, ...] | None:
-    """Return the powers of letters that two polynomials share, None where it is not seen that this is all."""
-    first, second = _Image.of(f), _Image.of(g)
-    if not all(first.is_prime_to(second, k) for k in range(f.ring.ngens)):
-        return None
-    return tuple(map(min, first.least, second.least))
-
-
-def _divided(p: Poly, shared: Sequence[int], number: int) -> Poly:
+def _divide(p: Poly, shared: Sequence[int], number: int) -> Poly:
     """Return a polynomial over a number and powers of letters, its terms in falling order."""
     if any(shared):
         terms = ((tuple(e - s for e, s in zip(m, shared, strict=True)), c) for m, c in p.items())
@@ -198,13 +181,13 @@ class _Image:
             value = int(c)
             for k, exponent in enumerate(m):
                 if exponent:
-                    value = value * pow(_stands_for(k), exponent, _PRIME) % _PRIME
+                    value = value * pow(_number_for(k), exponent, _PRIME) % _PRIME
             terms.append((m, value))
         columns = list(zip(*p, strict=True))
         return cls(terms, tuple(map(min, columns)), tuple(map(max, columns)))
 
     def is_prime_to(self, other: _Image, k: int) -> bool:
-        """Return whether it is seen that no common divisor but powers of it has letter k."""
+        """Return whether the images show that no common divisor but powers of it has letter k."""
         if self.least[k] == self.most[k] or other.least[k] == other.most[k]:
             return True
         a, b = self._in_letter(k), other._in_letter(k)
@@ -212,21 +195,23 @@ class _Image:
 
     def _in_letter(self, k: int) -> list[int]:
         """Return the coefficients in letter k, without the powers of it that divide all, the lowest first."""
-        found, low = [0] * (self.most[k] - self.least[k] + 1), self.least[k]
-        back = pow(_stands_for(k), -1, _PRIME)
+        coefficients, low = [0] * (self.most[k] - self.least[k] + 1), self.least[k]
+        back = pow(_number_for(k), -1, _PRIME)
         for m, value in self.terms:
-            found[m[k] - low] += value * pow(back, m[k], _PRIME)
-        return [x % _PRIME for x in found]
+            coefficients[m[k] - low] += value * pow(back, m[k], _PRIME)
+        return [x % _PRIME for x in coefficients]
 
 
-def _stands_for(k: int) -> int:
+def _number_for(k: int) -> int:
     return (k + 1) * _MULTIPLIER % _PRIME
 
 
 def _are_prime(a: list[int], b: list[int]) -> bool:
     """Return whether polynomials in one letter modulo the prime share no root, by Euclid's algorithm."""
     while True:
-        a, b = (_without_leading_zeros(x) for x in (a, b))
+        for p in (a, b):
+            while p and not p[-1]:
+                p.pop()
         if not a or not b:
             return len(a) + len(b) == 1
         if len(a) < len(b):
@@ -235,31 +220,17 @@ def _are_prime(a: list[int], b: list[int]) -> bool:
         a = [(x - factor * b[k - shift]) % _PRIME if k >= shift else x for k, x in enumerate(a)]
 
 
-def _without_leading_zeros(p: list[int]) -> list[int]:
-    while p and not p[-1]:
-        p = p[:-1]
-    return p
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Fractions in the sine and cosine of an angle in lowest terms, sin^2 + cos^2 = 1 seen.
 #
 # Sines and cosines of an angle are forms of even degree in a = cos(angle/2) and b = sin(angle/2). Such forms have
-# their irreducible factors, which polynomials modulo sin^2 + cos^2 - 1 have not: sin^2 - 2 mu sin cos + mu^2 cos^2 is
-# a square there, and nothing of the kind when sin^2 is written as 1 - cos^2. With a = 1 they are polynomials in t =
-# tan(angle/2).
+# irreducible factors, which polynomials modulo sin^2 + cos^2 - 1 have not: sin^2 - 2 mu sin cos + mu^2 cos^2 is a
+# square there, but not when sin^2 is written as 1 - cos^2. With a = 1 they are polynomials in t = tan(angle/2).
 
 
 Exponents = tuple[int, ...]
 Row = tuple[int, ...]
 """Coefficients of 1, t, t^2, ..."""
-
-
-
-def turning_degree(p: Poly, s: int, c: int) -> int:
-    """Return the highest degree of a term in the sine and cosine of an angle."""
-    return max((m[s] + m[c] for m in p), default=0)
-
 
 # --- there and back ------------------------------------------------------------------------------------------------
 
@@ -276,7 +247,7 @@ def _row(i: int, j: int, n: int) -> Row:
 
 
 @lru_cache(maxsize=1000)
-def _turned(k: int, n: int) -> Row:
+def _cosine_row(k: int, n: int) -> Row:
     """Return 2^n a^(2n - k) b^k without its sine: the coefficients of (1 + cos)^i (1 - cos)^j in cos."""
     i, j = n - (k + 1) // 2, k // 2
     row = [0] * (i + j + 1)
@@ -288,7 +259,7 @@ def _turned(k: int, n: int) -> Row:
 
 def with_half(p: Poly, s: int, c: int, n: int) -> Poly:
     """Return p (1 + t^2)^n over one angle, written in t in the place of the sine."""
-    found: dict[Exponents, int] = {}
+    terms: dict[Exponents, int] = {}
     for m, coefficient in p.items():
         rest = list(m)
         rest[c] = 0
@@ -296,40 +267,45 @@ def with_half(p: Poly, s: int, c: int, n: int) -> Poly:
             if x:
                 rest[s] = k
                 key = tuple(rest)
-                found[key] = found.get(key, 0) + coefficient * x
-    return p.ring.from_dict({m: x for m, x in found.items() if x})
+                terms[key] = terms.get(key, 0) + coefficient * x
+    return p.ring.from_dict({m: x for m, x in terms.items() if x})
 
 
 def with_whole(p: Poly, s: int, c: int, n: int) -> Poly:
-    """Return 2^n p / (1 + t^2)^n, t in the place of the sine, written in the sine and cosine: the other way round."""
-    found: dict[Exponents, int] = {}
+    """Return 2^n p / (1 + t^2)^n, t in the place of the sine, written in the sine and cosine again."""
+    terms: dict[Exponents, int] = {}
     for m, coefficient in p.items():
         rest = list(m)
         rest[s] = m[s] % 2
-        for k, x in enumerate(_turned(m[s], n)):
+        for k, x in enumerate(_cosine_row(m[s], n)):
             if x:
                 rest[c] = k
                 key = tuple(rest)
-                found[key] = found.get(key, 0) + coefficient * x
-    return p.ring.from_dict({m: x for m, x in found.items() if x})
+                terms[key] = terms.get(key, 0) + coefficient * x
+    return p.ring.from_dict({m: x for m, x in terms.items() if x})
 
 
-# --- what is shared ------------------------------------------------------------------------------------------------
+# --- common divisors of both sides ----------------------------------------------------------------------------------
 
 
 def shared_degree(above: Poly, below: Poly, s: int, c: int, n: int) -> int:
-    """Return the degree of what two polynomials (1 + t^2)^n share in a and b, for some values of all other letters.
+    """Return the degree in a and b of the common divisor of two polynomials (1 + t^2)^n at some values of all letters.
 
-    For nearly all of these it is that of their greatest common divisor, else it is larger.
+    For nearly all values it is that of their greatest common divisor, else it is larger.
     """
-    first, second = (_in_numbers(p, s, c, n) for p in (above, below))
+    first, second = (_coefficients_of_t(p, s, c, n) for p in (above, below))
     missing = 2 * n + 1 - max(len(first), len(second))
-    while second:
-        first, second = second, _remainder(first, second)
+    while second:  # Euclid's algorithm
+        inverse = pow(second[0], -1, _PRIME)
+        while len(first) >= len(second):
+            factor = first[0] * inverse % _PRIME
+            rest = [(x - factor * y) % _PRIME for x, y in zip(first[1:], second[1:], strict=False)]
+            first = _without_leading_zeros([*rest, *first[len(second) :]])
+        first, second = second, first
     return len(first) - 1 + missing
 
 
-def _in_numbers(p: Poly, s: int, c: int, n: int) -> list[int]:
+def _coefficients_of_t(p: Poly, s: int, c: int, n: int) -> list[int]:
     """Return the coefficients of p (1 + t^2)^n modulo a prime, the highest first, with numbers for other letters."""
     total = [0] * (2 * n + 1)
     for m, coefficient in p.items():
@@ -339,21 +315,12 @@ def _in_numbers(p: Poly, s: int, c: int, n: int) -> list[int]:
                 factor = factor * pow(48_271 * k + 16_807, e, _PRIME) % _PRIME
         for k, x in enumerate(_row(m[c], m[s], n)):
             total[k] += factor * x
-    return _stripped([x % _PRIME for x in reversed(total)])
+    return _without_leading_zeros([x % _PRIME for x in reversed(total)])
 
 
-def _stripped(row: list[int]) -> list[int]:
+def _without_leading_zeros(row: list[int]) -> list[int]:
     first = next((k for k, x in enumerate(row) if x), len(row))
     return row[first:]
-
-
-def _remainder(first: list[int], second: list[int]) -> list[int]:
-    inverse = pow(second[0], -1, _PRIME)
-    while len(first) >= len(second):
-        factor = first[0] * inverse % _PRIME
-        rest = [(x - factor * y) % _PRIME for x, y in zip(first[1:], second[1:], strict=False)]
-        first = _stripped([*rest, *first[len(second) :]])
-    return first
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -373,17 +340,17 @@ class NoClosedFormError(Exception):
 
 
 def why_none(reason: Exception) -> str:
-    """Return why there is no closed form: what an error says that is one of ours, of arithmetic that it failed."""
+    """Return the reason why there is no closed form: the message of an own error, for arithmetic that it failed."""
     ours = isinstance(reason, (NoClosedFormError, MultibodyError))
     return str(reason) if ours else "a formula on the way has no value at the declared numbers"
 
 
 @dataclass(frozen=True)
 class Letter:
-    """A letter of the polynomials: what it stands for, its value at the sample, and whether it is known to be positive.
+    """A letter of the polynomials: its expression, its value at the sample, and whether it is known to be positive.
 
     `square` is set for a root (its radicand; then `node` is None) and for a sine (1 - cos^2, `cosine` its position).
-    One that `turns` may have the other sign than at the sample, as a force that pushes may pull.
+    A letter that `turns` may have the other sign than at the sample, as a pushing force may pull.
     """
 
     node: Node | None
@@ -453,7 +420,7 @@ class Quotient:
     @property
     def symbols(self) -> set[Node]:
         """The symbols on which the value depends."""
-        found: set[Node] = set()
+        symbols: set[Node] = set()
         polynomials = [self.above, self.below]
         while polynomials:
             for m in polynomials.pop():
@@ -461,19 +428,18 @@ class Quotient:
                     if letter.node is None:
                         polynomials.append(letter.square)
                     else:
-                        found.update(leaves([letter.node], "symbol"))
-        return found
+                        symbols.update(leaves([letter.node], "symbol"))
+        return symbols
 
 
 @dataclass
 class Field:
     """The letters of one calculation, the ring they make, and the signs that the sample has decided.
 
-    `work` is what may still be spent, counted in products of terms; when it has run out, NoClosedFormError says so.
-    Sines of sums of angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x),
-    `multiples` the whole numbers by which base angles have been multiplied. `arguments`: angles with letters by their
-    own expressions, exponents by exp(x); `logarithms`: what log(x) is of. `remembered` is for what is found out about
-    the letters there are.
+    `work` is the remaining budget in products of terms; NoClosedFormError is raised when it runs out. Sines of sums of
+    angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x), `multiples` the whole
+    numbers by which base angles have been multiplied. `arguments`: angles with letters by their own expressions,
+    exponents by exp(x); `logarithms`: x by log(x). `remembered` keeps results that hold for the present letters.
     """
 
     work: int
@@ -493,7 +459,6 @@ class Field:
     # --- letters and constants -----------------------------------------------------------------------------------
 
     def constant(self, value: Quotient | int | Fraction) -> Quotient:
-        """Return a number as a quotient."""
         if isinstance(value, Quotient):
             return value
         exact = Fraction(value)
@@ -501,7 +466,7 @@ class Field:
         return Quotient(self, self.ring(exact.numerator), self.ring(exact.denominator), sample)
 
     def letter(self, identity: Any, letter: Letter) -> Quotient:
-        """Return the letter known by `identity`, made from `letter` when it is met for the first time."""
+        """Return the letter known by `identity`; `letter` is entered for a new one."""
         k = self.position(identity)
         if k is None:
             k = self._position[identity] = len(self.letters)
@@ -511,11 +476,10 @@ class Field:
         return Quotient(self, self.ring.gens[k], self.ring.one, self.letters[k].sample)
 
     def position(self, identity: Any) -> int | None:
-        """Return the position of a letter, None where it has not been met."""
+        """Return the position of a letter, None for an unknown one."""
         return self._position.get(identity)
 
     def whole(self, p: Poly) -> Quotient:
-        """Return a polynomial as a quotient."""
         return Quotient(self, p, self.ring.one, self.value(p))
 
     def value(self, p: Poly) -> Any:
@@ -530,14 +494,13 @@ class Field:
         return total
 
     def in_ring(self, p: Poly) -> Poly:
-        """Return a polynomial as one in all letters that there are by now."""
+        """Return a polynomial as one in all present letters."""
         missing = self.ring.ngens - p.ring.ngens
         return self.ring.from_dict({m + (0,) * missing: c for m, c in p.items()}) if missing else p
 
     # --- arithmetic -----------------------------------------------------------------------------------------------
 
     def sum_of(self, a: Quotient, b: Quotient) -> Quotient:
-        """Return a + b."""
         if a.is_zero or b.is_zero:
             return b if a.is_zero else a
         above, below, other, other_below = (self.in_ring(p) for p in (a.above, a.below, b.above, b.below))
@@ -547,7 +510,6 @@ class Field:
         return self.made(above * other_below + other * below, below * other_below, a.sample + b.sample)
 
     def product_of(self, a: Quotient, b: Quotient) -> Quotient:
-        """Return a b."""
         for one, other in ((a, b), (b, a)):
             if one.above in _UNITS and one.below == 1:
                 return other if one.above == 1 else -other
@@ -624,27 +586,23 @@ class Field:
         return above, below
 
     def _lowest_terms(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
-        """Return a quotient without what its sides share as sin^2 + cos^2 = 1, where it has fewer terms then."""
+        """Return a quotient without common factors by sin^2 + cos^2 = 1, where it has fewer terms then."""
         for s, letter in enumerate(self.letters):
             c = letter.cosine
             if c is None or not any(m[s] or m[c] for m in below):
                 continue
-            n = max(turning_degree(p, s, c) for p in (above, below))
+            n = max((m[s] + m[c] for p in (above, below) for m in p), default=0)
             self.spend(len(above) + len(below))
             if n <= _HIGHEST_POWER and shared_degree(above, below, s, c, n) > 1:
-                found = self._cancelled_by_half(above, below, s, c, n)
-                if sum(map(len, found)) < len(above) + len(below):
-                    above, below = found
+                half = self.cancelled(*(with_half(p, s, c, n) for p in (above, below)))
+                left = (max(m[s] for p in half for m in p) + 1) // 2
+                whole = self.cancelled(*(with_whole(p, s, c, left) for p in half))
+                if sum(map(len, whole)) < len(above) + len(below):
+                    above, below = whole
         return above, below
 
-    def _cancelled_by_half(self, above: Poly, below: Poly, s: int, c: int, n: int) -> tuple[Poly, Poly]:
-        """Return a quotient in lowest terms in tan(angle/2), written in the angle's sine and cosine."""
-        above, below = self.cancelled(*(with_half(p, s, c, n) for p in (above, below)))
-        left = (max(m[s] for p in (above, below) for m in p) + 1) // 2
-        return self.cancelled(*(with_whole(p, s, c, left) for p in (above, below)))
 
-
-# --- angles that are known by their sine and cosine --------------------------------------------------------------
+# --- angles by their sine and cosine -------------------------------------------------------------------------------
 
 _QUARTERS: Final = {
     ("sin", 1, "cos", 1): (1, 0),
@@ -656,25 +614,25 @@ _QUARTERS: Final = {
     ("cos", -1, "sin", 1): (1, -1),
     ("cos", -1, "sin", -1): (-1, -1),
 }
-"""What atan2(y, x) is for plus or minus functions of an angle: so many times the angle, and so many right angles."""
+"""atan2(y, x) for plus or minus functions of an angle: multiples of the angle and of a right angle."""
 
 
 def known_angle(y: Quotient, x: Quotient) -> Node | None:
     """Return atan2(y, x), but for full turns, where y and x are up to signs the sine and cosine of one angle."""
-    across, along = _function(y), _function(x)
+    across, along = _signed_wave(y), _signed_wave(x)
     if across is None or along is None or across[0].args != along[0].args:
         return None
-    found = _QUARTERS.get((across[0].op, across[1], along[0].op, along[1]))
-    if found is None:
+    parts = _QUARTERS.get((across[0].op, across[1], along[0].op, along[1]))
+    if parts is None:
         return None
-    times, quarters = found
+    times, quarters = parts
     (angle,) = across[0].args
     own = angle if times > 0 else negate(angle)
     return own + quarters * PI / 2 if quarters else own
 
 
-def _function(a: Quotient) -> tuple[Node, int] | None:
-    """Return the sine or cosine that a quotient is up to its sign, and that sign."""
+def _signed_wave(a: Quotient) -> tuple[Node, int] | None:
+    """Return the sine or cosine and the sign of a quotient that is plus or minus one; else None."""
     terms = dict(a.above.items())
     if not a.below.is_ground or int(a.below.LC) != 1 or len(terms) != 1:
         return None
@@ -691,7 +649,7 @@ def _function(a: Quotient) -> tuple[Node, int] | None:
 
 @dataclass
 class Budget:
-    """What a derivation may cost; it is spent in stages, and past it an error names the stage and the sizes."""
+    """The cost that a derivation may have; past it an error names the stage and the sizes."""
 
     seconds: float = 60.0
     operations: int = 1_000_000
@@ -700,7 +658,7 @@ class Budget:
     started: float = field(default_factory=time.monotonic)
 
     def enter(self, stage: str) -> None:
-        """Say what is being derived from here on."""
+        """Name the stage that begins."""
         self.stage = stage
         self.spend(0)
 
