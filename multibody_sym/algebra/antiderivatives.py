@@ -1,4 +1,4 @@
-"""Antiderivatives of exact quotients by a symbol, as far as they are elementary and of a kind that is known here.
+"""Antiderivatives of exact quotients by a symbol, of these elementary kinds:
 
     rational functions of t or of exp(r t + p)
     P(t) exp(r t) sin(w t), P(t) (e + f t)^c, log(e + f t), and c g'(t) exp(g(t))
@@ -13,7 +13,7 @@ from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, factored
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient, factored
 from multibody_sym.algebra.roots import Roots
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
@@ -32,7 +32,7 @@ Powers = list[Quotient]
 class Antiderivative:
     """The sum of `plain` and of factors times logarithms of ratios that are 1 where the symbol is 0.
 
-    `divisors`: what is not zero, as it may be for other values of letters.
+    `divisors` are not zero at the sample, but may be for other values of letters.
     """
 
     plain: Node
@@ -41,7 +41,7 @@ class Antiderivative:
 
     @property
     def node(self) -> Node:
-        """All of it."""
+        """The whole sum."""
         logarithms = (multiply(written(x), BUILD["log"](written(ratio))) for x, ratio in self.logarithms)
         return reduce(add, logarithms, self.plain)
 
@@ -87,7 +87,6 @@ class _Integration:
         return place
 
     def uses(self, a: Quotient, k: int) -> bool:
-        """Return whether a letter stands in a quotient."""
         return any(m[k] for p in (a.above, a.below) for m in self.field.in_ring(p))
 
     def functions(self, a: Quotient) -> list[int]:
@@ -97,21 +96,20 @@ class _Integration:
         return [k for k in places if k != self.place and self.uses(a, k) and roots.depends(k)]
 
     def free(self, a: Quotient) -> bool:
-        """Return whether a quotient does not depend on the symbol."""
+        """Return whether a quotient is independent of the symbol."""
         return self.by not in a.symbols
 
     def quotient(self, node: Node) -> Quotient:
-        """Return an expression in letters that there are."""
+        """Return an expression in the present letters."""
         letters = [(x.node, x) for x in self.field.letters if x.node is not None]
         return exact(self.field, [node], {node: self.field.letter(node, x) for node, x in letters})[0]
 
     def slope(self, node: Node) -> Quotient | None:
-        """Return the derivative of what is linear in the symbol, None for what is not."""
+        """Return the derivative of an expression that is linear in the symbol, else None."""
         found = self.quotient(derivative(node, self.by))
         return found if self.free(found) else None
 
     def gen(self, k: int) -> Quotient:
-        """Return a letter."""
         return self.field.whole(self.field.ring.gens[k])
 
     def powers(self, a: Quotient, k: int) -> Powers:
@@ -127,7 +125,7 @@ class _Integration:
         """Return the integral of a rational function by a letter, which begins at `start`; `logarithm`: its own."""
         z = self.gen(k)
         below = coefficients(self.field.whole(a.below), k)
-        whole, rest = divided(coefficients(self.field.whole(a.above), k), below)
+        whole, rest = divide_polynomials(coefficients(self.field.whole(a.above), k), below)
         total = sum((x * z.power(n + 1) / (n + 1) for n, x in enumerate(whole)), self.field.constant(0))
         found = Antiderivative(written(total))
         if not rest:
@@ -150,12 +148,15 @@ class _Integration:
     def simple(
         self, rest: Powers, below: Powers, factor: Powers, k: int, start: Quotient, logarithm: Node | None
     ) -> Antiderivative:
-        """Return the integral of what a fraction has of a linear factor of its divisor, by Heaviside's way."""
+        """Return the integral of the partial fractions of one linear factor, by Heaviside's way."""
         e, f = factor
         root = -(e / f)
         above, divisor = shifted(rest, root), shifted(below, root)
         times = next(n for n, x in enumerate(divisor) if not x.is_zero)
-        series = quotient_series(above, divisor[times:], times)
+        zero, series = divisor[times] * 0, list[Quotient]()  # of the quotient of two power series
+        for n in range(times):
+            known = sum((series[j] * divisor[times + n - j] for j in range(n) if times + n - j < len(divisor)), zero)
+            series.append(((above[n] if n < len(above) else zero) - known) / divisor[times])
         linear = e + f * self.gen(k)
         total = self.field.constant(0)
         for n, x in enumerate(series[:-1]):  # x y^(n - times), y = linear/f
@@ -189,28 +190,34 @@ class _Integration:
         """Return the integral of a rational function of z = exp(r t + p), dt = dz/(r z)."""
         slope = self.slope(exponent)
         assert slope is not None
-        start = self.quotient(BUILD["exp"](_at_zero(exponent, self.by)))
+        at_zero: Node = evaluate([exponent], lambda leaf: ZERO if leaf is self.by else leaf)[0]
+        start = self.quotient(BUILD["exp"](at_zero))
         return self.rational(a / (slope * self.gen(k)), k, start, multiply(written(slope), self.by))
 
     def linear(self, a: Quotient) -> tuple[Quotient, Quotient]:
-        """Return e and f of e + f t. Raises NoClosedFormError for what is not linear."""
-        found = self.powers(a, self.place)
-        if len(found) != _LINEAR or not all(map(self.free, found)):
+        """Return e and f of e + f t. Raises NoClosedFormError for other quotients."""
+        powers = self.powers(a, self.place)
+        if len(powers) != _LINEAR or not all(map(self.free, powers)):
             raise NoClosedFormError(_UNKNOWN)
-        return found[0], found[1]
+        return powers[0], powers[1]
 
     # --- products of functions ------------------------------------------------------------------------------------
 
     def terms(self, a: Quotient, functions: Sequence[int]) -> Iterator[tuple[Quotient, dict[int, int]]]:
-        """Yield what powers of functions stand before, with these powers by their places, for each term of a sum."""
+        """Yield the factor of each term of a sum, and its powers of functions by their places."""
         field = self.field
-        below, above = (by_powers(field, field.in_ring(p), functions) for p in (a.below, a.above))
+        below, above = dict[tuple[int, ...], Quotient](), dict[tuple[int, ...], Quotient]()
+        for p, factors in ((a.below, below), (a.above, above)):
+            parts: dict[tuple[int, ...], dict[tuple[int, ...], int]] = {}
+            for m, c in field.in_ring(p).items():
+                rest = tuple(0 if k in functions else n for k, n in enumerate(m))
+                parts.setdefault(tuple(m[k] for k in functions), {})[rest] = c
+            factors |= {powers: field.whole(field.ring.from_dict(part)) for powers, part in parts.items()}
         if len(below) != 1:
             raise NoClosedFormError(_UNKNOWN)
         ((least, divisor),) = below.items()
         for powers, factor in above.items():
-            found = {k: n - m for k, n, m in zip(functions, powers, least, strict=True) if n != m}
-            yield factor / divisor, found
+            yield factor / divisor, {k: n - m for k, n, m in zip(functions, powers, least, strict=True) if n != m}
 
     def of_term(self, a: Quotient, powers: dict[int, int]) -> Antiderivative:
         """Return the integral of a rational function of the symbol times powers of functions."""
@@ -233,7 +240,7 @@ class _Integration:
         return self.of_waves(a, {k: powers[k] for k in others}, waves)
 
     def by_inner(self, a: Quotient, powers: dict[int, int]) -> Antiderivative | None:
-        """Return the integral of c g' exp(n g), or of c g' cos(g): None where it is not that."""
+        """Return the integral of c g' exp(n g); None for other terms."""
         for k, n in powers.items():
             node = self.field.letters[k].node
             if node is None or node.op != "exp":
@@ -323,16 +330,7 @@ def coefficients(a: Quotient, k: int) -> Powers:
     return [field.whole(field.ring.from_dict(parts.get(n, {}))) for n in range(max(parts, default=0) + 1)]
 
 
-def by_powers(field: Field, p: Poly, places: Sequence[int]) -> dict[tuple[int, ...], Quotient]:
-    """Return what stands before the products of powers of letters in a polynomial, by these powers."""
-    parts: dict[tuple[int, ...], dict[tuple[int, ...], int]] = {}
-    for m, c in p.items():
-        rest = tuple(0 if k in places else n for k, n in enumerate(m))
-        parts.setdefault(tuple(m[k] for k in places), {})[rest] = c
-    return {powers: field.whole(field.ring.from_dict(part)) for powers, part in parts.items()}
-
-
-def divided(above: Powers, below: Powers) -> tuple[Powers, Powers]:
+def divide_polynomials(above: Powers, below: Powers) -> tuple[Powers, Powers]:
     """Return the whole part and the rest of a division of polynomials; no rest is an empty list."""
     rest, whole = list(above), list(above[:0])
     while len(rest) >= len(below):
@@ -354,21 +352,6 @@ def shifted(powers: Powers, by: Quotient) -> Powers:
     return found
 
 
-def quotient_series(above: Powers, below: Powers, terms: int) -> Powers:
-    """Return the first coefficients of the quotient of two power series."""
-    zero = below[0] * 0
-    found: Powers = []
-    for n in range(terms):
-        known = sum((found[j] * below[n - j] for j in range(n) if n - j < len(below)), zero)
-        found.append(((above[n] if n < len(above) else zero) - known) / below[0])
-    return found
-
-
 def written(a: Quotient) -> Node:
     """Return a quotient as an expression."""
     return book_form(doubled(a))
-
-
-def _at_zero(node: Node, unknown: Node) -> Node:
-    found: Node = evaluate([node], lambda leaf: ZERO if leaf is unknown else leaf)[0]
-    return found

@@ -1,8 +1,11 @@
-"""Exact quotients as a book prints them: factored, with the shorter of sin^2 and 1 - cos^2, with tan and one root."""
+"""Exact quotients as a book prints them: factored, with the shorter of sin^2 and 1 - cos^2, with tan and one root.
+
+In: a quotient. Out: the shortest of its forms as a Node; with doubles in place of long numbers where people read it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
 from fractions import Fraction
 from functools import reduce
@@ -11,12 +14,11 @@ from operator import mul
 from typing import Any, Final
 
 from multibody_sym.algebra.long_sums import Nested, Written, added, multiplied, text
-from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Poly, Quotient, cofactors, factored
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, cofactors, factored
 from multibody_sym.algebra.trigonometry import (
     AngleSums,
     angles_with_multiples,
     contracted,
-    is_of_angle,
     single_wave,
     trigonometric_forms,
     wave,
@@ -30,7 +32,7 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, n
 from multibody_sym.text.printer import is_halved
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Which numbers have more digits than anyone gave, and the decimals that are printed for them.
+# Numbers with more digits than anyone gave, and the decimals that are printed for them.
 
 
 _MOST_GIVEN: Final = 8
@@ -45,12 +47,16 @@ def is_long(value: Fraction, digits: int = _MOST_GIVEN) -> bool:
 
 def nearest_double(value: Fraction) -> Fraction:
     """Return a long number as the decimal that identifies its double, 0.2572... for 6098.../2370...; others stay."""
-    exact = is_exact_decimal(value.denominator) and len(_digits(value)) <= _DIGITS_OF_A_DOUBLE
-    return value if exact or not is_long(value) else Fraction(repr(float(value)))
+    if not is_long(value):
+        return value
+    places = value.denominator.bit_length()
+    digits = str(abs(value.numerator) * _TEN**places // value.denominator).strip("0")
+    exact = is_exact_decimal(value.denominator) and len(digits) <= _DIGITS_OF_A_DOUBLE
+    return value if exact else Fraction(repr(float(value)))
 
 
 def with_doubles(form: Node) -> Node:
-    """Return a form with the doubles that its long numbers stand for: for people, no longer exact."""
+    """Return a form with doubles in place of long numbers: for people, no longer exact."""
     shown = dict[Node, Node]()
     for n in postorder([form]):
         if n.op == "number":
@@ -61,23 +67,17 @@ def with_doubles(form: Node) -> Node:
 
 
 def is_exact_decimal(denominator: int) -> bool:
-    """Return whether quotients by a whole number are decimals that end."""
+    """Return whether quotients by a whole number are finite decimals."""
     for prime in (2, 5):
         while denominator % prime == 0:
             denominator //= prime
     return denominator == 1
 
 
-def _digits(value: Fraction) -> str:
-    """Return the digits of a decimal that ends."""
-    places = value.denominator.bit_length()
-    return str(abs(value.numerator) * _TEN**places // value.denominator).strip("0")
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# Which sums of closed forms come from decimals of the model, and by what they are divided to show these again.
+# Sums of closed forms that come from decimals of the model, and the divisors that show these again.
 #
-# Polynomials have whole coefficients: a - 0.001 is met as 1000 a - 1.
+# Polynomials have whole coefficients: a - 0.001 appears as 1000 a - 1.
 
 
 _FIVE: Final = 5
@@ -91,19 +91,14 @@ def looks_decimal(field: Field, p: Poly, least: int = _TEN) -> bool:
 
     Large are those of 100 and more, and multiples of five from `least` on.
     """
+    if len(p) < 2:
+        return False
+    if any(abs(c) >= _LARGE or (abs(c) >= least and c % _FIVE == 0) for c in p.values()):
+        return True
     others = [int(c) for m, c in p.items() if sum(m[1:])]
-    beside_number = 0 < len(others) < len(p) and gcd(*others) % _FIVE == 0 and any(_names_symbol(field, m) for m in p)
-    large = (abs(c) >= _LARGE or (abs(c) >= least and c % _FIVE == 0) for c in p.values())
-    return len(p) > 1 and (beside_number or any(large))
-
-
-def _names_symbol(field: Field, m: tuple[int, ...]) -> bool:
-    return any(e and (node := field.letters[k].node) is not None and node.op == "symbol" for k, e in enumerate(m))
-
-
-def names_pi_alone(p: Poly) -> bool:
-    """Return whether a sum, which is an angle then, has a multiple of pi among its terms."""
-    return any(m[0] == 1 == sum(m) for m in p)
+    nodes = (field.letters[k].node for m in p for k, e in enumerate(m) if e)
+    fives = 0 < len(others) < len(p) and gcd(*others) % _FIVE == 0
+    return fives and any(node is not None and node.op == "symbol" for node in nodes)
 
 
 def decimal_scales(p: Poly, value: Fraction) -> set[Fraction]:
@@ -130,7 +125,7 @@ def power_scale(p: Poly, power: int = 1) -> Fraction:
 
 
 def exact_root(value: Fraction) -> Fraction:
-    """Return the root of a fraction, 0 where it is none."""
+    """Return the root of a fraction, 0 where it is irrational."""
     above, below = isqrt(value.numerator), isqrt(value.denominator)
     return Fraction(above, below) if above**2 == value.numerator and below**2 == value.denominator else Fraction(0)
 
@@ -153,7 +148,7 @@ Exponents = tuple[int, ...]
 
 
 def book_form(a: Quotient, apart: float = _MUCH_SHORTER) -> Node:
-    """Return a quotient in the shortest of its forms; raises NoClosedFormError for one that is too long to be read.
+    """Return a quotient in the shortest of its forms; raises NoClosedFormError for one that is too long to read.
 
     A sum is divided part by part where this makes its length less than `apart` times that of one quotient.
     """
@@ -167,12 +162,12 @@ def book_form(a: Quotient, apart: float = _MUCH_SHORTER) -> Node:
     forms = [_fraction(field, *pair) for pair in pairs]
     roots_below = _with_roots_below(field, field.in_ring(a.above), field.in_ring(a.below))
     forms += [_single_fraction(field, *roots_below)] if roots_below is not None else []
-    found = min(forms, key=_reading)
+    form = min(forms, key=_length_and_text)
     parts = [node for pair in pairs if (node := _term_by_term(field, *pair)) is not None]
-    found = min((x for x in parts if len(text(x)) < apart * len(text(found))), key=_reading, default=found)
-    if len(text(found)) > _LONGEST:
+    form = min((x for x in parts if len(text(x)) < apart * len(text(form))), key=_length_and_text, default=form)
+    if len(text(form)) > _LONGEST:
         raise NoClosedFormError("the closed form is too long")
-    return found
+    return form
 
 
 def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Poly] | None:
@@ -181,7 +176,7 @@ def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Pol
     m/(sqrt(h) + sqrt(l)) is shorter than m (sqrt(h) - sqrt(l))/(h - l).
     """
     shared = field.ring.from_dict({tuple(map(min, zip(*above, strict=True))): 1})
-    total = above.exquo(shared)  # what all terms have stays above, as a root may be among it
+    total = above.exquo(shared)  # shared letters stay above, as a root may be among them
     for k in reversed(range(len(field.letters))):
         plain = field.ring.from_dict({m: c for m, c in total.items() if not m[k]})
         if field.letters[k].node is None and plain and len(plain) < len(total) <= _FEW_TERMS >= len(below):
@@ -191,7 +186,7 @@ def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Pol
     return None
 
 
-def _reading(node: Node) -> tuple[int, str]:
+def _length_and_text(node: Node) -> tuple[int, str]:
     written = text(node)
     return len(written), written
 
@@ -232,7 +227,8 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
     if not factors or not divisors or factors[0][1] != 1 or len(factors[0][0]) > _FEW_TERMS:
         return None
     longest, others = factors[0][0], factors[1:]
-    angles = [k for k, letter in enumerate(field.letters) if _is_of_angle(letter)]
+    nodes = [letter.node for letter in field.letters]
+    angles = [k for k, node in enumerate(nodes) if node is not None and node.op in ("sin", "cos")]
     parts: dict[Exponents, dict[Exponents, Any]] = {}
     for m, c in field.in_ring(longest).items():
         parts.setdefault(tuple(m[k] for k in angles), {})[m] = c
@@ -248,7 +244,7 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
     ways = [_sum_of_shares(field, outside, shares)]
     if shared:
         ways.append(_sum_of_shares(field, taken, [(above, below.exquo(under)) for above, below in shares]))
-    return min(ways, key=_reading)
+    return min(ways, key=_length_and_text)
 
 
 def _sum_of_shares(field: Field, outside: _Product, shares: Iterable[tuple[Poly, Poly]]) -> Node:
@@ -257,15 +253,24 @@ def _sum_of_shares(field: Field, outside: _Product, shares: Iterable[tuple[Poly,
     return _product_node(field, outside, [(reduce(add, terms), 1)])
 
 
-def _is_of_angle(letter: Letter) -> bool:
-    return letter.node is not None and letter.node.op in ("sin", "cos")
-
-
 def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
-    product, root = _taken_roots(field, _factored(above, below))
-    outside, root = _root_with_decimals(field, root)
-    product = _with_decimals(field, _with_few_signs(field, replace(product, number=product.number * outside)))
-    node = _product_node(field, replace(product, number=abs(product.number)), _root(field, root))
+    """Return above / below as a product with one root."""
+    product, inside = _split_roots(field, _factored(above, below))
+    outside = product.number
+    for p, e in inside.factors:  # sums under the root with decimals: 5 sqrt(d^2 + 0.04)
+        scale = _square_scale(field, p)
+        outside /= exact_root(scale) ** e
+        if e == 1 and scale == power_scale(p, 2) != 1:  # long numbers take in the number before their sum
+            scale, inside = scale * inside.number, replace(inside, number=_WHOLE)
+        inside = replace(inside, scales={**inside.scales, p: scale})
+    product = _with_decimals(field, _with_few_signs(field, replace(product, number=outside)))
+    if inside.factors and all(e < 0 for _, e in inside.factors) and inside.number.numerator == 1:
+        divisor = _Product(1 / inside.number, tuple((p, -e) for p, e in inside.factors), inside.scales)
+        root = [(BUILD["sqrt"](_product_node(field, divisor)), -1)]
+    else:
+        radicand = _product_node(field, inside)
+        root = [] if radicand is ONE else [(BUILD["sqrt"](radicand), 1)]
+    node = _product_node(field, replace(product, number=abs(product.number)), root)
     return node if product.number > 0 else negate(node)
 
 
@@ -276,8 +281,8 @@ def _factored(above: Poly, below: Poly) -> _Product:
     return _Product(Fraction(int(content), int(other)), tuple(exponents))
 
 
-def _taken_roots(field: Field, product: _Product) -> tuple[_Product, _Product]:
-    """Return the product without its roots, and what stands under the one root that they make.
+def _split_roots(field: Field, product: _Product) -> tuple[_Product, _Product]:
+    """Return the product without its roots, and the radicand of the one root that they make.
 
     A radicand that also divides goes below the root, sqrt(f) / f = sqrt(1 / f); a number does so only beside others.
     """
@@ -295,15 +300,6 @@ def _taken_roots(field: Field, product: _Product) -> tuple[_Product, _Product]:
         moved = bool(inside) and outside.denominator % prime == 0
         outside, under = (outside * prime, under / prime) if moved else (outside, under * prime)
     return _Product(outside, tuple((p, e) for p, e in plain if e)), _Product(under, tuple(inside))
-
-
-def _root(field: Field, inside: _Product) -> list[tuple[Node, int]]:
-    """Return the root of a product as a factor: sqrt(a / b), or 1 / sqrt(b)."""
-    if inside.factors and all(e < 0 for _, e in inside.factors) and inside.number.numerator == 1:
-        turned = _Product(1 / inside.number, tuple((p, -e) for p, e in inside.factors), inside.scales)
-        return [(BUILD["sqrt"](_product_node(field, turned)), -1)]
-    node = _product_node(field, inside)
-    return [] if node is ONE else [(BUILD["sqrt"](node), 1)]
 
 
 def _radicand(field: Field, factor: Poly) -> Poly | None:
@@ -341,34 +337,22 @@ def _with_decimals(field: Field, product: _Product) -> _Product:
     for p, e in product.factors:
         if not decimal_scales(p, product.number if e == 1 else _WHOLE):
             product = _scaled(product, p, e, power_scale(p))
-    found, together = [product], product
+    products, together = [product], product
     for p, e in product.factors:
         if product.scales.get(p, _WHOLE) != _WHOLE:
             continue
         scales = decimal_scales(p, product.number if e == 1 else _WHOLE) if looks_decimal(field, p) else set()
-        if e == 1 and len(p) > 1 and names_pi_alone(p):
+        if e == 1 and len(p) > 1 and any(m[0] == 1 == sum(m) for m in p):  # an angle with a multiple of pi
             scales.add(abs(product.number))
-        found += [_scaled(product, p, e, scale) for scale in sorted(scales)]
+        products += [_scaled(product, p, e, scale) for scale in sorted(scales)]
         together = _scaled(together, p, e, _shortest(field, p, scales or {_WHOLE}))
-    return min((*found, together), key=lambda x: _length(field, x)) if len(found) > 1 else product
+    return min((*products, together), key=lambda x: _length(field, x)) if len(products) > 1 else product
 
 
 def _shortest(field: Field, p: Poly, scales: Iterable[Fraction]) -> Fraction:
     """Return the scale with which a sum is shortest."""
     first, *others = scales
     return first if not others else min((first, *others), key=lambda scale: (len(text(_sum(field, p, scale))), scale))
-
-
-def _root_with_decimals(field: Field, inside: _Product) -> tuple[Fraction, _Product]:
-    """Return what leaves a root when its sums are written with decimals, and what stays: 5 sqrt(d^2 + 0.04)."""
-    outside = _WHOLE
-    for p, e in inside.factors:
-        scale = _square_scale(field, p)
-        outside /= exact_root(scale) ** e
-        if e == 1 and scale == power_scale(p, 2) != 1:  # long numbers take in what stands before their sum
-            scale, inside = scale * inside.number, replace(inside, number=_WHOLE)
-        inside = replace(inside, scales={**inside.scales, p: scale})
-    return outside, inside
 
 
 def _square_scale(field: Field, p: Poly) -> Fraction:
@@ -382,10 +366,10 @@ def _scaled(product: _Product, p: Poly, exponent: int, scale: Fraction) -> _Prod
 
 
 def _length(field: Field, product: _Product) -> tuple[int, int]:
-    """Return the length of a product's text, more for each sum whose whole numbers look as if they were decimals;
-    tens do not: (10 u + 3 w)/7 is no worse than 10 (u + 0.3 w)/7.
+    """Return the length of a product's text, longer by each sum whose whole numbers look like decimals, and how many
+    numbers its sums have.
 
-    Among equals the product is best that has the fewest numbers in its sums.
+    Tens do not look so: (10 u + 3 w)/7 is no worse than 10 (u + 0.3 w)/7.
     """
     scales = [(p, product.scales.get(p, _WHOLE)) for p, _ in product.factors]
     whole = sum(looks_decimal(field, p, _FIRST_PAST_TEN) and scale == 1 for p, scale in scales)
@@ -394,34 +378,38 @@ def _length(field: Field, product: _Product) -> tuple[int, int]:
 
 
 def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, int]] = ()) -> Node:
-    """Return a product with a positive number as one quotient, `atoms` (other factors with exponents) included."""
-    product, made = _multiples_in_product(field, product)
+    """Return a product with a positive number as one quotient, with `atoms`, more factors with exponents."""
+    product, waves_in_it = _split_multiples(field, product)
     if product.number < 0 and not product.scales:
         product = _with_few_signs(field, product)
     if product.number < 0:
-        return negate(_product_node(field, replace(product, number=-product.number), [*atoms, *made]))
-    powers = [*atoms, *made, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
+        return negate(_product_node(field, replace(product, number=-product.number), [*atoms, *waves_in_it]))
+    powers = [*atoms, *waves_in_it, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
     powers = with_tangents(with_one_exponent(field, powers, book_form))
     above = multiplied([(node, e) for node, e in powers if e > 0])
     below = multiplied([(node, -e) for node, e in powers if e < 0])
     return _with_number(product.number, above, below)
 
 
-def _multiples_in_product(field: Field, product: _Product) -> tuple[_Product, list[tuple[Node, int]]]:
+def _split_multiples(field: Field, product: _Product) -> tuple[_Product, list[tuple[Node, int]]]:
     """Return a product without factors that together are the sine or cosine of a multiple of an angle, and these.
 
-    What is met as cos(3 a) has the factors cos(a) and 4 cos(a)^2 - 3.
+    cos(3 a) has the factors cos(a) and 4 cos(a)^2 - 3.
     """
-    made: list[tuple[Node, int]] = []
+    multiples: list[tuple[Node, int]] = []
     for s, c in angles_with_multiples(field):
         for side in (1, -1):
-            own = [(field.in_ring(p), e) for p, e in product.factors if e * side > 0 and is_of_angle(field, p, s, c)]
-            found = single_wave(field, reduce(mul, (p ** abs(e) for p, e in own), field.ring.one), s, c)
-            if found is not None:
+            own = []
+            for p, e in product.factors:
+                used = {k for m in field.in_ring(p) for k, exponent in enumerate(m) if exponent}
+                if e * side > 0 and used and used <= {s, c}:
+                    own.append((field.in_ring(p), e))
+            single = single_wave(field, reduce(mul, (p ** abs(e) for p, e in own), field.ring.one), s, c)
+            if single is not None:
                 left = tuple((p, e) for p, e in product.factors if (field.in_ring(p), e) not in own)
-                product = replace(product, number=product.number * found[1] ** side, factors=left)
-                made.append((found[0], side))
-    return product, made
+                product = replace(product, number=product.number * single[1] ** side, factors=left)
+                multiples.append((single[0], side))
+    return product, multiples
 
 
 def _with_number(value: Fraction, above: Node, below: Node) -> Node:
@@ -447,7 +435,16 @@ def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
     """
     key = ("sum", p.ring.ngens, frozenset(p.items()), scale)
     if key not in field.remembered:
-        forms = [added(_shortest_parts(field, p, scale)), *_with_multiples(field, p, scale)]
+        forms = [added(_shortest_parts(field, p, scale))]
+        whole = field.in_ring(p)
+        for s, c in angles_with_multiples(field):
+            multiples = waves(field, whole, s, c)
+            if multiples is not None and any(n > 1 for _, _, n in multiples):
+                terms = (
+                    (multiplied([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
+                    for (rest, kind, n), x in multiples.items()
+                )
+                forms.append(added(terms))
         field.remembered[key] = min(forms, key=lambda node: len(text(node)))
     node: Node = field.remembered[key]
     return node
@@ -472,41 +469,22 @@ def _shortest_parts(field: Field, p: Poly, scale: Fraction) -> list[Written]:
     return min(ways, key=lambda way: len(text(added(way))))
 
 
-def _with_multiples(field: Field, p: Poly, scale: Fraction) -> Iterator[Node]:
-    """Yield a sum with multiples of an angle, for each angle of which the model names them."""
-    p = field.in_ring(p)
-    for s, c in angles_with_multiples(field):
-        found = waves(field, p, s, c)
-        if found is not None and any(n > 1 for _, _, n in found):
-            yield added(
-                (multiplied([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
-                for (rest, kind, n), x in found.items()
-            )
-
-
 def _powers(field: Field, exponents: Exponents, sums: AngleSums | None = None) -> list[tuple[Node, int]]:
+    """Return a product of letters as expressions with exponents, sqrt(a) sqrt(b) as sqrt(a b)."""
     powers = []
     for k, exponent in enumerate(exponents):
         if exponent and sums is not None and (node := sums.node(k)) is not None:
             powers.append((node, exponent))
-        elif exponent:
-            letter = field.letters[k]
-            nodes = _written_root(field, letter) if letter.node is None else [letter.node]
-            powers += [(node, exponent) for node in nodes]
-    return _with_one_root(with_one_exponent(field, powers, book_form))
-
-
-def _with_one_root(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:
-    """Return the factors of a product with sqrt(a) sqrt(b) written as sqrt(a b)."""
+        elif exponent and (own := field.letters[k].node) is not None:
+            powers.append((own, exponent))
+        elif exponent:  # 10 and sqrt(h^2 + 0.09)
+            square = field.in_ring(field.letters[k].square)
+            scale = _square_scale(field, square)
+            powers.append((number(1 / exact_root(scale)), exponent))
+            powers.append((BUILD["sqrt"](_sum(field, square, scale)), exponent))
+    powers = with_one_exponent(field, powers, book_form)
     roots = [node for node, e in powers if node.op == "sqrt" and e == 1]
     if len(roots) < 2:
         return powers
     inside = multiplied([(node.args[0], 1) for node in roots])
     return [*(pair for pair in powers if pair[0] not in roots), (BUILD["sqrt"](inside), 1)]
-
-
-def _written_root(field: Field, letter: Letter) -> list[Node]:
-    """Return the factors as which a root is written: 10 and sqrt(h^2 + 0.09)."""
-    square = field.in_ring(letter.square)
-    scale = _square_scale(field, square)
-    return [number(1 / exact_root(scale)), BUILD["sqrt"](_sum(field, square, scale))]

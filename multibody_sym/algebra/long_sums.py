@@ -18,7 +18,7 @@ Exponents = tuple[int, ...]
 Terms = Mapping[Exponents, Fraction]
 """A sum: the number before each product of letters."""
 Powers = Callable[[Exponents], list[tuple[Node, int]]]
-"""What the letters of a product are written as, with their exponents."""
+"""The expressions of the letters of a product, with their exponents."""
 Written = tuple[Node, Fraction]
 """A term of a sum as an expression, and the number before it."""
 
@@ -27,7 +27,7 @@ _PLACES: Final = {"number": -1, "pi": 0, "symbol": 1, "pow": 2, "sqrt": 4, "add"
 
 
 text = lru_cache(maxsize=10_000)(printed)
-"""The text of an expression; many ways to write a sum have parts in common."""
+"""The text of an expression, kept: many ways to write a sum share parts."""
 
 
 def added(terms: Iterable[Written]) -> Node:
@@ -53,9 +53,9 @@ def plain(terms: Terms, powers: Powers) -> list[Written]:
 
 
 def grouped(terms: Terms, powers: Powers) -> list[Written]:
-    """Return terms that differ in one letter only as a product of what they share and a sum."""
+    """Return terms that differ in one letter only as a product of their shared factor and a sum."""
     left = dict(terms)
-    found: list[Written] = []
+    products: list[Written] = []
     while True:
         groups: dict[Exponents, list[Exponents]] = {}
         for m in left:
@@ -65,11 +65,11 @@ def grouped(terms: Terms, powers: Powers) -> list[Written]:
         worth = [x for x, group in groups.items() if any(x) or _share_number(left, group)]
         shared = max(worth, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
         if shared is None or len(groups[shared]) < 2:
-            return [*found, *plain(left, powers)]
+            return [*products, *plain(left, powers)]
         inside = {divided(m, shared): left.pop(m) for m in groups[shared]}
         side = shared_number(inside.values())
         inner = added(plain({m: c / side for m, c in inside.items()}, powers))
-        found.append((multiplied([*powers(shared), (inner, 1)]), side))
+        products.append((multiplied([*powers(shared), (inner, 1)]), side))
 
 
 def divided(m: Exponents, shared: Exponents) -> Exponents:
@@ -78,10 +78,7 @@ def divided(m: Exponents, shared: Exponents) -> Exponents:
 
 
 def shared_number(numbers: Collection[Fraction]) -> Fraction:
-    """Return the number that is written before a sum: what whole numbers share, what decimals are if they are equal.
-
-    It is negative where all are.
-    """
+    """Return the number before a sum: the common divisor of whole numbers, or equal decimals; negative if all are."""
     sign = -1 if all(c < 0 for c in numbers) else 1
     if all(c.denominator == 1 for c in numbers):
         return sign * Fraction(gcd(*(int(c) for c in numbers)))
@@ -90,7 +87,7 @@ def shared_number(numbers: Collection[Fraction]) -> Fraction:
 
 
 def _share_number(terms: Terms, group: Collection[Exponents]) -> bool:
-    """Return whether letters that are less than the whole sum have the same number before them, and one to be seen."""
+    """Return whether a part of a sum has one number other than 1 before all its letters."""
     sizes = {abs(terms[m]) for m in group}
     return len(sizes) == 1 and sizes != {_WHOLE} and len(group) < len(terms)
 
@@ -102,7 +99,7 @@ def _evenness(terms: Terms, group: Collection[Exponents]) -> float:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The shortest way to write a sum that is found by taking letters out, completing squares and factorising what is left.
+# The shortest way to write a sum by taking letters out, completing squares and factorising the rest.
 #
 # m sin(a) - m mu cos(a) - M mu is m (sin(a) - mu cos(a)) - M mu, and m R^2 - 2 m R r + m r^2 + J is m (R - r)^2 + J.
 
@@ -114,12 +111,12 @@ _MANY: Final = 25
 _FACTORED: Final = 4
 
 
-def _measured(way: list[Written], weight: float = 1.0) -> tuple[float, list[Written]]:
+def _with_length(way: list[Written], weight: float = 1.0) -> tuple[float, list[Written]]:
     return weight * len(text(added(way))), way
 
 
 class Nested:
-    """Writes sums over the letters of one ring; what has been written is remembered."""
+    """Writes sums over the letters of one ring, and remembers them."""
 
     def __init__(self, ring: Any, powers: Powers) -> None:
         self._ring = ring
@@ -128,7 +125,7 @@ class Nested:
         self._known: dict[frozenset[tuple[Exponents, Fraction]], list[Written]] = {}
 
     def shortest(self, terms: Terms) -> list[Written]:
-        """Return a sum as terms to be added, by the shortest way that is found with bounded effort."""
+        """Return a sum as terms to be added, by the shortest way found with bounded effort."""
         self._looks = _LOOKS
         return self.parts(terms)
 
@@ -139,23 +136,23 @@ class Nested:
             return self._known[key]
         self._looks -= 1
         way = min(self._ways(terms), key=lambda way: way[0])[1]
-        if self._looks >= 0:  # what was found without effort left is no answer for another sum, which has its own
+        if self._looks >= 0:  # a way found without effort left is none for another sum, which has its own effort
             self._known[key] = way
         return way
 
     def _ways(self, terms: Terms) -> Iterator[tuple[float, list[Written]]]:
-        """Yield ways to write a sum with their lengths; those count more that no book would take."""
+        """Yield ways to write a sum with their lengths, longer by a tenth for ways that no book would take."""
         if len(terms) > 1:
-            yield _measured(grouped(terms, self.powers))
-        yield _measured(plain(terms, self.powers))
+            yield _with_length(grouped(terms, self.powers))
+        yield _with_length(plain(terms, self.powers))
         if not _MANY > len(terms) > 2 or self._looks < 0:
             return
         for way in self._with_squares(terms) if len(terms) <= 2 * _FEW else ():
-            yield _measured(way)
+            yield _with_length(way)
         for k in self._letters(terms):
             inside = {m: c for m, c in terms.items() if m[k]}
             outside = {m: c for m, c in terms.items() if not m[k]}
-            yield _measured(
+            yield _with_length(
                 [self._product(inside), *(self.parts(outside) if outside else ())], _NESTED if outside else 1.0
             )
 

@@ -1,7 +1,7 @@
 """Roots in closed form: the values of a symbol at which an exact quotient vanishes, near its value at the sample.
 
-The factor of its numerator that vanishes there is solved where it is of the first or second degree in the symbol, in
-one function of it (tanh, exp, ..), in its sine or cosine alone, in their quotient, or of the first degree in both.
+The vanishing factor of its numerator is solved where it is of the first or second degree in the symbol, in one function
+of it (tanh, exp, ..), in its sine or cosine alone, in their quotient, or of the first degree in both.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import field, replace
 from fractions import Fraction
 from functools import reduce
 from math import comb, pi
-from typing import Any, Final
+from typing import Final
 
 from multibody_sym.algebra.book_form import book_form, exact_root, with_doubles
 from multibody_sym.algebra.inequalities import surely_positive
@@ -40,7 +40,7 @@ from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
 _VANISHING: Final = PRECISE.mpf(10) ** -12
-"""Part of the sum of its terms' sizes up to which a factor vanishes at the sample, which is known to a double."""
+"""Part of the sum of its terms' sizes up to which a factor vanishes at the sample, which has the digits of a double."""
 _MOST_ROOTS: Final = 2
 _MOST_TERMS: Final = 4
 _HIGHEST: Final = 4
@@ -66,7 +66,7 @@ _INVERSES: Final[dict[str, Callable[[Node], Node]]] = {
 
 
 def roots(equation: Quotient, unknown: Node) -> Iterator[Node]:
-    """Yield values of a symbol at which a quotient vanishes, as expressions of the others; not all need fit the sample.
+    """Yield values of a symbol at which a quotient vanishes, as expressions of the others; some may miss the sample.
 
     Raises NoClosedFormError where an expression is too long, or a choice is undecided at the sample.
     """
@@ -86,33 +86,29 @@ def linear_parts(equation: Quotient, unknown: Node) -> Iterator[tuple[Quotient, 
 
 
 def rate(a: Quotient, unknown: Node) -> Quotient:
-    """Return the derivative by a symbol that stands alone, and in sines and cosines of what is linear in it."""
+    """Return the derivative by a symbol that stands alone, and in sines and cosines of linear expressions."""
     field = a.field
-    above, below = (_rate(field, field.in_ring(p), unknown) for p in (a.above, a.below))
+    above, below = (_polynomial_rate(field, field.in_ring(p), unknown) for p in (a.above, a.below))
     return (above * field.whole(a.below) - below * field.whole(a.above)) / field.whole(a.below).power(2)
 
 
-def _rate(field: Field, p: Poly, unknown: Node) -> Quotient:
+def _polynomial_rate(field: Field, p: Poly, unknown: Node) -> Quotient:
     total = field.constant(0)
     solver = Roots(field, unknown)
     for k, letter in enumerate(field.letters):
         if k >= p.ring.ngens or not any(m[k] for m in p) or not solver.depends(k):
             continue
-        total = total + field.whole(p.diff(p.ring.gens[k])) * _rate_of_letter(field, letter, unknown)
+        slope, node = field.whole(p.diff(p.ring.gens[k])), letter.node
+        if node is unknown:
+            total = total + slope
+            continue
+        inner = derivative(node.args[0], unknown) if node is not None and node.op in ("sin", "cos") else None
+        if node is None or inner is None or inner.op not in ("number", "neg") or inner.shadow is None:
+            raise NoClosedFormError("a function has no derivative here")
+        other = field.letter(("cos" if node.op == "sin" else "sin", node.args[0]), letter)
+        turned = other if node.op == "sin" else -other
+        total = total + slope * (turned * field.constant(Fraction(inner.shadow)))
     return total
-
-
-def _rate_of_letter(field: Field, letter: Letter, unknown: Node) -> Quotient:
-    node = letter.node
-    if node is unknown:
-        return field.constant(1)
-    if node is not None and node.op in ("sin", "cos"):
-        angle, inner = node.args[0], derivative(node.args[0], unknown)
-        if inner.op in ("number", "neg") and inner.shadow is not None:
-            other = field.letter(("cos" if node.op == "sin" else "sin", angle), letter)
-            turned = other if node.op == "sin" else -other
-            return turned * field.constant(Fraction(inner.shadow))
-    raise NoClosedFormError("a function has no derivative here")
 
 
 class Roots:
@@ -134,8 +130,9 @@ class Roots:
         for m, c in p.items():
             term = PRECISE.mpf(abs(int(c)))
             for k, exponent in enumerate(m):
-                if exponent:
-                    term *= _size(self.field.letters[k]) ** exponent
+                node = self.field.letters[k].node
+                if exponent and (node is None or node.op not in ("sin", "cos")):  # their zeros have samples of rounding
+                    term *= abs(self.field.letters[k].sample) ** exponent
             sizes += term
         return bool(abs(self.field.value(p)) <= _VANISHING * sizes)
 
@@ -222,9 +219,9 @@ class Roots:
             yield from self.of_argument(node.args[0], _INVERSES[node.op](written(value)))
 
     def of_argument(self, argument: Node, value: Node, turns: int = 0) -> Iterator[Node]:
-        """Yield the symbol for a value of what is linear in it, an angle up to whole multiples of `turns` x pi.
+        """Yield the symbol for a value of a linear expression of it, an angle up to whole multiples of `turns` x pi.
 
-        A function of a function is undone from without.
+        Of nested functions the outer one is inverted first.
         """
         letters = [letter for letter in self.field.letters if letter.node is not None and letter.node.op == "symbol"]
         known = {letter.node: self.field.letter(letter.node, letter) for letter in letters if letter.node is not None}
@@ -256,7 +253,7 @@ class Roots:
     # --- sines and cosines ----------------------------------------------------------------------------------------
 
     def sine_and_cosine(self, places: list[int]) -> tuple[int, int] | None:
-        """Return the places of the sine and cosine of one angle, None where letters are others."""
+        """Return the places of the sine and cosine of one angle, None for other letters."""
         for s, c in (places, places[::-1]):
             if self.field.letters[s].cosine == c:
                 return s, c
@@ -298,11 +295,6 @@ class Roots:
             yield from self.of_argument(angle, add(one, ahead), 2)
 
 
-def _size(letter: Letter) -> Any:
-    """Return how large a letter may be: 1 for sines and cosines, of which the sample of a zero is rounding."""
-    return PRECISE.mpf(1) if letter.node is not None and letter.node.op in ("sin", "cos") else abs(letter.sample)
-
-
 def with_one_pi(total: Node) -> Node:
     """Return a sum with its multiples of pi as one: asin(x) - pi for asin(x) + pi - 2 pi."""
     turns, others = Fraction(0), []
@@ -332,7 +324,7 @@ def written(a: Quotient) -> Node:
 # ----------------------------------------------------------------------------------------------------------------------
 # One form of a root in all formulas of a problem: where one has sqrt(k/m), another has m*sqrt(k/m) for sqrt(k*m).
 #
-# Two roots are forms of one where their radicands differ by the square of a product of what is positive. Roots and
+# Two roots are forms of one where their radicands differ by the square of a product of positive factors. Roots and
 # other functions are letters here without a square, so that nothing but the form of a root changes.
 
 
@@ -355,22 +347,22 @@ def values_with_shared_roots(values: Sequence[Value], letters: Mapping[Node, Let
 def with_shared_roots(forms: Sequence[Node], letters: Mapping[Node, Letter]) -> list[Node]:
     """Return expressions, all different, with one form of each root wherever that makes none of their texts longer.
 
-    `letters`: symbols with their samples, and which are positive. The form that leaves the fewest others is taken, of
-    these the first that is met. An expression that names other symbols stays.
+    `letters`: symbols with their samples, and which are positive. The first form that leaves the fewest others is
+    taken. An expression with other symbols stays.
     """
     roots = list(dict.fromkeys(n for n in postorder(forms) if n.op == "sqrt"))
     if not 2 <= len(roots) <= _SHARED_ROOTS_MOST_ROOTS:
         return list(forms)
-    made = _Roots({n: x for n, x in letters.items() if n.op == "symbol"})
-    found = list(forms)
-    for group in made.groups(roots):
-        found = made.with_one(group, found)
-    return found
+    comparison = _Roots({n: x for n, x in letters.items() if n.op == "symbol"})
+    shared = list(forms)
+    for group in comparison.groups(roots):
+        shared = comparison.with_one(group, shared)
+    return shared
 
 
 @dataclass
 class _Roots:
-    """Roots over one field; `known`: the letters of symbols and functions, `ratios`: what roots are of each other."""
+    """Roots over one field; `known`: the letters of symbols and functions, `ratios`: those of pairs of roots."""
 
     letters: Mapping[Node, Letter]
     known: dict[Node, Quotient] = field(default_factory=dict)
@@ -393,18 +385,15 @@ class _Roots:
         return [group for group in found if len(group) > 1]
 
     def ratio(self, root: Node, other: Node) -> Quotient | None:
-        """Return root / other where that is a product of what is positive."""
+        """Return root / other where that is a product of positive factors."""
         if (root, other) not in self.ratios:
+            self.ratios[root, other] = None
             a, b = self.exact(root.args[0]), self.exact(other.args[0])
-            self.ratios[root, other] = None if a is None or b is None else self._root_of_quotient(a, b)
+            self.field.work = _WORK
+            if a is not None and b is not None:
+                with suppress(NoClosedFormError):
+                    self.ratios[root, other] = _positive_root(a / b)
         return self.ratios[root, other]
-
-    def _root_of_quotient(self, a: Quotient, b: Quotient) -> Quotient | None:
-        self.field.work = _WORK
-        try:
-            return _positive_root(a / b)
-        except NoClosedFormError:
-            return None
 
     def exact(self, node: Node, changed: Mapping[Node, Quotient] | None = None) -> Quotient | None:
         """Return an expression over the field, in which functions are letters but for those `changed`."""
@@ -430,13 +419,13 @@ class _Roots:
     # --- one form -------------------------------------------------------------------------------------------------
 
     def with_one(self, group: Sequence[Node], forms: Sequence[Node]) -> list[Node]:
-        """Return expressions with that form of a root which leaves the fewest others, if fewer than there are."""
+        """Return expressions with that form of a root which leaves the fewest others, if fewer than before."""
         ways = [list(forms), *([self._in_form(n, group, kept) for n in forms] for kept in group[:_MOST_TRIED])]
-        return min(ways, key=lambda way: len(_of(group, way)))
+        return min(ways, key=lambda way: len(_roots_in(way, group)))
 
     def _in_form(self, node: Node, group: Sequence[Node], kept: Node) -> Node:
         """Return an expression with one form of a root for the others, itself where that is longer."""
-        others = [root for root in _of(group, [node]) if root is not kept]
+        others = [root for root in _roots_in([node], group) if root is not kept]
         ratios = {root: self.ratio(root, kept) for root in others}
         if not others or self.exact(node) is None or self.exact(kept) is None:
             return node
@@ -458,14 +447,14 @@ class _Roots:
         return abs(x - y) <= _AGREEMENT * abs(y)
 
 
-def _of(group: Sequence[Node], forms: Sequence[Node]) -> list[Node]:
+def _roots_in(forms: Sequence[Node], group: Sequence[Node]) -> list[Node]:
     """Return the roots of a group that expressions have."""
     met = {n for n in postorder(forms) if n.op == "sqrt"}
     return [root for root in group if root in met]
 
 
 def _positive_root(a: Quotient) -> Quotient | None:
-    """Return the positive product of which a is the square, None where it is not one of what is positive."""
+    """Return the root of a quotient that is the square of a product of positive factors; else None."""
     if a.size > _LONGEST_RATIO:
         return None
     root = a.field.constant(1)

@@ -50,27 +50,28 @@ class Readable:
     known: dict[Any, Any] = field(default_factory=dict)
 
     def __call__(self, expression: Any) -> Any:
-        """Return the expression as a person would write it; itself where nothing vanishes and it is the shorter one."""
+        """Return the expression as a person would write it; itself where no term vanishes and it is shorter."""
         if expression not in self.known:
-            found = self._rewritten(expression) if expanded_size(expression) <= LARGEST_SUM else expression
-            self.known[expression] = self.known[found] = found
+            form = self._rewritten(expression) if expanded_size(expression) <= LARGEST_SUM else expression
+            self.known[expression] = self.known[form] = form
         return self.known[expression]
 
     def _rewritten(self, expression: Any) -> Any:
-        inside = replaced(expression, _has_inside, self._inside)
+        inside = replaced(
+            expression,
+            lambda e: is_whole(e) or bool(e.is_Function and e.args[0].is_Add),
+            lambda outer: outer.func(*(self(part) for part in outer.args)),
+        )
         before = terms_of(inside)
         after = with_sizes(with_angle_sums(self._reduced(with_signs(before))))
-        found = grouped(with_squares(after, self.speeds, inside), self.speeds)
+        form = grouped(with_squares(after, self.speeds, inside), self.speeds)
         vanished = len(after) < len(before)
-        return with_numbers_outside(inside if not vanished and inside.count_ops() < found.count_ops() else found)
-
-    def _inside(self, outer: Any) -> Any:
-        return outer.func(*(self(part) for part in outer.args))
+        return with_numbers_outside(inside if not vanished and inside.count_ops() < form.count_ops() else form)
 
     def _reduced(self, terms: Terms) -> Terms:
         """Return the terms with sin^2 + cos^2 = 1, and each quaternion's squares, used wherever fewer terms remain."""
-        angles = _angles(terms)
-        circles = [(sympy.sin(a), sympy.cos(a)) for a in angles] + list(self.circles)
+        angles = {b.args[0]: None for key in terms for b, _ in key if isinstance(b, (sympy.sin, sympy.cos))}
+        circles = [(sympy.sin(a), sympy.cos(a)) for a in sorted(angles, key=str)] + list(self.circles)
         for _ in range(len(circles) + 1):
             candidates = [_without_square(terms, c[k], (*c[:k], *c[k + 1 :])) for c in circles for k in range(len(c))]
             best = min(candidates, key=len, default=terms)
@@ -80,16 +81,7 @@ class Readable:
         return terms
 
 
-def _has_inside(e: Any) -> bool:
-    return is_whole(e) or bool(e.is_Function and e.args[0].is_Add)
-
-
 # --- sin^2 + cos^2 = 1 -----------------------------------------------------------------------------------------------
-
-
-def _angles(terms: Terms) -> list[Any]:
-    found = {b.args[0]: None for key in terms for b, _ in key if isinstance(b, (sympy.sin, sympy.cos))}
-    return sorted(found, key=str)
 
 
 def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
@@ -113,16 +105,14 @@ def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
 def with_angle_sums(terms: Terms) -> Terms:
     """Return the terms with cos a cos b - sin a sin b = cos(a + b) and its like put together."""
     result = dict(terms)
-    while True:
-        found = next(_pairs(result), None)
-        if found is None:
-            return result
-        first, second, made, factor = found
+    while (pair := next(_pairs_of_waves(result), None)) is not None:
+        first, second, joined, factor = pair
         del result[first], result[second]
-        add_to(result, made, factor)
+        add_to(result, joined, factor)
+    return result
 
 
-def _pairs(terms: Terms) -> Iterator[tuple[Monomial, Monomial, Monomial, Any]]:
+def _pairs_of_waves(terms: Terms) -> Iterator[tuple[Monomial, Monomial, Monomial, Any]]:
     """Yield two terms that make the cosine or sine of a sum or difference, and the term that they make."""
     for key, factor in terms.items():
         cosines = [b.args[0] for b, e in key if isinstance(b, sympy.cos) and is_count(e)]
@@ -148,13 +138,8 @@ def _with(key: Monomial, changes: Mapping[Any, int], function: Any, factor: Any)
 # --- squares ---------------------------------------------------------------------------------------------------------
 
 
-def _sums(expression: Any) -> frozenset[Any]:
-    """Return the sums that an expression has in powers."""
-    return frozenset(power.base for power in expression.atoms(sympy.Pow) if power.base.is_Add)
-
-
 def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Zero) -> Terms:
-    """Return the terms with k x^2 - 2 k x y + k y^2 as k (x - y)^2, and what there is more of one square beside it.
+    """Return the terms with k x^2 - 2 k x y + k y^2 as k (x - y)^2, and the rest of a larger square beside it.
 
     x and y are symbols that are no speeds: m (R - r)^2 + 2 m r^2/5 for m R^2 - 2 m R r + 7 m r^2/5. A difference that
     has a power in `written` keeps its sign.
@@ -162,7 +147,8 @@ def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Ze
     squared = {b for key in terms for b, e in key if b.is_Symbol and e == 2 and b not in speeds}
     if len(squared) < 2:
         return terms
-    result, known = dict(terms), _sums(written)
+    result = dict(terms)
+    known = {power.base for power in written.atoms(sympy.Pow) if power.base.is_Add}
     for key, factor in terms.items():
         plain = [b for b, e in key if b in squared and e == 1]
         for x, y in combinations(plain, 2):
@@ -185,8 +171,8 @@ def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Ze
 # ----------------------------------------------------------------------------------------------------------------------
 # Named sub-expressions in sympy, and exact derivatives by the chain rule over the names.
 #
-# Every shared sub-expression is given a name once and differentiated once; what a name stands for is never written out
-# while deriving. Numbers that are not simple stand as symbols of their own, so that no arithmetic is done with them.
+# Every shared sub-expression gets a name once and is differentiated once; the derivation never writes names out.
+# Numbers that are not simple are symbols too, so that no arithmetic is done with them.
 
 
 _LARGEST_SIMPLE: Final = 12
@@ -195,10 +181,10 @@ _EXACT_BITS: Final = 48
 
 
 class Subexpressions:
-    """Names and what they stand for, in an order in which they can be evaluated; grows while something is derived.
+    """Named sub-expressions in an order of evaluation; their number grows during a derivation.
 
-    `definitions` maps each name to its expression in leaves and earlier names, `numbers` each symbol that stands for a
-    number to that number.
+    `definitions` maps each name to its expression in leaves and earlier names, `numbers` each symbol of a number to the
+    number.
     """
 
     def __init__(self, prefix: str, budget: Budget) -> None:
@@ -213,9 +199,9 @@ class Subexpressions:
     # --- from Nodes ------------------------------------------------------------------------------------------------
 
     def translated(self, nodes: Sequence[Any], known: Mapping[Node, Any]) -> list[Any]:
-        """Return Nodes (or plain numbers) as sympy expressions; what they share is named.
+        """Return Nodes (or plain numbers) as sympy expressions, with names for shared parts.
 
-        `known` holds the expressions of their leaves, and of any Node that is to be replaced.
+        `known` holds the expressions of their leaves, and of any Node to be replaced.
         """
         roots = [as_node(node) for node in nodes]
         values: dict[Node, Any] = dict(known)
@@ -237,9 +223,9 @@ class Subexpressions:
         if node.shadow is not None and node.shadow < 0:
             return -self.number(-node)
         if node not in self._number_symbols:
-            made = sympy.Symbol(f"{self._prefix}_{len(self.numbers) + 1}", positive=True)
-            self.numbers[made] = node
-            self._number_symbols[node] = made
+            symbol = sympy.Symbol(f"{self._prefix}_{len(self.numbers) + 1}", positive=True)
+            self.numbers[symbol] = node
+            self._number_symbols[node] = symbol
         return self._number_symbols[node]
 
     def is_simple(self, node: Node) -> bool:
@@ -249,20 +235,22 @@ class Subexpressions:
     # --- names -----------------------------------------------------------------------------------------------------
 
     def shared(self, expression: Any) -> Any:
-        """Return what stands for an expression that is used several times while Nodes are translated."""
+        """Return the name of an expression that several Nodes use."""
         return self.name(expression)
 
     def name(self, expression: Any) -> Any:
         """Return a name for an expression, or the expression itself where a name would not be shorter."""
-        if not expression.args or _is_scaled_name(expression):
+        args = expression.args
+        is_scaled_name = expression.is_Mul and len(args) == 2 and args[0].is_Number and args[1].is_Symbol
+        if not args or is_scaled_name:
             return expression
-        made = self._names.get(expression)
-        if made is None:
-            made = sympy.Symbol(f"{self._prefix}{len(self.definitions) + 1}", real=True)
-            self._names[expression] = made
-            self.definitions[made] = expression
-            self.budget.spend(len(expression.args))
-        return made
+        name = self._names.get(expression)
+        if name is None:
+            name = sympy.Symbol(f"{self._prefix}{len(self.definitions) + 1}", real=True)
+            self._names[expression] = name
+            self.definitions[name] = expression
+            self.budget.spend(len(args))
+        return name
 
     def sum(self, terms: Iterable[Any]) -> Any:
         """Return the sum of terms, named."""
@@ -288,7 +276,7 @@ class Subexpressions:
         With {q: qdot, t: 1} this is the derivative in time, by the chain rule over the names.
         """
         rates: dict[sympy.Symbol, Any] = {leaf: rate for leaf, rate in seeds.items() if rate != 0}
-        for symbol in self._needed(expressions):
+        for symbol in needed(self.definitions, expressions):
             rate = self._rate(self.partials(symbol), rates)
             if rate != 0:
                 rates[symbol] = rate
@@ -298,14 +286,10 @@ class Subexpressions:
         return self.sum(partial * rates[operand] for operand, partial in parts.items() if operand in rates)
 
     def partials(self, symbol: sympy.Symbol) -> dict[sympy.Symbol, Any]:
-        """Return the partial derivatives of what a name stands for, with respect to the symbols it contains."""
+        """Return the partial derivatives of a name's expression with respect to the symbols it contains."""
         if symbol not in self._partials:
             self._partials[symbol] = partials(self.definitions[symbol])
         return self._partials[symbol]
-
-    def _needed(self, expressions: Iterable[Any]) -> list[sympy.Symbol]:
-        """Return the names that expressions rest on, in order of definition."""
-        return needed(self.definitions, expressions)
 
     # --- back to Nodes ---------------------------------------------------------------------------------------------
 
@@ -313,25 +297,25 @@ class Subexpressions:
         """Return expressions as Nodes: the names become shared sub-expressions, the numbers themselves."""
         roots = list(expressions)
         known: dict[Any, Node] = {**leaves, **self.numbers}
-        for symbol in self._needed(roots):
+        for symbol in needed(self.definitions, roots):
             known[symbol] = from_sympy(self.definitions[symbol], known)
         return [from_sympy(e, known) for e in roots]
 
 
 def needed(definitions: Mapping[sympy.Symbol, Any], expressions: Iterable[Any]) -> list[sympy.Symbol]:
-    """Return the names that expressions rest on, in the order of their definitions."""
-    found: set[sympy.Symbol] = set()
+    """Return the names on which expressions depend, in the order of their definitions."""
+    names: set[sympy.Symbol] = set()
     stack = [s for e in expressions for s in e.free_symbols if s in definitions]
     while stack:
         symbol = stack.pop()
-        if symbol not in found:
-            found.add(symbol)
+        if symbol not in names:
+            names.add(symbol)
             stack.extend(s for s in definitions[symbol].free_symbols if s in definitions)
-    return [symbol for symbol in definitions if symbol in found]
+    return [symbol for symbol in definitions if symbol in names]
 
 
 class WrittenOut(Subexpressions):
-    """The same derivation for what stays small: nothing is named, and every result is rewritten as a person would."""
+    """The same derivation for small systems, without names; every result is rewritten as a person would."""
 
     def __init__(self, prefix: str, budget: Budget, readable: Callable[[Any], Any]) -> None:
         super().__init__(prefix, budget)
@@ -367,9 +351,15 @@ def value_of(number: Node) -> Any:
 def tidied(
     definitions: Mapping[sympy.Symbol, Any], roots: Sequence[Any], prefix: str
 ) -> tuple[list[tuple[sympy.Symbol, Any]], dict[sympy.Symbol, Any]]:
-    """Return the definitions that roots need, numbered anew, without those used once; and what to put for each name."""
+    """Return the definitions that roots need, renumbered, without those used once; and the substitute of each name."""
     wanted = needed(definitions, roots)
-    uses = Counter(s for e in (*dict.fromkeys(roots), *(definitions[name] for name in wanted)) for s in _occurrences(e))
+    uses: Counter[sympy.Symbol] = Counter()
+    stack = [*dict.fromkeys(roots), *(definitions[name] for name in wanted)]
+    while stack:
+        e = stack.pop()
+        if e.is_Symbol:
+            uses[e] += 1
+        stack.extend(e.args)
     kept: list[tuple[sympy.Symbol, Any]] = []
     replaced: dict[sympy.Symbol, Any] = {}
     for name in wanted:
@@ -382,27 +372,11 @@ def tidied(
     return kept, replaced
 
 
-def _occurrences(expression: Any) -> Iterator[sympy.Symbol]:
-    stack = [expression]
-    while stack:
-        e = stack.pop()
-        if e.is_Symbol:
-            yield e
-        stack.extend(e.args)
-
-
-def _is_scaled_name(expression: Any) -> bool:
-    if not expression.is_Mul or len(expression.args) != 2:
-        return False
-    factor, rest = expression.args
-    return bool(factor.is_Number and rest.is_Symbol)
-
-
 def partials(expression: Any) -> dict[sympy.Symbol, Any]:
     """Return the derivatives of an expression with respect to each symbol it contains.
 
-    Sums, products and powers are taken apart here, because their terms are few and their symbols many; all else is
-    sympy's. At a kink (sign, abs, min, max) the derivative is that of either side; conditions have none.
+    Sums, products and powers are taken apart here, as their terms are few and their symbols many; sympy does the rest.
+    At a kink (sign, abs, min, max) the derivative is that of either side; conditions have none.
     """
     if expression.is_Symbol:
         return {expression: sympy.S.One}
@@ -411,18 +385,23 @@ def partials(expression: Any) -> dict[sympy.Symbol, Any]:
     if expression.is_Add:
         return _merged(partials(term).items() for term in expression.args)
     if expression.is_Mul:
-        return _merged(_product_rule(expression.args, k) for k in range(len(expression.args)))
+        pairs = []
+        for k, factor in enumerate(expression.args):
+            if not factor.is_Number:
+                others = sympy.Mul(*expression.args[:k], *expression.args[k + 1 :])
+                pairs.append([(s, others * part) for s, part in partials(factor).items()])
+        return _merged(pairs)
     if expression.is_Pow and expression.exp.is_Number:
         outer = expression.exp * expression.base ** (expression.exp - 1)
         return {s: outer * part for s, part in partials(expression.base).items()}
-    return {s: _away_from_kinks(expression.diff(s)) for s in sorted(expression.free_symbols, key=str)}
-
-
-def _product_rule(factors: Sequence[Any], k: int) -> Iterable[tuple[sympy.Symbol, Any]]:
-    if factors[k].is_Number:
-        return []
-    others = sympy.Mul(*factors[:k], *factors[k + 1 :])
-    return [(s, others * part) for s, part in partials(factors[k]).items()]
+    derivatives = {}
+    for s in sorted(expression.free_symbols, key=str):
+        derivative = expression.diff(s)
+        if derivative.has(sympy.DiracDelta, sympy.Heaviside):  # at a kink
+            smooth = derivative.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
+            derivative = smooth.replace(sympy.Heaviside, lambda x, *_: sympy.Piecewise((1, x > 0), (0, True)))
+        derivatives[s] = derivative
+    return derivatives
 
 
 def _merged(parts: Iterable[Iterable[tuple[sympy.Symbol, Any]]]) -> dict[sympy.Symbol, Any]:
@@ -430,11 +409,4 @@ def _merged(parts: Iterable[Iterable[tuple[sympy.Symbol, Any]]]) -> dict[sympy.S
     for pairs in parts:
         for s, part in pairs:
             terms.setdefault(s, []).append(part)
-    return {s: found[0] if len(found) == 1 else sympy.Add(*found) for s, found in terms.items()}
-
-
-def _away_from_kinks(derivative: Any) -> Any:
-    if not derivative.has(sympy.DiracDelta, sympy.Heaviside):
-        return derivative
-    smooth = derivative.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
-    return smooth.replace(sympy.Heaviside, lambda x, *_: sympy.Piecewise((1, x > 0), (0, True)))
+    return {s: own[0] if len(own) == 1 else sympy.Add(*own) for s, own in terms.items()}

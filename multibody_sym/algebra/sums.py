@@ -1,8 +1,8 @@
-"""Sums of products as dictionaries, so that terms can be looked up, merged and changed factor by factor."""
+"""Sums of products (sympy) as dictionaries, in which terms are looked up, merged and changed factor by factor."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from math import comb, gcd
 from typing import Any, Final
@@ -16,7 +16,7 @@ Terms = dict[Monomial, Any]
 
 
 def expanded_size(expression: Any) -> int:
-    """Return how many terms an expression has at most once its products are multiplied out."""
+    """Return a bound of the number of terms of an expression with its products multiplied out."""
     if expression.is_Add:
         return sum(expanded_size(a) for a in expression.args)
     if expression.is_Mul:
@@ -49,25 +49,18 @@ def terms_of(expression: Any) -> Terms:
 
 
 def replaced(expression: Any, wanted: Callable[[Any], bool], made: Callable[[Any], Any]) -> Any:
-    """Return an expression with made(part) for each part that is wanted, from the innermost on.
-
-    That few expressions hold such parts is seen in a fraction of the time that sympy's `replace` takes.
-    """
-    return expression.replace(wanted, made) if _holds(expression, wanted) else expression
-
-
-def _holds(expression: Any, wanted: Callable[[Any], bool]) -> bool:
+    """Return an expression with made(part) for each wanted part, from the innermost on."""
     pending = [expression]
-    while pending:
+    while pending:  # most expressions have no such part, and this takes a fraction of the time of sympy's `replace`
         part = pending.pop()
         if wanted(part):
-            return True
+            return expression.replace(wanted, made)
         pending.extend(part.args)
-    return False
+    return expression
 
 
 def is_whole(e: Any) -> bool:
-    """Return whether an expression is a sum to a power that is not multiplied out: a root, a denominator."""
+    """Return whether an expression is a sum under a root or in a denominator, which is not multiplied out."""
     return bool(e.is_Pow and e.base.is_Add and not is_count(e.exp))
 
 
@@ -83,14 +76,10 @@ def product_of(key: Monomial) -> Any:
 
 def monomial(powers: Mapping[Any, Any]) -> Monomial:
     """Return the product of bases to their exponents."""
-    return tuple(sorted(((b, e) for b, e in powers.items() if e != 0), key=_text))
+    return tuple(sorted(((b, e) for b, e in powers.items() if e != 0), key=lambda power: _text(power[0])))
 
 
-def _text(power: tuple[Any, Any]) -> str:
-    return _spelt(power[0])
-
-
-_spelt = lru_cache(maxsize=10_000)(str)
+_text = lru_cache(maxsize=10_000)(str)
 
 
 def changed(key: Monomial, changes: Mapping[Any, int]) -> Monomial:
@@ -102,7 +91,7 @@ def changed(key: Monomial, changes: Mapping[Any, int]) -> Monomial:
 
 
 def add_to(terms: Terms, key: Monomial, factor: Any) -> None:
-    """Add a term to a sum; what adds up to nothing is gone."""
+    """Add a term to a sum; terms with the factor 0 are removed."""
     total = terms.get(key, sympy.S.Zero) + factor
     if total == 0:
         terms.pop(key, None)
@@ -121,45 +110,40 @@ def is_count(exponent: Any) -> bool:
 
 def with_signs(terms: Terms) -> Terms:
     """Return the terms with |x| written as x sign(x), so that x^2 / |x| and |x| are one; sign(x)^2 is 1 beside an x."""
-    return _with_keys(terms, _with_signs) if _has(terms, sympy.Abs, sympy.sign) else terms
+    if not _has(terms, sympy.Abs, sympy.sign):
+        return terms
+    result: Terms = {}
+    for key, factor in terms.items():
+        powers = dict(key)
+        for x in {base.args[0] for base in powers if isinstance(base, (sympy.Abs, sympy.sign))}:
+            size, sign = sympy.Abs(x), sympy.sign(x)
+            plain, sizes, signs = exponents = [powers.get(base, sympy.S.Zero) for base in (x, size, sign)]
+            alone = plain == sizes == 0  # sign(x)^2 is not 1 where x is 0
+            if all(e.is_Integer for e in exponents) and not alone:
+                powers |= {x: plain + sizes, size: sympy.S.Zero, sign: (sizes + signs) % 2}
+        add_to(result, monomial(powers), factor)
+    return result
 
 
 def with_sizes(terms: Terms) -> Terms:
     """Return the terms with x sign(x) written as |x|, and sign(x) / x as 1 / |x|."""
-    return _with_keys(terms, _with_sizes) if _has(terms, sympy.sign) else terms
+    if not _has(terms, sympy.sign):
+        return terms
+    result: Terms = {}
+    for key, factor in terms.items():
+        powers = dict(key)
+        for sign in [base for base, exponent in key if isinstance(base, sympy.sign) and exponent == 1]:
+            (x,) = sign.args
+            exponent = powers.get(x, sympy.S.Zero)
+            if exponent.is_Integer and exponent != 0:
+                outer = sympy.sign(exponent)
+                powers |= {x: exponent - outer, sympy.Abs(x): outer, sign: sympy.S.Zero}
+        add_to(result, monomial(powers), factor)
+    return result
 
 
 def _has(terms: Terms, *functions: Any) -> bool:
     return any(isinstance(base, functions) for key in terms for base, _ in key)
-
-
-def _with_keys(terms: Terms, changed: Callable[[Monomial], Monomial]) -> Terms:
-    result: Terms = {}
-    for key, factor in terms.items():
-        add_to(result, changed(key), factor)
-    return result
-
-
-def _with_signs(key: Monomial) -> Monomial:
-    powers = dict(key)
-    for x in {base.args[0] for base in powers if isinstance(base, (sympy.Abs, sympy.sign))}:
-        size, sign = sympy.Abs(x), sympy.sign(x)
-        plain, sizes, signs = found = [powers.get(base, sympy.S.Zero) for base in (x, size, sign)]
-        alone = plain == sizes == 0  # sign(x)^2 is not 1 where x is 0
-        if all(e.is_Integer for e in found) and not alone:
-            powers |= {x: plain + sizes, size: sympy.S.Zero, sign: (sizes + signs) % 2}
-    return monomial(powers)
-
-
-def _with_sizes(key: Monomial) -> Monomial:
-    powers = dict(key)
-    for sign in [base for base, exponent in key if isinstance(base, sympy.sign) and exponent == 1]:
-        (x,) = sign.args
-        exponent = powers.get(x, sympy.S.Zero)
-        if exponent.is_Integer and exponent != 0:
-            outer = sympy.sign(exponent)
-            powers |= {x: exponent - outer, sympy.Abs(x): outer, sign: sympy.S.Zero}
-    return monomial(powers)
 
 
 def with_numbers_outside(expression: Any) -> Any:
@@ -193,12 +177,12 @@ def _number_outside(e: Any) -> Any:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Sums of products as one expression: what shares a denominator, a factor or a number is written together.
+# Sums of products as one expression: terms that share a denominator, a factor or a number stand together.
 
 
 _LARGEST_DENOMINATOR: Final = 12
 _LONGEST_NUMBER: Final = 512
-"""Bits of a number that polynomials are still factorised with: products of ten ordinary doubles have them."""
+"""Bits of a number with which polynomials are still factorised; products of ten ordinary doubles have them."""
 _LONGEST_NUMERATOR: Final = 12
 
 
@@ -209,22 +193,22 @@ def grouped(terms: Terms, speeds: frozenset[Any]) -> Any:
         below = tuple(pair for pair in key if _is_quotient(pair))
         above = tuple(pair for pair in key if not _is_quotient(pair))
         by_denominator.setdefault(below, {})[above] = factor
-    return sympy.Add(*(_quotient(above, below, speeds) for below, above in by_denominator.items()))
+    quotients = []
+    for below, numerator in by_denominator.items():
+        if not below or not 1 < len(numerator) <= _LONGEST_NUMERATOR:
+            quotients.append(with_like_terms(numerator, speeds) * product_of(below))
+            continue
+        sign = -1 if all(factor < 0 for factor in numerator.values()) else 1
+        positive = {key: sign * factor for key, factor in numerator.items()}
+        plain, factorized = with_like_terms(positive, speeds), _product_of_factors(expression_of(positive))
+        shorter = factorized if factorized.count_ops() < plain.count_ops() else plain
+        quotients.append(sympy.Mul(sign, shorter, product_of(below)))
+    return sympy.Add(*quotients)
 
 
 def _is_quotient(power: tuple[Any, Any]) -> bool:
     base, exponent = power
     return bool(base.is_Add and exponent.is_negative)
-
-
-def _quotient(terms: Terms, below: Monomial, speeds: frozenset[Any]) -> Any:
-    if not below or not 1 < len(terms) <= _LONGEST_NUMERATOR:
-        return with_like_terms(terms, speeds) * product_of(below)
-    sign = -1 if all(factor < 0 for factor in terms.values()) else 1
-    positive = {key: sign * factor for key, factor in terms.items()}
-    written, factorized = with_like_terms(positive, speeds), _product_of_factors(expression_of(positive))
-    shorter = factorized if factorized.count_ops() < written.count_ops() else written
-    return sympy.Mul(sign, shorter, product_of(below))
 
 
 def with_like_terms(terms: Terms, speeds: frozenset[Any]) -> Any:
@@ -239,7 +223,10 @@ def with_like_terms(terms: Terms, speeds: frozenset[Any]) -> Any:
         by_motion.setdefault(primitive, {})[still] = content
     parts = []
     for motion, rests in by_motion.items():
-        common = _common_number(rests.values())
+        # before a sum: a minus sign, or the denominator that all terms share
+        denominator = gcd(*(factor.q for factor in rests.values()))
+        sign = -1 if all(factor < 0 for factor in rests.values()) else 1
+        common = sympy.Rational(sign, denominator if denominator <= _LARGEST_DENOMINATOR else 1)
         parts.append(sympy.Mul(common, _with_sums({key: factor / common for key, factor in rests.items()}), motion))
     return sympy.Add(*parts)
 
@@ -252,9 +239,9 @@ def _factorized(whole: Any) -> tuple[Any, Any]:
 
 
 def _product_of_factors(whole: Any) -> Any:
-    """Return an expression factorised; as it is where its numbers are so long that sympy looks for a longer prime.
+    """Return an expression factorised; itself where its numbers are so long that sympy looks for a longer prime.
 
-    A root is one letter: sympy takes it apart, sqrt(2*R*h - h^2) into sqrt(h)*sqrt(2*R - h), and may search for long.
+    A root is one letter, as sympy splits it, sqrt(2*R*h - h^2) into sqrt(h)*sqrt(2*R - h), and may search for long.
     """
     longest = max((max(abs(x.p), x.q) for x in whole.atoms(sympy.Rational)), default=1)
     if longest.bit_length() > _LONGEST_NUMBER:
@@ -266,13 +253,6 @@ def _product_of_factors(whole: Any) -> Any:
     number, factors = sympy.factor(whole.xreplace(roots)).as_coeff_Mul()
     written = factors.xreplace({letter: root for root, letter in roots.items()})
     return number * written if number == 1 or not written.is_Add else sympy.Mul(number, written, evaluate=False)
-
-
-def _common_number(factors: Collection[Any]) -> Any:
-    """Return the number that is written before a sum: a minus sign, or the denominator that all terms share."""
-    denominator = gcd(*(factor.q for factor in factors))
-    sign = -1 if all(factor < 0 for factor in factors) else 1
-    return sympy.Rational(sign, denominator if denominator <= _LARGEST_DENOMINATOR else 1)
 
 
 def _with_sums(terms: Terms) -> Any:

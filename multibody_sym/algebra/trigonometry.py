@@ -1,6 +1,7 @@
-"""cos(a) cos(b) + sin(a) sin(b) written as cos(a - b), and its like, in sums over the letters of a field.
+"""Trigonometric forms: sums of angles, powers of exponentials, multiples of an angle, sin^2 and 1 - cos^2, tangents.
 
-A sine or cosine that is no letter of the field is written in a place behind its letters.
+In: sums and products over the letters of a field, in which sums of angles and their multiples are written out. Out: the
+same in fewer functions: cos(a - b) for cos(a) cos(b) + sin(a) sin(b).
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ from multibody_sym.scalars.node import Node, multiply, number
 from multibody_sym.text.printer import text
 
 _PLACES = 6
-"""How many sines and cosines of sums of angles one formula may have."""
+"""Places behind the letters of a field, for sines and cosines of sums of angles that are no letters."""
 
 _Angle = tuple[int, int, Quotient]
 """The places of an angle's sine and cosine, and the angle."""
 _Pair = tuple[Exponents, Exponents, str, int, tuple[int, int]]
-"""Two terms that make one, what they make, with which sign the second angle is added, and the places of the angles."""
+"""Two terms that make one, its function, the sign of the second angle, and the places of the angles."""
 
 
 class AngleSums:
@@ -48,22 +49,22 @@ class AngleSums:
         self.ring = polynomial_ring(ZZ, lex, self._size + _PLACES)
 
     def put_together(self, terms: Terms) -> dict[Exponents, Fraction] | None:
-        """Return terms with fewer sines and cosines, in as many places as the ring has letters; None where none go."""
+        """Return terms with fewer sines and cosines, in as many places as the ring has letters; None without any."""
         left = {(*m, *(0,) * _PLACES): c for m, c in terms.items()}
         used = [x for x in self._angles if sum(1 for m in terms if m[x[0]] or m[x[1]]) > 1]
         changed = False
-        while (found := next(self._pairs(left, used), None)) is not None:
-            first, second, function, side, (i, j) = found
+        while (pair := next(self._pairs(left, used), None)) is not None:
+            first, second, function, side, (i, j) = pair
             place, turned = self._place(function, used[i], used[j], side)
             if place is None:
                 break
             changed = True
             factor = left.pop(first) * turned
             del left[second]
-            made = _changed(first, (used[i][0] if function == "sin" else used[i][1], used[j][1]), (place,))
-            left[made] = left.get(made, Fraction(0)) + factor
-            if not left[made]:
-                del left[made]
+            joined = _changed(first, (used[i][0] if function == "sin" else used[i][1], used[j][1]), (place,))
+            left[joined] = left.get(joined, Fraction(0)) + factor
+            if not left[joined]:
+                del left[joined]
         return left if changed else None
 
     def _pairs(self, terms: Terms, used: list[_Angle]) -> Iterator[_Pair]:
@@ -103,13 +104,13 @@ class AngleSums:
         angle = first + second * side
         if not angle.symbols:
             return None, 1
-        found = [(sign, self._written(angle * sign)) for sign in (1, -1)]
+        forms = [(sign, self._written(angle * sign)) for sign in (1, -1)]
         self._field.work = work
-        turned, node = min(found, key=lambda x: (x[1].op == "neg", len(text(x[1])), text(x[1])))
+        turned, node = min(forms, key=lambda x: (x[1].op == "neg", len(text(x[1])), text(x[1])))
         return node, turned
 
     def node(self, place: int) -> Node | None:
-        """Return what stands in a place behind the letters of the field."""
+        """Return the expression in a place behind the letters of the field."""
         return self.nodes[place - self._size] if place >= self._size else None
 
 
@@ -123,14 +124,14 @@ def _changed(m: Exponents, less: tuple[int, ...], more: tuple[int, ...]) -> Expo
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Exponentials: of logarithms what these are of, of multiples of known exponents powers; products have one exponent.
+# Exponentials: exp(log(x)) as x, those of multiples of known exponents as powers, and products with one exponent.
 
 
 _HIGHEST_MULTIPLE: Final = 12
 
 
 def known_power(exponent: Quotient) -> Quotient | None:
-    """Return exp(exponent) as 1 or as a power of an exponential that is a letter, None where there is no such."""
+    """Return exp(exponent) as 1 or as a power of an exponential that is a letter; else None."""
     field = exponent.field
     if exponent.is_zero:
         return field.constant(1)
@@ -147,7 +148,7 @@ def known_power(exponent: Quotient) -> Quotient | None:
 
 
 def of_logarithms(exponent: Quotient) -> tuple[Quotient, Quotient]:
-    """Return exp of whole multiples of logarithms in an exponent, and the exponent that is left, itself without them.
+    """Return exp of the whole multiples of logarithms in an exponent, and the exponent without these.
 
     exp(2 log x + a) is x^2 exp(a).
     """
@@ -189,7 +190,7 @@ def with_one_exponent(
 
 
 def square_of_root(a: Quotient) -> Quotient | None:
-    """Return the square of what is nothing but a root of something without roots, None for all else."""
+    """Return the square of a quotient that is nothing but a root of something without roots, else None."""
     field = a.field
     roots = [k for k, letter in enumerate(field.letters) if letter.node is None]
     if len(a.above) != 1 or not _names(a, roots):
@@ -205,48 +206,44 @@ def _names(a: Quotient, places: Sequence[int]) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Polynomials in sines and cosines of an angle written with the multiples of it that a model names: cos(3 a) again.
+# Polynomials in sines and cosines of an angle written with those multiples of it that a model names: cos(3 a) again.
 #
-# Sums and multiples of angles are written out when exact quotients are made: cos(3 a) becomes 4 cos(a)^3 - 3 cos(a).
-# Only multiples that were met are written, so that sin(a) cos(a) stays as it is where nobody speaks of 2 a.
+# Exact quotients have sums and multiples of angles written out: cos(3 a) becomes 4 cos(a)^3 - 3 cos(a). Only named
+# multiples are written, so that sin(a) cos(a) stays where no formula has 2 a.
 
 
 Waves = dict[tuple[Exponents, str, int], Fraction]
-"""Coefficients of what stands beside the angle's letters, times `cos` or `sin` of so many times the angle."""
+"""Coefficients by the exponents of all other letters, `cos` or `sin`, and the multiple of the angle."""
 
 
 def angles_with_multiples(field: Field) -> Iterator[tuple[int, int]]:
-    """Yield the places of (sine, cosine) of angles of which multiples were met."""
+    """Yield the places of (sine, cosine) of angles with multiples."""
     if all(max(met) == 1 for met in field.multiples.values()):
         return
     for s, letter in enumerate(list(field.letters)):
-        if letter.cosine is not None and max(_met(field, s)) > 1:
+        if letter.cosine is not None and max(_multiples_of(field, s)) > 1:
             yield s, letter.cosine
 
 
-def is_of_angle(field: Field, p: Poly, s: int, c: int) -> bool:
-    """Return whether a polynomial has no other letters than the sine and the cosine of an angle, and one of them."""
-    used = {k for m in field.in_ring(p) for k, e in enumerate(m) if e}
-    return bool(used) and used <= {s, c}
-
-
 def single_wave(field: Field, p: Poly, s: int, c: int) -> tuple[Node, Fraction] | None:
-    """Return (cos or sin of a multiple of an angle, coefficient) if a polynomial is nothing else, None if it is."""
-    found = waves(field, p, s, c) or {}
-    ((_, kind, n), x), *others = found.items() or [(((), "", 0), Fraction(0))]
-    return None if others or n < 2 else (wave(field, s, kind, n), x)
+    """Return (cos or sin of a multiple of an angle, coefficient) if a polynomial is nothing else, else None."""
+    multiples = waves(field, p, s, c)
+    if multiples is None or len(multiples) != 1:
+        return None
+    (((_, kind, n), x),) = multiples.items()
+    return (wave(field, s, kind, n), x) if n > 1 else None
 
 
 def waves(field: Field, p: Poly, s: int, c: int) -> Waves | None:
-    """Return a polynomial as a sum over multiples of the angle with letters s and c; None if some were never named."""
+    """Return a polynomial as a sum over multiples of the angle with letters s and c; None if one was never named."""
     found: Waves = {}
     for m, coefficient in p.items():
         rest = tuple(0 if k in (s, c) else e for k, e in enumerate(m))
-        for (kind, n), x in _of_powers(m[s], m[c]).items():
+        for (kind, n), x in _waves_of_powers(m[s], m[c]).items():
             key = rest, kind, n
             found[key] = found.get(key, Fraction(0)) + x * Fraction(int(coefficient))
     found = {key: x for key, x in found.items() if x}
-    return found if all(n in _met(field, s) for _, _, n in found) else None
+    return found if all(n in _multiples_of(field, s) for _, _, n in found) else None
 
 
 def wave(field: Field, s: int, kind: str, n: int) -> Node:
@@ -260,12 +257,12 @@ def _angle(field: Field, s: int) -> Node:
     return node.args[0]
 
 
-def _met(field: Field, s: int) -> set[int]:
-    """Return the multiples of an angle that were met, and those that need no other sines."""
+def _multiples_of(field: Field, s: int) -> set[int]:
+    """Return the named multiples of an angle, and those that need no other sines."""
     return {0, 1, *field.multiples.get(_angle(field, s), ())}
 
 
-def _of_powers(i: int, j: int) -> dict[tuple[str, int], Fraction]:
+def _waves_of_powers(i: int, j: int) -> dict[tuple[str, int], Fraction]:
     """Return sin^i cos^j by multiples: with z = exp(i a), sin = (z - 1/z)/(2 i) and cos = (z + 1/z)/2."""
     of_z: dict[int, int] = {}
     for k in range(i + 1):
@@ -282,7 +279,7 @@ def _of_powers(i: int, j: int) -> dict[tuple[str, int], Fraction]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# 1 - cos^2 written as sin^2, and the other way round.
+# 1 - cos^2 written as sin^2, and 1 - sin^2 as cos^2.
 
 
 _MOST_FORMS: Final = 8

@@ -59,13 +59,13 @@ class Script(ABC):
         self._keys: dict[Any, FactorKey] = {}
 
     def shown(self, expression: Any) -> str:
-        """Return an expression or a matrix as it is written."""
+        """Return the text of an expression or a matrix."""
         if isinstance(expression, sympy.MatrixBase):
             return self.matrix([[self.piece(x).text for x in row] for row in expression.tolist()])
         return self.piece(expression if isinstance(expression, sympy.Basic) else sympy.Integer(expression)).text
 
     def piece(self, e: Any) -> Piece:
-        """Return an expression written, with its strength."""
+        """Return the text of an expression with its strength."""
         if e not in self._known:
             self._known[e] = self._written(e)
         return self._known[e]
@@ -90,7 +90,7 @@ class Script(ABC):
         return max((place[0] for place in self._places_in(expression)), default=-1)
 
     def factors(self, product: Any) -> list[Any]:
-        """Return the factors of a product as they are written: parameters, coordinates, speeds, functions."""
+        """Return the factors of a product in the order of writing: parameters, coordinates, speeds, functions."""
         return sorted(sympy.Mul.make_args(product), key=self._factor_key)
 
     def _factor_key(self, factor: Any) -> FactorKey:
@@ -105,12 +105,12 @@ class Script(ABC):
         return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
 
     def terms(self, total: Any) -> list[Any]:
-        """Return the terms of a sum as they are written; without accelerations it begins without a minus if it can."""
-        found = sorted(sympy.Add.make_args(total), key=self._term_key)
-        if self.kind(found[0]) == _ACCELERATION:
-            return found
-        first = next((k for k, term in enumerate(found) if not is_negative(term)), 0)
-        return [found[first], *found[:first], *found[first + 1 :]]
+        """Return the terms of a sum in the order of writing; one without accelerations begins without a minus."""
+        terms = sorted(sympy.Add.make_args(total), key=self._term_key)
+        if self.kind(terms[0]) == _ACCELERATION:
+            return terms
+        first = next((k for k, term in enumerate(terms) if not is_negative(term)), 0)
+        return [terms[first], *terms[:first], *terms[first + 1 :]]
 
     def _term_key(self, term: Any) -> tuple[Any, ...]:
         kind = self.kind(term)
@@ -123,7 +123,7 @@ class Script(ABC):
     # --- writing ---------------------------------------------------------------------------------------------------
 
     def within(self, e: Any, strength: int) -> str:
-        """Return an expression written, in parentheses where it binds more weakly."""
+        """Return the text of an expression, in parentheses where it binds more weakly."""
         piece = self.piece(e)
         return piece.text if piece.strength >= strength else self.brackets(piece.text)
 
@@ -149,7 +149,7 @@ class Script(ABC):
     # --- lines -----------------------------------------------------------------------------------------------------
 
     def width(self, written: str) -> float:
-        """Return how wide what is written is shown."""
+        """Return the width of a text on the page."""
         return float(len(written))
 
     def pieces(self, e: Any, room: float) -> list[str]:
@@ -179,7 +179,8 @@ class Script(ABC):
             first, *others = self._split(-e, room, PRODUCT)
             return [self.opposite + first, *others]
         factors = self.factors(rest)
-        sums = [f for f in factors if _is_sum_above(f)]
+        bases = [(f, *f.as_base_exp()) for f in factors]
+        sums = [f for f, base, e in bases if base.is_Add and e.is_Integer and e > 0]
         if not sums:
             return [whole]
         widest = max(sums, key=lambda f: self.width(self.piece(f).text))
@@ -192,7 +193,7 @@ class Script(ABC):
         return inside
 
     def closing(self, exponent: Any) -> str:
-        """Return the parenthesis behind a sum that may have begun in another line, and its power."""
+        """Return the parenthesis behind a sum that may have begun in an earlier line, and its power."""
         return ")" if exponent == 1 else f")^{exponent}"
 
     def _number(self, e: Any) -> Piece:
@@ -248,13 +249,8 @@ def _is_below(factor: Any) -> bool:
     return bool(factor.is_Pow and factor.exp.is_Number and factor.exp < 0)
 
 
-def _is_sum_above(factor: Any) -> bool:
-    base, exponent = factor.as_base_exp()
-    return bool(base.is_Add and exponent.is_Integer and exponent > 0)
-
-
 def decimal(value: Any, places: int = _LONGEST_DECIMAL) -> str | None:
-    """Return a positive rational as a decimal, None where it has none with fewer than `places` places."""
+    """Return a positive rational as a decimal with fewer than `places` places, None where there is none."""
     for digits in range(places):
         scaled = value * 10**digits
         if scaled.q == 1:
@@ -310,10 +306,6 @@ _UPRIGHT: Final = (r"\mathrm{", r"\text{", r"\dot{\mathrm{", r"\dot{\text{")
 _LATEX_WORDS: Final = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan"}
 
 
-def _is_words(symbol: str) -> bool:
-    return symbol.startswith(_UPRIGHT)
-
-
 class LatexScript(Script):
     """LaTeX for a mathematics environment."""
 
@@ -347,7 +339,10 @@ class LatexScript(Script):
 
     def other(self, e: Any) -> Piece:
         if isinstance(e, sympy.Piecewise):
-            cases = (self._case(value, condition) for value, condition in e.args)
+            cases = []
+            for value, condition in e.args:
+                when = r"\text{otherwise}" if condition == sympy.true else self.piece(condition).text
+                cases.append(f"{self.piece(value).text} & {when}")
             return Piece(r"\begin{cases}" + r" \\ ".join(cases) + r"\end{cases}", ATOM)
         if e.func in _COMPARISONS:
             sign = _COMPARISONS[e.func].replace("<=", r"\le").replace(">=", r"\ge")
@@ -369,14 +364,10 @@ class LatexScript(Script):
         return Piece(f"{name} {self._argument(e)}", POWER)
 
     def _argument(self, e: Any) -> str:
-        """Return what a function is of: a letter stands alone, words and sums in parentheses."""
+        """Return the argument of a function: a letter alone, words and sums in parentheses."""
         written = ", ".join(self.piece(a).text for a in e.args)
-        is_letter = len(e.args) == 1 and e.args[0].is_Symbol and not _is_words(written)
+        is_letter = len(e.args) == 1 and e.args[0].is_Symbol and not written.startswith(_UPRIGHT)
         return written if is_letter else self.brackets(written)
-
-    def _case(self, value: Any, condition: Any) -> str:
-        when = r"\text{otherwise}" if condition == sympy.true else self.piece(condition).text
-        return f"{self.piece(value).text} & {when}"
 
     def brackets(self, text: str) -> str:
         return rf"\left({text}\right)"

@@ -172,15 +172,8 @@ class System(Element):
         if not declares:  # a system from a file, or made from another one
             vars(self)["_written"] = written
             return
-
-        def plain(leaf: Node) -> Node:
-            return symbol(leaf.data[0]) if leaf.op == "declared" else leaf
-
-        def without_declarations(node: Node) -> Node:
-            return evaluate([node], plain)[0] if leaves([node], "declared") else node
-
         for f in fields(self):
-            object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), without_declarations))
+            object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _without_declarations))
 
 
 _NO_GRAVITY: Final = (ZERO, ZERO, ZERO)
@@ -190,6 +183,13 @@ _NO_GRAVITY: Final = (ZERO, ZERO, ZERO)
 def states_gravity(system: System) -> bool:
     """Return whether gravity is declared, if only as none."""
     return system.gravity is not _NO_GRAVITY
+
+
+def _without_declarations(node: Node) -> Node:
+    if not leaves([node], "declared"):
+        return node
+    plain: Node = evaluate([node], lambda leaf: symbol(leaf.data[0]) if leaf.op == "declared" else leaf)[0]
+    return plain
 
 
 _PLAIN: Final = (str, int, float, type(None))
