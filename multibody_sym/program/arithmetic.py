@@ -96,7 +96,8 @@ def _rarer(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], la
     if op == "div" and op not in language.functions:
         return f"{_operand(args[0], _PRODUCT, names, levels)}/{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
     if op == "where":
-        condition = _condition(args[0], names, levels, language)
+        compared = args[0] in levels and args[0].op in _COMPARISONS
+        condition = _comparison(args[0], names) if compared else language.truth.format(x=names[args[0]])
         return language.choice.format(condition=condition, yes=names[args[1]], no=names[args[2]]), _ATOM
     if op == "table":
         return language.table(*node.own, names[args[0]]), _ATOM
@@ -108,12 +109,6 @@ def _rarer(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], la
     if exponent in PRODUCTS and args[0] not in levels:
         return "*".join([names[args[0]]] * exponent), _PRODUCT
     return language.power.format(x=names[args[0]], n=exponent), _ATOM
-
-
-def _condition(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> str:
-    if node in levels and node.op in _COMPARISONS:
-        return _comparison(node, names)
-    return language.truth.format(x=names[node])
 
 
 def _comparison(node: Node, names: Mapping[Node, str]) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field
 from itertools import accumulate
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 from multibody_sym.program.arithmetic import Language, expression
 from multibody_sym.program.program import Program
@@ -147,9 +147,16 @@ class Printer:
         )
         program = function.program
         self.inputs, self.outputs = parameters(program, RESERVED)
-        self.leaves = dict(_leaves(self.inputs, program.inputs))
-        self.given = _places(self.inputs, program.inputs)
-        self.wanted = _wanted(self.outputs, program.outputs)
+        self.leaves: dict[Node, tuple[str, str]] = {}
+        self.given: Places = {}
+        for name, array in zip(self.inputs, program.inputs, strict=True):
+            if array.shape:
+                self.given |= {leaf: (name, k) for k, leaf in enumerate(array.slots)}
+            self.leaves |= {leaf: (name, f"{name}[{k}]" if array.shape else name) for k, leaf in enumerate(array.slots)}
+        self.wanted: Places = {}  # where values go in the outputs: to the first of several places
+        for name, output in zip(self.outputs, program.outputs, strict=True):
+            for k, value in enumerate(output.values if output.shape else ()):
+                self.wanted.setdefault(value, (name, k))
         self.written: set[tuple[str, int]] = set()
         self.origins: dict[Node, tuple[_Piece, str]] = {}
         self.kept: dict[Node, int] = {}
@@ -194,8 +201,10 @@ class Printer:
         if self.kept:
             body.append(f"    double w[{len(self.kept)}];")
             declared["w"] = "double *w"
-        parts = [_piece(name, piece, declared) for name, piece in zip(names, self.pieces, strict=True)]
+        parts = []
         for name, piece in zip(names, self.pieces, strict=True):
+            signature = _signature(name, [text for d, text in declared.items() if d in piece.used], exported=False)
+            parts.append("\n".join([signature, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""]))
             body.append(wrapped(f"    {name}(", [d for d in declared if d in piece.used], ");", indent=" " * 8))
         return "\n".join([*patterns, *parts, head, *body, "}"])
 
@@ -456,11 +465,6 @@ def _element(first: int, step: int = 1) -> str:
     return f"{first} + {moved}" if first else moved
 
 
-def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
-    head = _signature(name, [text for d, text in declared.items() if d in piece.used], exported=False)
-    return "\n".join([head, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""])
-
-
 def _rows(name: str, rows: Sequence[Sequence[int]], columns: int) -> str:
     """Return the constant that says in which columns the elements of each row of a matrix stand."""
     begins = list(map(str, accumulate(map(len, rows), initial=0)))
@@ -478,26 +482,6 @@ def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
     return f"{table}\nstatic const mbs_pattern {name} = {{{len(spans)}, {columns}, {name}_spans}};\n"
 
 
-def _leaves(names: Sequence[str], arrays: Sequence[Array]) -> list[tuple[Node, tuple[str, str]]]:
-    pairs = []
-    for name, array in zip(names, arrays, strict=True):
-        for k, leaf in enumerate(array.slots):
-            pairs.append((leaf, (name, f"{name}[{k}]" if array.shape else name)))
-    return pairs
-
-
-def _wanted(names: Sequence[str], outputs: Sequence[Output]) -> Places:
-    """Return where each value goes in the outputs; where it goes to several places, the first."""
-    shaped = [(name, output) for name, output in zip(names, outputs, strict=True) if output.shape]
-    places = [(value, (name, k)) for name, output in shaped for k, value in enumerate(output.values)]
-    return dict(reversed(places))
-
-
-def _places(names: Sequence[str], arrays: Sequence[Array]) -> Places:
-    shaped = [(name, array) for name, array in zip(names, arrays, strict=True) if array.shape]
-    return {leaf: (name, k) for name, array in shaped for k, leaf in enumerate(array.slots)}
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # The statements of a Program as lines of C.
 
@@ -508,15 +492,18 @@ _ON_STACK: Final = 4096
 
 def write(printer: Printer, statement: Statement) -> None:
     """Add a statement to the function that a printer writes."""
-    _PRINTERS[type(statement)](printer, statement)
-
-
-def _assign(printer: Printer, statement: Assign) -> None:
-    text = expression(statement.nodes, printer.names, printer.language)
-    name = f"z{len(printer.origins)}"
-    printer.piece.lines.append(f"    const double {name} = {text};")
-    printer.piece.size += len(statement.nodes)
-    printer.define(statement.value, name)
+    if isinstance(statement, Assign):
+        text = expression(statement.nodes, printer.names, printer.language)
+        name = f"z{len(printer.origins)}"
+        printer.piece.lines.append(f"    const double {name} = {text};")
+        printer.piece.size += len(statement.nodes)
+        printer.define(statement.value, name)
+    elif isinstance(statement, Call):
+        _call(printer, statement)
+    elif isinstance(statement, Solve):
+        _solve(printer, statement)
+    else:
+        _scan(printer, statement)
 
 
 def _call(printer: Printer, statement: Call) -> None:
@@ -668,14 +655,6 @@ def _place(given: Progression, tables: dict[Progression, str], count: int) -> st
     return f"{table}[k % {len(pattern)}]{periods}"
 
 
-_PRINTERS: Final[dict[type[Statement], Callable[[Printer, Any], None]]] = {
-    Assign: _assign,
-    Call: _call,
-    Solve: _solve,
-    Scan: _scan,
-}
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 _AS_WRITTEN: Final = '#pragma GCC push_options\n#pragma GCC optimize ("O0")'
@@ -727,6 +706,11 @@ def _model(
 ) -> str:
     """Return model.c; from function number `often` on the compiler does not work on its code."""
     exported = list(zip(names, every.exported, strict=True))
+    table = [
+        f'    {{"{name}", {len(f.program.inputs)}, {prefix}__in_sizes_{k}, '
+        f"{len(f.program.outputs)}, {prefix}__out_sizes_{k}, {prefix}__call_{k}}},"
+        for k, (name, f) in enumerate(exported)
+    ]
     constants = Written(prefix) if numbers is None else numbers
     printed = [Printer(function, every, prefix, constants).text(write) for function in every.functions]
     told = [line for name, f in exported for line in summary(name, f.program)] if numbers is None else []
@@ -741,7 +725,7 @@ def _model(
         prefix=prefix,
         functions="\n\n".join(printed),
         adapters="\n\n".join(_adapter(k, f, prefix) for k, (_, f) in enumerate(exported)),
-        table="\n".join(_entry(k, name, f.program, prefix) for k, (name, f) in enumerate(exported)),
+        table="\n".join(table),
         count=len(exported),
     )
 
@@ -780,13 +764,13 @@ def _sizes(sizes: Sequence[int]) -> str:
     return ", ".join(map(str, sizes or [0]))
 
 
-def _entry(k: int, name: str, program: Callee, prefix: str) -> str:
-    given = f"{len(program.inputs)}, {prefix}__in_sizes_{k}"
-    return f'    {{"{name}", {given}, {len(program.outputs)}, {prefix}__out_sizes_{k}, {prefix}__call_{k}}},'
-
-
 def _selftest(programs: Mapping[str, Program], samples: Samples, prefix: str) -> str:
-    numbers = [x for name, program in programs.items() for x in stored_numbers(program, samples.get(name, ()))]
+    texts = {math.inf: "INFINITY", -math.inf: "-INFINITY"}
+    numbers = [
+        "NAN" if math.isnan(x) else texts.get(x, repr(x))
+        for name, program in programs.items()
+        for x in stored_numbers(program, samples.get(name, ()))
+    ]
     results = [sum(len(output.values) for output in program.outputs) for program in programs.values()]
     arrays = [len(part) for program in programs.values() for part in (program.inputs, program.outputs)]
     return filled(
@@ -796,13 +780,5 @@ def _selftest(programs: Mapping[str, Program], samples: Samples, prefix: str) ->
         largest=max([1, *results]),
         arrays=max([1, *arrays]),
         samples=", ".join(str(len(samples.get(name, ()))) for name in programs),
-        stored=wrapped("    ", map(_literal, numbers or [0.0]), ""),
+        stored=wrapped("    ", numbers or ["0.0"], ""),
     )
-
-
-def _literal(value: float) -> str:
-    if math.isnan(value):
-        return "NAN"
-    if math.isinf(value):
-        return "INFINITY" if value > 0.0 else "-INFINITY"
-    return repr(value)

@@ -82,8 +82,9 @@ def _waited_for(path: Path, seconds: float, shared: bool) -> int | None:
                         return None
                     time.sleep(pause)
                     pause = min(2 * pause, _LONGEST_PAUSE)
-                if _leads_to(path, descriptor):
-                    return descriptor
+                with contextlib.suppress(FileNotFoundError):
+                    if os.path.samestat(os.stat(path), os.fstat(descriptor)):
+                        return descriptor
             except BaseException:
                 os.close(descriptor)
                 raise
@@ -97,13 +98,6 @@ def _taken(descriptor: int, shared: bool) -> bool:
     except BlockingIOError:
         return False
     return True
-
-
-def _leads_to(path: Path, descriptor: int) -> bool:
-    try:
-        return os.path.samestat(os.stat(path), os.fstat(descriptor))
-    except FileNotFoundError:
-        return False
 
 
 def _let_go(descriptor: int | None, path: Path | None) -> None:
@@ -173,17 +167,13 @@ def _sources(folder: str, place: str) -> Iterator[tuple[str, int, int]]:
 
 def folder() -> Path:
     """Return the cache folder, created if need be; a private temporary one where the user's own cannot be used."""
-    wanted = _wanted_folder()
-    return wanted if wanted is not None and _is_ours(wanted) else _temporary_folder()
-
-
-def _wanted_folder() -> Path | None:
     configured = os.environ.get("XDG_CACHE_HOME", "")
     try:
         root = Path(configured) if os.path.isabs(configured) else Path.home() / ".cache"
     except RuntimeError:  # no home folder is known
-        return None
-    return root / "multibody_sym" if root.is_absolute() else None
+        return _temporary_folder()
+    wanted = root / "multibody_sym"
+    return wanted if root.is_absolute() and _is_ours(wanted) else _temporary_folder()
 
 
 def _is_ours(path: Path) -> bool:
@@ -310,9 +300,18 @@ def _make_room() -> None:
     place = folder()
     if len(os.listdir(place)) > _MOST_FILES and len(_files(place)) > _MOST_FILES:
         with locked(place / _HELD) as free:
-            if free:
-                _delete_oldest(_files(place))
-                _delete_locks(place)
+            if not free:
+                return
+            files, now = _files(place), time.time()
+            for used, path in files[: max(0, len(files) - _MOST_FILES * 3 // 4)]:
+                if now - used >= _IN_USE:
+                    with contextlib.suppress(FileNotFoundError):
+                        os.unlink(path)
+            for left in place.glob(f"*{_LOCK}"):  # of locks that nobody has: a process was killed with them
+                if left.name != _HELD:
+                    with locked(left) as alone_with_it, contextlib.suppress(FileNotFoundError):
+                        if alone_with_it:
+                            left.unlink()
 
 
 def _files(place: Path) -> list[tuple[float, str]]:
@@ -324,21 +323,3 @@ def _files(place: Path) -> list[tuple[float, str]]:
                 if entry.is_file(follow_symlinks=False) and not entry.name.endswith(_LOCK):
                     found.append((entry.stat(follow_symlinks=False).st_mtime, entry.path))
     return sorted(found)
-
-
-def _delete_oldest(files: list[tuple[float, str]]) -> None:
-    too_many = len(files) - _MOST_FILES * 3 // 4
-    now = time.time()
-    for used, path in files[: max(0, too_many)]:
-        if now - used >= _IN_USE:
-            with contextlib.suppress(FileNotFoundError):
-                os.unlink(path)
-
-
-def _delete_locks(place: Path) -> None:
-    """Delete the files of locks that nobody has: a process was killed while it had them."""
-    for path in place.glob(f"*{_LOCK}"):
-        if path.name != _HELD:
-            with locked(path) as free, contextlib.suppress(FileNotFoundError):
-                if free:
-                    path.unlink()

@@ -83,7 +83,11 @@ def find_compiler(*, native: bool = False) -> Compiler:
         raise CompilerError(f"the environment variable CC cannot be read: {problem}") from None
     flags = _NATIVE_FLAGS if native else _FLAGS
     for name in words[:1] or _NAMES:
-        path = _executable(name)
+        if os.path.isabs(name):
+            candidates = [name]
+        else:  # by name alone, and not in the working folder
+            candidates = [] if os.path.dirname(name) else [os.path.join(place, name) for place in _search_path()]
+        path = next((path for path in candidates if _runs(path)), None)
         if path is not None:
             return Compiler((path, *words[1:]), flags, _identity(path, words[1:], flags, native))
     zig = None if words else _zig()
@@ -122,16 +126,6 @@ def _processor() -> str:
 
         return platform.processor()
     return "\n".join(sorted({line for line in lines if line.startswith(("model name", "flags", "Features"))}))
-
-
-def _executable(name: str) -> str | None:
-    """Return the absolute path of the program `name`, not looking into the working folder."""
-    if os.path.isabs(name):
-        return name if _runs(name) else None
-    if os.path.dirname(name):
-        return None
-    candidates = (os.path.join(place, name) for place in _search_path())
-    return next((path for path in candidates if _runs(path)), None)
 
 
 def _search_path() -> list[str]:

@@ -202,7 +202,11 @@ class _Forward:
     def assign(self, statement: Assign, rates: dict[Node, Node]) -> None:
         for node in statement.nodes:
             if any(a in rates for a in node.args):
-                put(rates, (node,), (_rate(node, rates),))
+                if node.op == "where":
+                    rate = where(node.args[0], *taken(rates, node.args[1:]))
+                else:
+                    rate = dot(partials(node), taken(rates, node.args))
+                put(rates, (node,), (rate,))
 
     def call(self, statement: Call, rates: dict[Node, Node]) -> None:
         given = [taken(rates, atoms) for atoms in statement.arguments]
@@ -238,7 +242,8 @@ class _Forward:
         right_rates = taken(rates, statement.right)
         if all(rate is ZERO for part in (*matrix_rates, right_rates) for rate in part):
             return
-        turned = [dot(column, statement.multipliers) for column in _transposed(matrix_rates, len(statement.solution))]
+        columns = ([row[k] for row in matrix_rates] for k in range(len(statement.solution)))
+        turned = [dot(column, statement.multipliers) for column in columns]
         rest = [
             subtract(subtract(r, dot(dA, statement.solution)), dot(A, turned))
             for r, dA, A in zip(right_rates, matrix_rates, matrix, strict=True)
@@ -295,12 +300,6 @@ class _Forward:
         return self.paired[id(program), active]
 
 
-def _rate(node: Node, rates: Mapping[Node, Node]) -> Node:
-    if node.op == "where":
-        return where(node.args[0], *taken(rates, node.args[1:]))
-    return dot(partials(node), taken(rates, node.args))
-
-
 _RATES: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Forward], None]]] = {
     Assign: lambda statement, rates, sweep: sweep.assign(statement, rates),
     Call: lambda statement, rates, sweep: sweep.call(statement, rates),
@@ -327,10 +326,6 @@ def _shaped(outputs: Iterable[Output], values: Iterable[Vector]) -> list[tuple[t
     return [(output.shape, part) for output, part in zip(outputs, values, strict=True)]
 
 
-def _transposed(rows: Sequence[Vector], columns: int) -> list[Vector]:
-    return [tuple(row[k] for row in rows) for k in range(columns)]
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Exact derivatives of Programs as Programs: forward (jacobian) and reverse (gradient), through every statement.
 #
@@ -351,12 +346,6 @@ def gradient(program: Program, output: str, input: str) -> Program:
     sweep = _Reverse(resumed(program, f"{program.name}_{output}_gradient_{input}", ()))
     weights = sweep.weights(program, [(wanted.values[0], ONE)])
     return sweep.trace.finish({"gradient": (given.shape, [weights.get(leaf, ZERO) for leaf in given.slots])})
-
-
-# --- forward ------------------------------------------------------------------------------------------------------
-
-
-# --- reverse ------------------------------------------------------------------------------------------------------
 
 
 class _Reverse:
@@ -403,7 +392,9 @@ class _Reverse:
             arrays = [Array(unused(o.name, "_weight", names), o.shape) for o in counting]
             sweep = _Reverse(resumed(program, f"{program.name}_weight", arrays))
             sweep.callees = self.callees
-            found = sweep.weights(program, _seeds(counting, arrays))
+            pairs = zip(counting, arrays, strict=True)
+            seeds = [pair for o, array in pairs for pair in zip(o.values, array.slots, strict=True)]
+            found = sweep.weights(program, seeds)
             outputs = {x.name: (x.shape, [found.get(leaf, ZERO) for leaf in x.slots]) for x in program.inputs}
             self.callees[id(program), active] = sweep.trace.finish(outputs)
         return self.callees[id(program), active]
@@ -439,13 +430,23 @@ class _Reverse:
             {number: number + (number >= first) * (len(seeds) + first) for number in every},
             {number: first + len(seeds) + number + (number >= first) * len(every[first:]) for number in every},
         )
+        one_by_one = Progression((0,), 1)
+        copying = Trace("copy", [Array("x")])
+        copy = copying.finish({"y": ((), copying["x"])})
+        copies = [
+            Loop(
+                len(seed),
+                (Kernel(copy, (Window(k, one_by_one),), (Window(layout.second[k], one_by_one, adds=True),)),),
+            )
+            for k, seed in enumerate(seeds, first)
+        ]
         found = self.trace.scan(
             [*statement.given, *seeds],
             statement.sizes[:first],
             [*statement.sizes[first:], *statement.sizes[first:]],
             [
                 *(_moved_loop(loop, layout) for loop in statement.loops),
-                *(_copied(len(seed), first + k, layout.second[first + k]) for k, seed in enumerate(seeds)),
+                *copies,
                 *(self._returned(loop, layout) for loop in reversed(statement.loops)),
             ],
         )
@@ -465,11 +466,6 @@ class _Reverse:
         return Loop(loop.count, tuple(kernels), reversed_progression(loop.choice, loop.count), gate)
 
 
-def _seeds(outputs: Iterable[Output], arrays: Iterable[Array]) -> list[tuple[Node, Node]]:
-    pairs = zip(outputs, arrays, strict=True)
-    return [pair for output, array in pairs for pair in zip(output.values, array.slots, strict=True)]
-
-
 def _gather(weights: dict[Node, Node], node: Node, weight: Node) -> None:
     if weight is not ZERO and node.shadow is None:
         weights[node] = add(weights.get(node, ZERO), weight)
@@ -483,9 +479,6 @@ _WEIGHTS: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Reverse]
 }
 
 
-# --- arrays of scans ----------------------------------------------------------------------------------------------
-
-
 def _moved_loop(loop: Loop, layout: Layout) -> Loop:
     kernels = [
         Kernel(k.program, tuple(map(layout.kept, k.reads)), tuple(map(layout.kept, k.writes))) for k in loop.kernels
@@ -495,14 +488,3 @@ def _moved_loop(loop: Loop, layout: Layout) -> Loop:
 
 def _backward(windows: Iterable[Window], count: int) -> tuple[Window, ...]:
     return tuple(replace(window, first=reversed_progression(window.first, count)) for window in windows)
-
-
-def _copied(count: int, source: int, target: int) -> Loop:
-    """Return the loop that adds the elements of one array to those of another."""
-    trace = Trace("copy", [Array("x")])
-    one_by_one = Progression((0,), 1)
-    copy = trace.finish({"y": ((), trace["x"])})
-    return Loop(count, (Kernel(copy, (Window(source, one_by_one),), (Window(target, one_by_one, adds=True),)),))
-
-
-# --- vectors of Nodes ---------------------------------------------------------------------------------------------

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Final
-
 import numpy as np
 import numpy.typing as npt
 
@@ -46,25 +43,28 @@ def interpret(program: Callee, *arrays: npt.ArrayLike) -> tuple[Floats, ...]:
             raise ShapeError(f"input {array.name} of {program.name} has the shape {array.shape}, not {numbers.shape}")
         values.update(zip(array.slots, numbers.ravel().tolist(), strict=True))
     for statement in program.statements:
-        _INTERPRETERS[type(statement)](statement, values)
+        _run(statement, values)
     return tuple(np.array([values[v] for v in o.values], dtype=float).reshape(o.shape) for o in program.outputs)
 
 
-def _assign(statement: Assign, values: _Values) -> None:
-    for node in statement.nodes:
-        exponent = integer_exponent(node) if node.op == "pow" else None
-        if exponent is None:
-            values[node] = OPERATIONS[node.op](*node.own, *[values[a] for a in node.args])
-        else:
-            values[node] = power(values[node.args[0]], exponent)
-
-
-def _call(statement: Call, values: _Values) -> None:
-    arguments = (
-        np.array([values[atom] for atom in atoms], dtype=float).reshape(array.shape)
-        for array, atoms in zip(statement.program.inputs, statement.arguments, strict=True)
-    )
-    _store(statement, interpret(statement.program, *arguments), values)
+def _run(statement: Statement, values: _Values) -> None:
+    if isinstance(statement, Assign):
+        for node in statement.nodes:
+            exponent = integer_exponent(node) if node.op == "pow" else None
+            if exponent is None:
+                values[node] = OPERATIONS[node.op](*node.own, *[values[a] for a in node.args])
+            else:
+                values[node] = power(values[node.args[0]], exponent)
+    elif isinstance(statement, Call):
+        arguments = (
+            np.array([values[atom] for atom in atoms], dtype=float).reshape(array.shape)
+            for array, atoms in zip(statement.program.inputs, statement.arguments, strict=True)
+        )
+        _store(statement, interpret(statement.program, *arguments), values)
+    elif isinstance(statement, Solve):
+        _solve(statement, values)
+    else:
+        _scan(statement, values)
 
 
 def _solve(statement: Solve, values: _Values) -> None:
@@ -108,11 +108,3 @@ def _iterate(loop: Loop, k: int, memory: list[Floats]) -> None:
 def _store(statement: Record, results: tuple[Floats, ...], values: _Values) -> None:
     for leaves, result in zip(targets(statement), results, strict=True):
         values.update(zip(leaves, result.ravel().tolist(), strict=True))
-
-
-_INTERPRETERS: Final[dict[type[Statement], Callable[[Any, _Values], None]]] = {
-    Assign: _assign,
-    Call: _call,
-    Solve: _solve,
-    Scan: _scan,
-}

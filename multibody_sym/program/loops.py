@@ -31,7 +31,6 @@ from multibody_sym.program.statements import (
     operands,
     progression,
     targets,
-    with_kernels,
     with_operands,
 )
 from multibody_sym.program.trace import Trace
@@ -87,7 +86,12 @@ def all_rolled(programs: Mapping[str, Program]) -> dict[str, Program]:
         if isinstance(statement, Call):
             return replace(statement, program=after[0])
         assert isinstance(statement, Scan)
-        return with_kernels(statement, after)
+        left = iter(after)  # in the order of `callees`
+        loops = [
+            replace(loop, kernels=tuple(replace(kernel, program=next(left)) for kernel in loop.kernels))
+            for loop in statement.loops
+        ]
+        return replace(statement, loops=tuple(loops))
 
     return {name: once(program) for name, program in programs.items()}
 

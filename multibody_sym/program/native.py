@@ -284,28 +284,17 @@ def open_library(
     library.mbs_work.restype = ctypes.c_longlong
     library.mbs_integrate.restype = ctypes.c_longlong
     library.mbs_integrate_each.restype = None
-    _give(library, numbers)
+    if numbers:
+        if ctypes.c_int.in_dll(library, "mbs_number_count").value != len(numbers):
+            raise ValueError("the library names other numbers")
+        array = ctypes.POINTER(ctypes.c_double * len(numbers)).in_dll(library, "mbs_numbers")
+        array.contents[:] = list(numbers)
     count = ctypes.c_int.in_dll(library, "mbs_program_count").value
     structures = (ProgramStruct * count).in_dll(library, "mbs_programs")
     found = {structure.name.decode("ascii"): structure for structure in structures}
     for signature in signatures:
         structure = found.get(signature.program)
-        if structure is None or not _fits(structure, signature):
+        sizes = structure and [structure.in_sizes[: structure.n_in], structure.out_sizes[: structure.n_out]]
+        if sizes != [signature.sizes("inputs"), signature.sizes("outputs")]:
             raise ValueError(f"{path} has no program {signature.program} of the expected sizes")
     return {s.program: NativeFunction(s, found[s.program], library) for s in signatures}
-
-
-def _give(library: ctypes.CDLL, numbers: Sequence[float]) -> None:
-    """Write the numbers of a model into its library; raises ValueError if it names other ones."""
-    if not numbers:
-        return
-    if ctypes.c_int.in_dll(library, "mbs_number_count").value != len(numbers):
-        raise ValueError("the library names other numbers")
-    array = ctypes.POINTER(ctypes.c_double * len(numbers)).in_dll(library, "mbs_numbers")
-    array.contents[:] = list(numbers)
-
-
-def _fits(structure: ProgramStruct, signature: Signature) -> bool:
-    inputs: list[int] = structure.in_sizes[: structure.n_in]
-    outputs: list[int] = structure.out_sizes[: structure.n_out]
-    return inputs == signature.sizes("inputs") and outputs == signature.sizes("outputs")

@@ -11,7 +11,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import Any, Final, TypeVar, assert_never
+from typing import Final, TypeVar, assert_never
 
 from multibody_sym.program.arithmetic import Language, Texts, expression, integer_exponent
 from multibody_sym.program.statements import (
@@ -21,7 +21,6 @@ from multibody_sym.program.statements import (
     Call,
     Callee,
     DefinedTwiceError,
-    Kernel,
     Loop,
     Output,
     ProgramError,
@@ -183,8 +182,7 @@ def program_text(program: Callee) -> str:
         texts.update(zip(given.slots, names, strict=True))
     counter = _Counter(texts)
     lines = [f"program {program.name}({', '.join(_shaped(a) for a in program.inputs)})"]
-    for statement in program.statements:
-        lines.append("  " + _PRINTERS[type(statement)](statement, counter))
+    lines += [f"  {_statement_text(statement, counter)}" for statement in program.statements]
     lines += [f"  {_shaped(o)} = {_listed(o.values, texts)}" for o in program.outputs]
     return "\n".join(lines)
 
@@ -210,17 +208,21 @@ def _listed(nodes: Iterable[Node], texts: Texts) -> str:
     return f"({', '.join(texts[n] for n in nodes)})"
 
 
-def _assign(statement: Assign, counter: _Counter) -> str:
-    text = expression(statement.nodes, counter.texts, _LANGUAGE)
-    return f"{counter.define(statement.value)} = {text}"
+def _statement_text(statement: Statement, counter: _Counter) -> str:
+    if isinstance(statement, Assign):
+        text = expression(statement.nodes, counter.texts, _LANGUAGE)
+        return f"{counter.define(statement.value)} = {text}"
+    if isinstance(statement, Call):
+        arguments = ", ".join(_listed(atoms, counter.texts) for atoms in statement.arguments)
+        return f"{_defined(statement.targets, counter)} = {statement.program.name}({arguments})"
+    if isinstance(statement, Solve):
+        return _solve_text(statement, counter)
+    given = ", ".join(_listed(atoms, counter.texts) for atoms in statement.given)
+    loops = "".join(f"\n    {_loop_text(loop)}" for loop in statement.loops)
+    return f"{_defined(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
 
 
-def _call(statement: Call, counter: _Counter) -> str:
-    arguments = ", ".join(_listed(atoms, counter.texts) for atoms in statement.arguments)
-    return f"{_defined(statement.targets, counter)} = {statement.program.name}({arguments})"
-
-
-def _solve(statement: Solve, counter: _Counter) -> str:
+def _solve_text(statement: Solve, counter: _Counter) -> str:
     width = len(statement.solution)
     rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix.lists(width))
     right = _listed(statement.right, counter.texts)
@@ -232,22 +234,14 @@ def _solve(statement: Solve, counter: _Counter) -> str:
     return f"{unknown} = solve(({rows}), {right}{most}{acting}{exerted})"
 
 
-def _scan(statement: Scan, counter: _Counter) -> str:
-    given = ", ".join(_listed(atoms, counter.texts) for atoms in statement.given)
-    loops = "".join(f"\n    {_loop(loop)}" for loop in statement.loops)
-    return f"{_defined(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
-
-
-def _loop(loop: Loop) -> str:
-    runs = "; ".join(map(_kernel, loop.kernels))
-    chosen = f", kernel {_progression(loop.choice)} of" if len(loop.kernels) > 1 else ":"
+def _loop_text(loop: Loop) -> str:
+    kernels = [
+        f"{', '.join(map(_window, kernel.writes))} = {kernel.program.name}({', '.join(map(_window, kernel.reads))})"
+        for kernel in loop.kernels
+    ]
+    chosen = f", kernel {_progression(loop.choice)} of" if len(kernels) > 1 else ":"
     gate = f" where {_window(loop.gate)}" if loop.gate is not None else ""
-    return f"for k < {loop.count}{gate}{chosen} {runs}"
-
-
-def _kernel(kernel: Kernel) -> str:
-    reads = ", ".join(map(_window, kernel.reads))
-    return f"{', '.join(map(_window, kernel.writes))} = {kernel.program.name}({reads})"
+    return f"for k < {loop.count}{gate}{chosen} {'; '.join(kernels)}"
 
 
 def _window(window: Window) -> str:
@@ -262,14 +256,6 @@ def _progression(given: Progression) -> str:
 
 def _defined(leaves: tuple[tuple[Node, ...], ...], counter: _Counter) -> str:
     return ", ".join(f"({', '.join(counter.define(leaf) for leaf in part)})" for part in leaves)
-
-
-_PRINTERS: Final[dict[type[Statement], Callable[[Any, _Counter], str]]] = {
-    Assign: _assign,
-    Call: _call,
-    Solve: _solve,
-    Scan: _scan,
-}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -361,7 +347,15 @@ def digest(program: Callee) -> bytes:
         numbers.words += (_INPUT, len(given.shape), *given.shape)
         numbers.define(given.slots)
     for statement in program.statements:
-        _HASHERS[type(statement)](statement, numbers)
+        if isinstance(statement, Assign):
+            _hash_assign(statement, numbers)
+        else:
+            head = _words_of(statement)
+            atoms = [numbers[atom] for part in operands(statement) for atom in part]
+            numbers.words += head
+            numbers.words += atoms
+            for leaves in targets(statement):
+                numbers.define(leaves)
     for output in program.outputs:
         numbers.words += (_OUTPUT, len(output.shape), *output.shape)
         numbers.words += [numbers[value] for value in output.values]
@@ -400,33 +394,23 @@ def _hash_assign(statement: Assign, numbers: _Numbers) -> None:
         if len(args) == 2:
             words += (_WORDS[node.op], numbers[args[0]], numbers[args[1]])
         else:
-            words += (_WORDS[node.op], *_own_words(node), *[numbers[a] for a in args])
+            # of a table its numbers and the order of the derivative, beside the operand
+            own = (*struct.unpack("<4Q", node.own[0].digest), node.own[1]) if node.own else ()
+            words += (_WORDS[node.op], *own, *[numbers[a] for a in args])
         if node not in numbers:  # a change of sign may stand in several statements
             numbers[node] = len(numbers)
 
 
-def _own_words(node: Node) -> tuple[int, ...]:
-    """Return what is hashed of a table beside its operand: its numbers and the order of the derivative."""
-    if not node.own:
-        return ()
-    function, order = node.own
-    return (*struct.unpack("<4Q", function.digest), order)
-
-
-def _hash_call(statement: Call, numbers: _Numbers) -> None:
-    callee = struct.unpack("<4Q", statement.program.digest)
-    _hash_record((_CALL, *callee), statement, numbers)
-
-
-def _hash_solve(statement: Solve, numbers: _Numbers) -> None:
-    head = [_SOLVE, len(statement.right), len(statement.solution), len(statement.acting), len(statement.exerted)]
-    for rows in (statement.matrix, statement.exerted):
-        for columns in rows.columns:
-            head += (len(columns), *columns)
-    _hash_record(tuple(head), statement, numbers)
-
-
-def _hash_scan(statement: Scan, numbers: _Numbers) -> None:
+def _words_of(statement: Record) -> list[int]:
+    """Return what is hashed of a record beside its operands."""
+    if isinstance(statement, Call):
+        return [_CALL, *struct.unpack("<4Q", statement.program.digest)]
+    if isinstance(statement, Solve):
+        head = [_SOLVE, len(statement.right), len(statement.solution), len(statement.acting), len(statement.exerted)]
+        for rows in (statement.matrix, statement.exerted):
+            for columns in rows.columns:
+                head += (len(columns), *columns)
+        return head
     parts = statement.given, statement.targets
     head = [_SCAN, *map(len, parts), len(statement.work), len(statement.loops), *statement.sizes]
     for loop in statement.loops:
@@ -436,7 +420,7 @@ def _hash_scan(statement: Scan, numbers: _Numbers) -> None:
             head += struct.unpack("<4Q", kernel.program.digest)
             for window in (*kernel.reads, *kernel.writes):
                 head += _hashed_window(window)
-    _hash_record(tuple(head), statement, numbers)
+    return head
 
 
 def _hashed_window(window: Window) -> tuple[int, ...]:
@@ -445,22 +429,6 @@ def _hashed_window(window: Window) -> tuple[int, ...]:
 
 def _hashed_progression(given: Progression) -> tuple[int, ...]:
     return (len(given.pattern), *(x % _WORD for x in (*given.pattern, given.step)))
-
-
-def _hash_record(head: tuple[int, ...], statement: Record, numbers: _Numbers) -> None:
-    atoms = [numbers[atom] for part in operands(statement) for atom in part]
-    numbers.words += head
-    numbers.words += atoms
-    for leaves in targets(statement):
-        numbers.define(leaves)
-
-
-_HASHERS: Final[dict[type[Statement], Callable[[Any, _Numbers], None]]] = {
-    Assign: _hash_assign,
-    Call: _hash_call,
-    Solve: _hash_solve,
-    Scan: _hash_scan,
-}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -511,6 +479,3 @@ def _named(name: str, things: Iterable[_Part], kind: str) -> _Part:
         if thing.name == name:
             return thing
     raise UndefinedError(f"no {kind} is called {name!r}; there are {', '.join(t.name for t in things) or 'none'}")
-
-
-# --- the verifier: one function a statement type -----------------------------------------------------------------

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -19,11 +19,9 @@ from multibody_sym.program.statements import (
     Kernel,
     Loop,
     Progression,
-    Rows,
     Scan,
     Solve,
     Statement,
-    Window,
 )
 from multibody_sym.program.target_layout import (
     SHORTEST_RUN,
@@ -180,7 +178,7 @@ class _Printer:
         """Return the definition of the function."""
         program = self.function.program
         for statement in program.statements:
-            _PRINTERS[type(statement)](self, statement)
+            _write(self, statement)
         head = wrapped(f"def {self.function.name}(", self.inputs, "):", indent=" " * 8)
         values = [self.value(output.shape, output.values) for output in program.outputs]
         result = f"({values[0]},)" if len(values) == 1 else f"({', '.join(values)})"
@@ -211,21 +209,24 @@ class _Printer:
         return self.count - 1
 
 
-def _assign(printer: _Printer, statement: Assign) -> None:
-    text = expression(statement.nodes, printer.names, printer.language)
-    name = f"z{printer.next_number()}"
-    printer.lines.append(f"    {name} = {text}")
-    printer.names[statement.value] = name
-
-
-def _call(printer: _Printer, statement: Call) -> None:
-    number, callee = printer.next_number(), statement.program
-    pairs = zip(callee.inputs, statement.arguments, strict=True)
-    arguments = [printer.value(array.shape, atoms) for array, atoms in pairs]
-    called = wrapped(f"{printer.every.names[id(callee)]}(", arguments, ")", indent=" " * 8)
-    printer.lines.append(f"    r{number} = {called}")
-    for k, (output, leaves) in enumerate(zip(callee.outputs, statement.targets, strict=True)):
-        printer.define(f"r{number}[{k}]", output.shape, leaves)
+def _write(printer: _Printer, statement: Statement) -> None:
+    if isinstance(statement, Assign):
+        text = expression(statement.nodes, printer.names, printer.language)
+        name = f"z{printer.next_number()}"
+        printer.lines.append(f"    {name} = {text}")
+        printer.names[statement.value] = name
+    elif isinstance(statement, Call):
+        number, callee = printer.next_number(), statement.program
+        pairs = zip(callee.inputs, statement.arguments, strict=True)
+        arguments = [printer.value(array.shape, atoms) for array, atoms in pairs]
+        called = wrapped(f"{printer.every.names[id(callee)]}(", arguments, ")", indent=" " * 8)
+        printer.lines.append(f"    r{number} = {called}")
+        for k, (output, leaves) in enumerate(zip(callee.outputs, statement.targets, strict=True)):
+            printer.define(f"r{number}[{k}]", output.shape, leaves)
+    elif isinstance(statement, Solve):
+        _solve(printer, statement)
+    else:
+        _scan(printer, statement)
 
 
 def _solve(printer: _Printer, statement: Solve) -> None:
@@ -236,7 +237,13 @@ def _solve(printer: _Printer, statement: Solve) -> None:
 
     sizes = [row(statement.right), str(len(order)), printer.names[statement.most]]
     if statement.acting:
-        matrix, exerted = (_rows(printer, rows) for rows in (statement.matrix, statement.exerted))
+        matrix, exerted = (
+            wrapped("[", texts, "]", indent=" " * 8)
+            for texts in (
+                ["{" + ", ".join(f"{k}: {printer.names[atom]}" for k, atom in row) + "}" for row in rows]
+                for rows in (statement.matrix, statement.exerted)
+            )
+        )
         called = wrapped("solve_some(", [matrix, *sizes, row(statement.acting), exerted], ")", indent=" " * 8)
     else:
         rows = [row([atoms[k] for k in order]) for atoms in statement.matrix.lists(len(order))]
@@ -247,12 +254,6 @@ def _solve(printer: _Printer, statement: Solve) -> None:
     printer.lines.append(f"    r{number} = {called}")
     for k, leaves in enumerate(([statement.solution[k] for k in order], statement.multipliers, statement.report)):
         printer.define(f"r{number}[{k}]", (len(leaves),), leaves)
-
-
-def _rows(printer: _Printer, rows: Rows) -> str:
-    """Return rows as dictionaries of what may differ from zero."""
-    texts = ("{" + ", ".join(f"{k}: {printer.names[atom]}" for k, atom in row) + "}" for row in rows)
-    return wrapped("[", texts, "]", indent=" " * 8)
 
 
 def _scan(printer: _Printer, statement: Scan) -> None:
@@ -288,12 +289,9 @@ def _kernel(printer: _Printer, kernel: Kernel, memory: str, indent: str) -> list
     lines = [f"{indent}results = {called}"]
     for k, (window, output) in enumerate(zip(kernel.writes, kernel.program.outputs, strict=True)):
         values = f"results[{k}]" if output.shape else f"[results[{k}]]"
-        lines += [f"{indent}for i, x in enumerate({values}, {_place(window.first)}):", _stored(window, memory, indent)]
+        lines.append(f"{indent}for i, x in enumerate({values}, {_place(window.first)}):")
+        lines.append(f"{indent}    {memory}[{window.array}][i] {'+=' if window.adds else '='} x")
     return lines
-
-
-def _stored(window: Window, memory: str, indent: str) -> str:
-    return f"{indent}    {memory}[{window.array}][i] {'+=' if window.adds else '='} x"
 
 
 def _place(given: Progression) -> str:
@@ -302,11 +300,3 @@ def _place(given: Progression) -> str:
     if len(pattern) == 1:
         return f"{pattern[0]} + {step}*k" if step else f"{pattern[0]}"
     return f"({', '.join(map(str, pattern))})[k % {len(pattern)}] + {step}*(k // {len(pattern)})"
-
-
-_PRINTERS: Final[dict[type[Statement], Callable[[_Printer, Any], None]]] = {
-    Assign: _assign,
-    Call: _call,
-    Solve: _solve,
-    Scan: _scan,
-}

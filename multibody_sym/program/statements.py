@@ -116,11 +116,6 @@ def column_order(rows: Sequence[Sequence[int]], columns: int) -> list[int]:
     return sorted(range(columns), key=lambda k: first.get(k, len(rows)))
 
 
-def spans_of(matrix: Sequence[Sequence[Node]]) -> list[Span]:
-    """Return the span of each row of a matrix (s x n)."""
-    return row_spans([[element is not ZERO for element in row] for row in matrix])
-
-
 def elimination_cost(spans: Sequence[Span]) -> int:
     """Return how many elements of vectors the elimination reads, about half of its multiplications."""
     return sum((span.high - span.low) * (j - span.low + 1) for j, span in enumerate(spans))
@@ -177,7 +172,6 @@ class Output:
     name: str
     shape: tuple[int, ...]
     values: tuple[Node, ...]
-
 
 
 class Callee(Protocol):
@@ -291,7 +285,7 @@ class Solve:
     def spans(self) -> list[Span]:
         """Where rows in this order may differ from zero; nothing where those that act are found as it runs."""
         rows = self.matrix.lists(len(self.order))
-        return [] if self.acting else spans_of([[row[k] for k in self.order] for row in rows])
+        return [] if self.acting else row_spans([[row[k] is not ZERO for k in self.order] for row in rows])
 
 
 @dataclass(frozen=True)
@@ -397,16 +391,6 @@ def callees(statement: Statement) -> tuple[Callee, ...]:
     if isinstance(statement, Assign | Solve):
         return ()
     assert_never(statement)
-
-
-def with_kernels(scan: Scan, programs: Sequence[Callee]) -> Scan:
-    """Return a scan that runs other Programs over the same windows, in the order of `callees`."""
-    left = iter(programs)
-    loops = [
-        replace(loop, kernels=tuple(replace(kernel, program=next(left)) for kernel in loop.kernels))
-        for loop in scan.loops
-    ]
-    return replace(scan, loops=tuple(loops))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -336,16 +336,16 @@ TOLERANCE: Final = 1e-9
 
 def spread_samples(programs: Mapping[str, Program], count: int = 3) -> Samples:
     """Return `count` samples for each program whose numbers lie spread between 0.25 and 0.75, the same every time."""
-    return {name: [_spread(program, k) for k in range(count)] for name, program in programs.items()}
-
-
-def _spread(program: Program, sample: int) -> list[np.ndarray]:
-    arrays, first = [], 1 + 1009 * sample
-    for array in program.inputs:
-        numbers = np.arange(first, first + array.size) * GOLDEN
-        arrays.append((0.25 + 0.5 * (numbers % 1.0)).reshape(array.shape))
-        first += array.size
-    return arrays
+    samples: dict[str, list[list[np.ndarray]]] = {name: [] for name in programs}
+    for name, program in programs.items():
+        for k in range(count):
+            arrays, first = [], 1 + 1009 * k
+            for array in program.inputs:
+                numbers = np.arange(first, first + array.size) * GOLDEN
+                arrays.append((0.25 + 0.5 * (numbers % 1.0)).reshape(array.shape))
+                first += array.size
+            samples[name].append(arrays)
+    return samples
 
 
 def stored_numbers(program: Program, samples: Sequence[Sequence[ArrayLike]]) -> list[float]:

@@ -230,23 +230,18 @@ def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Progr
             continue
         changed = with_operands(statement, constant)
         if isinstance(statement, Call) and isinstance(changed, Call):
-            changed = replace(changed, program=_callee(statement, input, numbers, values))
+            # a callee is folded too where it is handed that input as a whole, under the same name
+            pairs = zip(statement.program.inputs, statement.arguments, strict=True)
+            if any(array.name == input and arguments == tuple(numbers) for array, arguments in pairs):
+                changed = replace(changed, program=folded(statement.program, input, values))
         elif isinstance(changed, Scan):
-            changed = replace(changed, loops=tuple(_loop(loop, changed.given) for loop in changed.loops))
+            loops = (
+                replace(loop, kernels=tuple(_kernel(kernel, turns, changed.given) for kernel, turns in loop.turns()))
+                for loop in changed.loops
+            )
+            changed = replace(changed, loops=tuple(loops))
         trace.adopt(changed)
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
-
-
-def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[float | Node]) -> Callee:
-    """Return what a call runs; it is folded too where it is handed that input as a whole, under the same name."""
-    for array, arguments in zip(call.program.inputs, call.arguments, strict=True):
-        if array.name == input and arguments == tuple(numbers):
-            return folded(call.program, input, values)
-    return call.program
-
-
-def _loop(loop: Loop, given: Sequence[Vector]) -> Loop:
-    return replace(loop, kernels=tuple(_kernel(kernel, turns, given) for kernel, turns in loop.turns()))
 
 
 def _kernel(kernel: Kernel, iterations: Integers, given: Sequence[Vector]) -> Kernel:

@@ -11,9 +11,9 @@ from hand_models import OSCILLATOR
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from multibody_sym.program.statements import Rows, column_order, spans_of
-from multibody_sym.scalars.least_norm import Solution, solve
-from multibody_sym.scalars.node import as_node
+from multibody_sym.program.statements import Rows, column_order
+from multibody_sym.scalars.least_norm import Solution, row_spans, solve
+from multibody_sym.scalars.node import ZERO, as_node
 
 
 @pytest.fixture(scope="module")
@@ -163,7 +163,7 @@ def test_what_is_zero_by_structure_may_be_left_out(in_c, seed, size, filled, twi
     right = matrix @ rng.standard_normal(size)
     nodes = [[as_node(float(x)) for x in row] for row in matrix]
     order = column_order(Rows.of(nodes).columns, size)
-    spans = spans_of([[row[k] for k in order] for row in nodes])
+    spans = row_spans([[row[k] is not ZERO for k in order] for row in nodes])
     x, multipliers, report = in_c(matrix[:, order], right, spans=spans)
     wanted = solve(matrix, right)
     assert report[0] == wanted.report[0]
