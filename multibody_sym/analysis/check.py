@@ -228,7 +228,7 @@ def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -
     return None
 
 
-# --- hints ---------------------------------------------------------------------------------------------------------
+# --- hints -----------------------------------------------------------------------------------------------------------
 
 
 def _declared_hints(system: System, end: str) -> list[str]:

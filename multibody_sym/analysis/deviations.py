@@ -1,15 +1,12 @@
-"""Whether A is constant along the motion from a start: in equilibria, and in steady motions.
+"""Deviations of a motion to first order, and whether A in x' = A x + B w is constant along it.
 
-A system moves steadily where whatever A depends on keeps its value, although coordinates on which nothing depends may
-move (a bicycle that rolls on, a top that spins about the vertical). Two looks decide it. The state is moved on
-uniformly, far along everything that moves: A must not change at all, but for rounding. And it is moved as A itself
-says it will move, over the time of each of its eigenvalues: what is accelerated must not change A either, but for the
-little by which the numbers of a start miss a steady motion.
+In: a mechanism, its parameters and a state. Out: A and B beside the state, the tangents of the constraints, and the
+verdict on A: constant in equilibria and steady motions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from contextlib import suppress
 from functools import cached_property
 from typing import Final
@@ -37,8 +34,7 @@ from multibody_sym.scalars.elimination import eigenvalues, least_rounding, witho
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.rank import SLOPES, leading_columns, least_squares
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Deviations of a motion, z = (sigma, delta u), to first order: how they move, and which of them constraints allow.
+# --- deviations z = (sigma, delta u): how they move, and which of them constraints allow -----------------------------
 #
 # Deviations sigma of coordinates are these themselves; of an attitude the rotation vector theta in the body's axes, R
 # = R0(t) exp(theta~), so that
@@ -54,9 +50,7 @@ from multibody_sym.scalars.rank import SLOPES, leading_columns, least_squares
 # Source: the elimination is that of P. J. Peterson, G. Gede, M. Hubbard, Symbolic Linearization of Equations of Motion
 # of Constrained Multibody Systems (2015), done in numbers.
 
-
 Function = Callable[..., tuple[Floats, ...]]
-
 _WANTED: Final = 1e-3
 """The weight of a component that is wanted as a state: it is made dependent only where no other will do."""
 
@@ -73,17 +67,14 @@ class Slopes:
 
 @dataclass(frozen=True)
 class Tangents:
-    """The states that constraints allow beside one: dz = X xi, with xi those components of dz that stand at `places`.
-
-    `places` (m) of the independent components of dz = (sigma, du), `X` (2 nu, m).
-    """
+    """States that constraints allow beside one, dz = (sigma, du) = X xi: `X` (2 nu, m), `places` (m) of xi in dz."""
 
     places: list[int]
     X: Floats
 
 
 @dataclass(frozen=True)
-class Flow:
+class DeviationFlow:
     """How states of a mechanism near a motion move, for given parameters: z = (sigma, du), by exact derivatives."""
 
     mechanism: Mechanism
@@ -91,7 +82,7 @@ class Flow:
     formalism: str | None = None
 
     def linearized(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Slopes:
-        """Return how deviations move at t = 0 at a state that satisfies the constraints, be A constant or not."""
+        """Return A and B at t = 0 at a state that satisfies the constraints, be A constant or not."""
         known, tangents = self.known(q, u), self.tangents(q, u)
         by_state, by_input = self.derivatives(known)
         names = [*deviation_names(self.mechanism), *(s.name for s in self.mechanism.speeds)]
@@ -106,7 +97,7 @@ class Flow:
     def known(
         self, q: npt.ArrayLike, u: npt.ArrayLike, t: float = 0.0, parameters: npt.ArrayLike | None = None
     ) -> tuple[npt.ArrayLike, ...]:
-        """Return what system programs are called with at a state; time stands still in inputs."""
+        """Return the arguments of system programs at a state; time stands still in inputs."""
         values = self.parameters if parameters is None else parameters
         (inputs, *_) = self._driven(0.0, q, u, values)
         return (t, q, u, values, inputs, [])
@@ -154,7 +145,7 @@ class Flow:
         return np.array(columns, dtype=float).reshape(len(units), len(self.mechanism.coordinates)).T
 
     def _turning(self, u: npt.ArrayLike) -> Floats:
-        """Return what the motion itself makes of deviations, as of theta' = - omega x theta."""
+        """Return the matrix by which the motion itself carries deviations, as in theta' = - omega x theta."""
         found = np.zeros((len(self.mechanism.speeds),) * 2)
         for body in self.mechanism.bodies:
             for free in body.free_steps:
@@ -162,10 +153,10 @@ class Flow:
         return found
 
     def tangents(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Tangents:
-        """Return the states that the constraints allow beside a state, parametrised by components as given first.
+        """Return the states that the constraints allow beside a state.
 
-        Among them are, as far as may be, deviations of coordinates that are marked known, with their speeds, and those
-        of whose speeds are there.
+        Independent are, as far as possible, deviations of coordinates marked known, with their speeds, and those of
+        independent speeds.
         """
         known, size = self.known(q, u), len(self.mechanism.speeds)
         positions, speeds = self.restrictions(known)
@@ -188,14 +179,14 @@ class Flow:
         return X
 
     def restrictions(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
-        """Return what positions of z and what all of z must not do: derivatives of phi, and of phidot (x 2 nu)."""
+        """Return the derivatives of phi and of phidot by z (x 2 nu), which allowed deviations make zero."""
         N = self.displacements(known[1])
         phi = self._by(self._restricted, ("positions",), "q", known) @ N
         by_q, by_u = (self._by(self._restricted, ("speeds",), name, known) for name in ("q", "u"))
         return np.hstack([phi, np.zeros_like(phi)]), np.hstack([by_q @ N, by_u])
 
     def completed(self, q: Floats, u: Floats, t: float, places: Sequence[int]) -> Floats:
-        """Return u with those speeds that `places` leaves out such that the rows hold."""
+        """Return u with the dependent speeds, not in `places`, such that the rows hold."""
         size = len(self.mechanism.speeds)
         dependent = [k for k in range(size) if size + k not in set(places)]
         if not dependent:
@@ -211,19 +202,19 @@ class Flow:
         return found[0], float(found[1])
 
     def pose_slopes(self, q: npt.ArrayLike) -> Floats:
-        """Return how poses follow deviations (12 per body x nu)."""
+        """Return the derivatives of poses by deviations (12 per body x nu)."""
         known = self.known(q, np.zeros(len(self.mechanism.speeds)))
         return self._by(self._place, ("poses",), "q", known) @ self.displacements(q)
 
     def row_without_slopes(self, known: Sequence[npt.ArrayLike]) -> int | None:
-        """Return the first row whose acceleration, or what it restricts, has no finite derivative; None: all have."""
+        """Return the first row of which phi, phidot, H or gamma has no finite derivative; None: all have."""
         count = len(self.mechanism.rows)
-        for name in ("q", "u"):
+        for name in ("q", "u") if count else ():
             try:
-                found = self._by(self._asked, ("rows",), name, known).reshape(count, -1) if count else np.zeros((0, 1))
+                slopes = self._by(self._row_values, ("rows",), name, known).reshape(count, -1)
             except UNDEFINED:
                 return 0
-            bad = np.flatnonzero(~np.isfinite(found).all(axis=1))
+            bad = np.flatnonzero(~np.isfinite(slopes).all(axis=1))
             if len(bad):
                 return int(bad[0])
         return None
@@ -292,7 +283,7 @@ class Flow:
 
     @cached_property
     def _restricted(self) -> Program:
-        """The Program of what stays zero: phi of holonomic rows, phidot of all rows."""
+        """The Program of the values that stay zero: phi of holonomic rows, phidot of all rows."""
         trace = Trace("restricted", arrays(self.mechanism))
         rows = row_motions(motion_of(self.mechanism, slot_state(self.mechanism)))
         positions = [row.phi for row in rows if row.holonomic]
@@ -302,8 +293,8 @@ class Flow:
         )
 
     @cached_property
-    def _asked(self) -> Program:
-        """The Program of what each row asks for: phi, phidot, its Jacobian and gamma (nr x (nu + 3))."""
+    def _row_values(self) -> Program:
+        """The Program of each row's phi, phidot, gamma and Jacobian (nr x (nu + 3))."""
         trace = Trace("asked", arrays(self.mechanism))
         rows = row_motions(motion_of(self.mechanism, slot_state(self.mechanism)))
         each = [(row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian) for row in rows]
@@ -329,7 +320,7 @@ def _callable(program: Program) -> Function:
 
 
 def _pivots(matrix: Floats, wanted: Set[int]) -> list[int]:
-    """Return as many columns as the matrix has rank, which determine the others best, but `wanted` ones last."""
+    """Return columns, as many as the rank, that determine the others best; `wanted` ones are taken last."""
     if not matrix.size:
         return []
     matrix = matrix * np.where([k in wanted for k in range(matrix.shape[1])], _WANTED, 1.0)
@@ -337,7 +328,13 @@ def _pivots(matrix: Floats, wanted: Set[int]) -> list[int]:
     return leading_columns(matrix / np.where(lengths > 0.0, lengths, 1.0), SLOPES)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# --- whether A is constant -------------------------------------------------------------------------------------------
+#
+# A system moves steadily where all that A depends on keeps its value, although coordinates on which nothing depends may
+# move (a bicycle that rolls on, a top that spins about the vertical). Two looks decide it. The state is moved on
+# uniformly, far along everything that moves: A must not change at all, but for rounding. And it is moved as A itself
+# says, over the time of each eigenvalue: accelerations must not change A either, but for the little by which the
+# numbers of a start miss a steady motion.
 
 NO_EIGENVALUES: Final = "the state is no equilibrium and no steady motion, and A changes as soon as it is let go"
 _ADVICE: Final = (
@@ -365,7 +362,7 @@ _SEED: Final = 5
 class Constancy:
     """Whether A is constant, without the states `left_out`; if not, and the system moves, the `reason`, by name.
 
-    `rounding` (m x m): what rounding may make of A.
+    `rounding` (m x m): by how much rounding may change A.
     """
 
     constant: bool
@@ -374,7 +371,7 @@ class Constancy:
     reason: str = ""
 
 
-def constancy_of(flow: Flow, q: Floats, u: Floats) -> Constancy:
+def constancy_of(flow: DeviationFlow, q: Floats, u: Floats) -> Constancy:
     """Return whether A is constant along the motion from a state (q, u) at t = 0 that satisfies the constraints."""
     path = _Path(flow, q, u, flow.tangents(q, u))
     rounding = path.rounding(q, u)
@@ -390,7 +387,7 @@ def constancy_of(flow: Flow, q: Floats, u: Floats) -> Constancy:
 
 @dataclass(frozen=True)
 class _Times:
-    """How long states are moved on `uniform`ly, and as A says (`linear`); whether anything `moves` at all."""
+    """The times for which states move on `uniform`ly, and as A says (`linear`); whether anything `moves` at all."""
 
     uniform: list[float]
     linear: list[float]
@@ -419,7 +416,7 @@ class _Times:
 class _Path:
     """States along the motion from one."""
 
-    flow: Flow
+    flow: DeviationFlow
     q: Floats
     u: Floats
     tangents: Tangents
@@ -438,9 +435,9 @@ class _Path:
         return by_state[self.tangents.places] @ self.flow.span(known, self.tangents.places)
 
     def rounding(self, q: Floats, u: Floats, t: float = 0.0) -> Floats:
-        """Return what rounding of a state and of the parameters makes of A, seen at a few states beside it.
+        """Return by how much rounding of a state and of the parameters changes A, seen at a few states beside it.
 
-        Those at which A has no value tell nothing: a force may end at the state itself.
+        States at which A has no value do not count: a force may end at the state itself.
         """
         rng, here = np.random.default_rng(_SEED), self.A(q, u, t)
         found = np.zeros_like(here)
@@ -451,7 +448,7 @@ class _Path:
         return least_rounding(here, _SAFETY * (found + EPSILON * np.abs(here)))
 
     def _rounded(self, q: Floats, u: Floats, t: float, rng: np.random.Generator) -> tuple[npt.ArrayLike, ...]:
-        """Return what programs know at a state with all numbers rounded in the last place, up or down."""
+        """Return the arguments of programs at a state with all numbers rounded in the last place, up or down."""
 
         def rounded(values: npt.ArrayLike) -> Floats:
             numbers = np.asarray(values, dtype=float)
@@ -465,22 +462,15 @@ class _Path:
         beside = displaced(self.flow.mechanism, rounded(q), turned)
         return self.flow.known(beside, rounded(u), t, parameters)
 
-    def moved(self, sigma: Floats, du: Floats, t: float) -> tuple[Floats, Floats] | None:
-        """Return the state at time t that is nearest to one displaced, None where there is none."""
+    def along(self, sigma: Floats, du: Floats, t: float) -> tuple[Floats, Floats] | None:
+        """Return A and its rounding at time t in the closed state nearest to the displaced one; None without any."""
         rows = ConstraintRows(self.flow.mechanism, self.flow.parameters, range(len(self.flow.mechanism.rows)), t)
         try:
             q = closed_near(rows, displaced(self.flow.mechanism, self.q, sigma))
-            return None if q is None else (q, self.flow.completed(q, self.u + du, t, self.tangents.places))
-        except (*UNDEFINED, np.linalg.LinAlgError):
-            return None
-
-    def along(self, sigma: Floats, du: Floats, t: float) -> tuple[Floats, Floats] | None:
-        """Return A there and what rounding makes of it, None where it has no value."""
-        state = self.moved(sigma, du, t)
-        if state is None:
-            return None
-        try:
-            found = self.A(*state, t), self.rounding(*state, t)
+            if q is None:
+                return None
+            u = self.flow.completed(q, self.u + du, t, self.tangents.places)
+            found = self.A(q, u, t), self.rounding(q, u, t)
         except (*UNDEFINED, np.linalg.LinAlgError):
             return None
         return found if np.isfinite(found).all() else None
@@ -497,55 +487,53 @@ class _Path:
                 return None
             seen.append(there[0])
             allowed = np.maximum(allowed, there[1])
-            changing |= set(np.flatnonzero(_changed(here, rounding, *there).any(axis=1)).tolist())
+            changing |= set(np.flatnonzero(_changed_elements(here, rounding, *there).any(axis=1)).tolist())
         kept = [k for k in range(len(here)) if k not in changing]
         depending = np.ix_(kept, sorted(changing))
         depends = any((np.abs(A) > _CLOSURE * allowed)[depending].any() for A in seen)
         return None if depends or (changing and not kept) else frozenset(changing)
 
     def reason(self, here: Floats, rounding: Floats, times: Sequence[float]) -> str:
-        """Return on what that changes A depends."""
-        moving = self._moving(here, rounding, times)
+        """Return the variables that change and on which A depends, in words."""
+        moving = []  # deviations of which each alone changes A
+        for places in (list(free.u) for body in self.flow.mechanism.bodies for free in body.free_steps):
+            alone = np.zeros_like(self.u)
+            alone[places] = self.u[places]
+            if alone.any() and any(self._differs(here, rounding, alone * t, t) for t in times):
+                moving += places
         if not moving and any(self._differs(here, rounding, np.zeros_like(self.u), t) for t in times):
             masses = [body.name for body in self.flow.mechanism.bodies if varies_with_time(body)]
             why = f", as the mass of {masses[0]} does," if masses else ""
             return f"A depends on time{why or ','} and has no eigenvalues that tell how small motions go on; {_ADVICE}"
         named = moving or [k for k in range(len(self.u)) if abs(self.u[k]) > _REST * np.abs(self.u).max()]
-        return self._refused(self._named(named))
-
-    def _moving(self, here: Floats, rounding: Floats, times: Sequence[float]) -> list[int]:
-        """Return the deviations that move and of which each alone changes A."""
-        found = []
-        for places in self._freedoms():
-            alone = np.zeros_like(self.u)
-            alone[places] = self.u[places]
-            if alone.any() and any(self._differs(here, rounding, alone * t, t) for t in times):
-                found += places
-        return found
-
-    def _freedoms(self) -> Iterator[list[int]]:
-        for body in self.flow.mechanism.bodies:
-            yield from (list(free.u) for free in body.free_steps)
+        return self._refused(self._name_moving(named))
 
     def _differs(self, here: Floats, rounding: Floats, sigma: Floats, t: float) -> bool:
         there = self.along(sigma, np.zeros_like(self.u), t)
-        return there is None or bool(_changed(here, rounding, *there).any())
+        return there is None or bool(_changed_elements(here, rounding, *there).any())
 
     # --- as A says --------------------------------------------------------------------------------------------------
 
     def accelerates(self, here: Floats, rounding: Floats, left_out: frozenset[int], times: _Times) -> bool:
         """Return whether A changes on the way that the state takes by its accelerations."""
+        from scipy.linalg import expm  # scipy takes longer to import than most answers take
+
         keep = [k for k in range(len(here)) if k not in left_out]
-        first = np.concatenate([self.u, self.udot])[self.tangents.places]
-        size = len(self.u)
-        kept = np.ix_(keep, keep)
+        kept, size = np.ix_(keep, keep), len(self.u)
+        # x' = A x + x'(0) from x(0) = 0, as one homogeneous system
+        whole = np.zeros((len(here) + 1,) * 2)
+        whole[:-1, :-1], whole[:-1, -1] = here, np.concatenate([self.u, self.udot])[self.tangents.places]
         for t in times.linear:
-            z = self.tangents.X @ _after(here, first, t)
+            z = self.tangents.X @ expm(whole * t)[:-1, -1]
             there = self.along(z[:size], z[size:], t)
             if there is None:
                 return True
             noise, change = _CLOSURE * np.maximum(rounding, there[1])[kept], (there[0] - here)[kept]
-            if (np.abs(change) > _MISSED * _sizes(here[kept]) + noise).any() or _tells(here[kept], change, noise):
+            sizes = np.abs(here[kept])  # a change counts beside the largest of its row or column
+            rows, columns = (sizes.max(axis=axis, initial=0.0, keepdims=True) for axis in (1, 0))
+            if (np.abs(change) > _MISSED * np.maximum(rows, columns) + noise).any():
+                return True
+            if _changes_eigenvalues(here[kept], change, noise):
                 return True
         return False
 
@@ -559,7 +547,7 @@ class _Path:
 
     # --- words ------------------------------------------------------------------------------------------------------
 
-    def _named(self, places: Sequence[int]) -> str:
+    def _name_moving(self, places: Sequence[int]) -> str:
         mechanism, told = self.flow.mechanism, []
         for body in mechanism.bodies:
             for free in body.free_steps:
@@ -601,26 +589,15 @@ def displaced(mechanism: Mechanism, q: Floats, sigma: Floats) -> Floats:
     return found
 
 
-def _after(A: Floats, first: Floats, t: float) -> Floats:
-    """Return x(t) of x' = A x + first, x(0) = 0."""
-    from scipy.linalg import expm  # scipy takes longer to import than most answers take
-
-    size = len(A)
-    whole = np.zeros((size + 1, size + 1))
-    whole[:size, :size], whole[:size, size] = A, first
-    found: Floats = expm(whole * t)[:size, size]
-    return found
-
-
-def _changed(here: Floats, rounding: Floats, there: Floats, rounding_there: Floats) -> npt.NDArray[np.bool_]:
+def _changed_elements(here: Floats, rounding: Floats, there: Floats, rounding_there: Floats) -> npt.NDArray[np.bool_]:
     """Return which elements of A differ by more than rounding."""
     allowed = _STEADY * np.abs(here) + _CLOSURE * np.maximum(rounding, rounding_there)
     found: npt.NDArray[np.bool_] = np.abs(there - here) > allowed
     return found
 
 
-def _tells(A: Floats, change: Floats, noise: Floats) -> bool:
-    """Return whether a change of A tells on one of its eigenvalues, however small beside the others that is."""
+def _changes_eigenvalues(A: Floats, change: Floats, noise: Floats) -> bool:
+    """Return whether a change of A shows in one of its eigenvalues, however small beside the others it is."""
     from scipy.linalg import eig  # as above
 
     values, left, right = eig(A, left=True, right=True)
@@ -628,11 +605,3 @@ def _tells(A: Floats, change: Floats, noise: Floats) -> bool:
     moved = np.abs(np.einsum("ik,ij,jk->k", left.conj(), change, right))
     uncertain = np.einsum("ik,ij,jk->k", np.abs(left), noise, np.abs(right))
     return bool((moved > _MISSED * np.abs(values) * overlap + uncertain)[np.abs(values) > 0.0].any())
-
-
-def _sizes(A: Floats) -> Floats:
-    """Return beside what a change of each element counts: the largest of its row or column."""
-    size = np.abs(A)
-    rows, columns = (size.max(axis=axis, initial=0.0, keepdims=True) for axis in (1, 0))
-    found: Floats = np.maximum(rows, columns)
-    return found

@@ -1,15 +1,17 @@
 """Equilibrium by virtual work: positions at which the forces do no work on any admissible displacement.
 
+In: a System. Out: an Equilibrium with its positions, their stability, and whether they are all.
+
 In such a position a system at rest has no acceleration. With the constraints' tangents X (see `deviations`), xi the
 independent deviations, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
 equilibria are the roots of G, and one is stable where all eigenvalues of dG/dxi S are real and negative: for forces
 with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction has no part.
-Where something holds one way only there are equilibria for each set of what is closed (`resting`).
+With one-way elements there are equilibria for each set of closed ones (`equilibrium_search`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from functools import singledispatch
 from typing import Any, Final
@@ -18,16 +20,15 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import displaced
-from multibody_sym.analysis.equilibrium_search import Places, Rest, guesses, rests
-from multibody_sym.analysis.state_asked_about import left_out, none_found, tried
+from multibody_sym.analysis.equilibrium_search import Positions, find_equilibria, guesses
+from multibody_sym.analysis.state_asked_about import friction_left_out, no_equilibrium_error, tried_sets_text
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.number_checks import examined, on_numbers
-from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
-from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.state import state_of
@@ -38,53 +39,45 @@ from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.rank import exact, rank
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Degrees of expressions that are seen from how they are written: no values are tried, so that what holds is proved.
-
-
 Degree = int | None
 """None: no polynomial, or none that is seen."""
+_ROUNDING: Final = 1e-9
+_WAVES: Final = 64
+_FEW: Final = 16
+"""The largest degree whose zeros are counted, from so many values on a circle."""
+_ON_CIRCLE: Final = 1e-6
+_STEP: Final = 1e-4
+_LINE: Final = 1e-5
+TOUCHES: Final = "touches"
+"""The state of a contact without force."""
+_STILL: Final = 1e-6
+"""The part of the largest speed of a start up to which a speed is none."""
+
+# --- degrees of expressions, seen from how they are written: no values are tried, so that they are proved ------------
 
 
-def polynomial_degree(nodes: Sequence[Node], variables: Sequence[Node]) -> Degree:
-    """Return the largest degree that expressions can have as polynomials of variables; other leaves are constants."""
-    return _largest(_degrees(nodes, dict.fromkeys(variables, 1), lambda node: None), nodes)
+def _degree(nodes: Sequence[Node], variables: Mapping[Node, Degree], angle: Node | None = None) -> Degree:
+    """Return the largest degree that expressions can have as polynomials; other leaves than variables are constants.
 
-
-def wave_degree(nodes: Sequence[Node], angle: Node) -> Degree:
-    """Return the largest degree that expressions can have as polynomials of sin and cos of one angle."""
-
-    def of_wave(node: Node) -> Degree:
-        return _whole_slope(node.args[0], angle) if node.op in ("sin", "cos") else None
-
-    return _largest(_degrees(nodes, {angle: None}, of_wave), nodes)
-
-
-def _largest(degrees: Mapping[Node, Degree], nodes: Sequence[Node]) -> Degree:
-    found = [degrees[node] for node in nodes]
-    return None if None in found else max((x for x in found if x is not None), default=0)
-
-
-def _degrees(
-    nodes: Sequence[Node], known: Mapping[Node, Degree], of_other: Callable[[Node], Degree]
-) -> dict[Node, Degree]:
-    """Return the degree of each part of expressions; `of_other` tells that of functions whose arguments vary."""
+    With an `angle` they may be polynomials of its sin and cos.
+    """
     found: dict[Node, Degree] = {}
     for n in postorder(nodes):
         parts = [found[a] for a in n.args]
-        if n in known:
-            found[n] = known[n]
+        if n in variables:
+            found[n] = variables[n]
         elif not n.args or all(part == 0 for part in parts):
             found[n] = 0
         else:
-            polynomial = None if None in parts else _of_operation(n, parts)
-            found[n] = of_other(n) if polynomial is None else polynomial
-    return found
+            found[n] = None if None in parts else _degree_of_operation(n, [part or 0 for part in parts])
+            if found[n] is None and angle is not None and n.op in ("sin", "cos"):
+                found[n] = _whole_slope(n.args[0], angle)
+    degrees = [found[node] for node in nodes]
+    return None if None in degrees else max((x for x in degrees if x is not None), default=0)
 
 
-def _of_operation(n: Node, parts: Sequence[Degree]) -> Degree:
+def _degree_of_operation(n: Node, degrees: Sequence[int]) -> Degree:
     """Return the degree of a sum, product, quotient by a constant or whole power of polynomials."""
-    degrees = [part or 0 for part in parts]
     if n.op in ("add", "neg"):
         return max(degrees)
     if n.op == "mul":
@@ -96,7 +89,7 @@ def _of_operation(n: Node, parts: Sequence[Degree]) -> Degree:
 
 
 def _whole_slope(argument: Node, angle: Node) -> Degree:
-    """Return |k| of k angle + constant with a whole number k, None where the argument is seen to be no such."""
+    """Return |k| of k angle + constant with a whole number k; None where the argument has another form."""
     slopes: dict[Node, float | None] = {}
     for n in postorder([argument]):
         parts = [slopes[a] for a in n.args]
@@ -127,25 +120,16 @@ def _slope(n: Node, slopes: Sequence[float]) -> float | None:
     return None
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Whether positions of equilibrium that were found are all there are, where that can be known.
+# --- whether the positions of equilibrium that were found are all ----------------------------------------------------
 #
 # Forces at rest that are affine in the coordinates, with one regular root, have no other. One angle under forces that
 # are a trigonometric polynomial of it has as many positions as that has zeros on the unit circle. Hinges with parallel
 # axes, each body hung from the one before, under gravity alone: in the bodies' angles from the vertical V is a sum of
-# cosines of one angle each, so that every body stands or hangs, in 2^n ways. That forces are such is seen from the
-# expressions they are, not from their values somewhere: a weak cubic term far away or a narrow pulse would escape
-# samples.
+# cosines of one angle each, so that every body stands or hangs, in 2^n ways. The form of the forces is seen from their
+# expressions, not from samples: a weak cubic term far away or a narrow pulse would escape these.
 
 
-_ROUNDING: Final = 1e-9
-_WAVES: Final = 64
-_FEW: Final = 16
-"""The largest degree whose zeros are counted, from so many values on a circle."""
-_ON_CIRCLE: Final = 1e-6
-
-
-def are_all(places: Places, found: Sequence[Floats], free: Sequence[npt.NDArray[np.bool_]]) -> bool:
+def are_all(places: Positions, found: Sequence[Floats], free: Sequence[npt.NDArray[np.bool_]]) -> bool:
     """Return whether it is proved that these positions, none of which has others beside it, are all."""
     mechanism = places.mechanism
     if not mechanism.coordinates:
@@ -155,27 +139,22 @@ def are_all(places: Places, found: Sequence[Floats], free: Sequence[npt.NDArray[
     if any(body.quaternions for body in mechanism.bodies):
         return False
     try:
-        return len(found) == _count(places)
+        if _is_affine(places):
+            return len(found) == 1
+        if len(places.start) == 1 and places.periodic[0]:
+            return len(found) == _zeros_on_circle(places)
+        return len(found) == 2 ** len(places.start) and _hangs(places)
     except UNDEFINED:
         return False
 
 
-def _count(places: Places) -> int | None:
-    """Return how many positions of equilibrium there are, None where it is not known."""
-    if _affine(places):
-        return 1
-    if len(places.start) == 1 and places.periodic[0]:
-        return _zeros_on_circle(places)
-    return 2 ** len(places.start) if _hangs(places) else None
-
-
-def _forces(places: Places, q: Floats) -> Floats:
+def _forces(places: Positions, q: Floats) -> Floats:
     """Return the generalised forces (nu) at rest, with what prescribed motions exert."""
     motion = places.motion(q)
     return np.array(composite_body(places.mechanism, motion.state).forcing, dtype=float)
 
 
-def _at_rest(places: Places) -> Motion:
+def _at_rest(places: Positions) -> Motion:
     """Return the motion at rest over Nodes, with numbers for all but the coordinates."""
     mechanism = places.mechanism
     q = [slot("q", k) for k in range(len(places.start))]
@@ -183,16 +162,16 @@ def _at_rest(places: Places) -> Motion:
     return motion_of(mechanism, state_of(mechanism, Node, ZERO, q, [ZERO] * len(mechanism.speeds), parameters))
 
 
-def _written_forces(places: Places) -> tuple[list[Node], list[Node]]:
+def _written_forces(places: Positions) -> tuple[list[Node], list[Node]]:
     """Return the generalised forces at rest as expressions, and the coordinates in them."""
     motion = _at_rest(places)
     return [as_node(x) for x in composite_body(places.mechanism, motion.state).forcing], list(motion.state.q)
 
 
-def _affine(places: Places) -> bool:
+def _is_affine(places: Positions) -> bool:
     """Return whether the forces at rest are affine in the coordinates, and determine them."""
     forces, coordinates = _written_forces(places)
-    degree = polynomial_degree(forces, coordinates)
+    degree = _degree(forces, dict.fromkeys(coordinates, 1))
     if degree is None or degree > 1:
         return False
     scale = np.where(places.lengths, places.length, 1.0)
@@ -201,10 +180,10 @@ def _affine(places: Places) -> bool:
     return rank(slope, exact(slope)) == len(here)
 
 
-def _zeros_on_circle(places: Places) -> int | None:
+def _zeros_on_circle(places: Positions) -> int | None:
     """Return how many zeros the forces on one angle have, if they are a trigonometric polynomial of low degree."""
     forces, (angle,) = _written_forces(places)
-    highest = wave_degree(forces, angle)
+    highest = _degree(forces, {angle: None}, angle)
     if highest is None or highest > _FEW:
         return None
     angles = 2 * np.pi * np.arange(_WAVES) / _WAVES
@@ -218,99 +197,76 @@ def _zeros_on_circle(places: Places) -> int | None:
     return int(on_circle.sum()) if degree and apart.min() > np.sqrt(_ON_CIRCLE) else None
 
 
-def _hangs(places: Places) -> bool:
-    """Return whether every coordinate turns a body about one direction, and nothing but gravity acts at rest."""
+def _hangs(places: Positions) -> bool:
+    """Return whether every coordinate turns a body about one direction, and only gravity is seen to act at rest."""
     mechanism = places.mechanism
     for body in mechanism.bodies:
         if len(body.steps) != len(body.free_steps) or [step.is_hinge for step in body.steps] not in ([], [True]):
             return False
-    return _parallel(places) and not _pushed(places)
-
-
-def _parallel(places: Places) -> bool:
-    motion, axes = places.motion(places.start), []
-    for index, (body, moved) in enumerate(zip(places.mechanism.bodies, motion.bodies, strict=True)):
+    turning, axes = places.motion(places.start), []
+    for index, (body, moved) in enumerate(zip(mechanism.bodies, turning.bodies, strict=True)):
         if body.q:
-            axes.append(np.array(motion.rotation(index), dtype=float) @ np.array(moved.angular[0], dtype=float))
-    return all(np.linalg.norm(np.cross(axes[0], axis)) < _ROUNDING for axis in axes[1:])
-
-
-def _pushed(places: Places) -> bool:
-    """Return whether declared forces act at rest, or may: what they do is not seen to be nothing."""
+            axes.append(np.array(turning.rotation(index), dtype=float) @ np.array(moved.angular[0], dtype=float))
+    if any(np.linalg.norm(np.cross(axes[0], axis)) >= _ROUNDING for axis in axes[1:]):
+        return False
     motion = _at_rest(places)
     forces = applied_generalized_forces(motion, applied_forces(motion, weight=False))
-    return any(as_node(x).shadow != 0 for x in forces)
+    return all(as_node(x).shadow == 0 for x in forces)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Springs whose moving end lies beyond their other end: positions that a formula has, and a real spring hardly.
+# --- springs whose moving end lies beyond their other end: positions of formulas, hardly of real springs -------------
 
 
-_STEP: Final = 1e-4
-_LINE: Final = 1e-5
-
-
-def passed(places: Places, q: Floats) -> tuple[str, ...]:
+def springs_passed(places: Positions, q: Floats) -> tuple[str, ...]:
     """Return the springs that are beyond their other end in a position.
 
-    In a joint's sliding freedom: those whose length would have another sign than unloaded. Between points: those whose
+    In a joint's sliding freedom: springs whose length has another sign than unloaded. Between points: springs whose
     end moves on a line through the other and is on the other side of it than at the start.
     """
-    found = []
-    for load in places.mechanism.loads:
-        if load.spring is not None and _is_passed(load, places, q):
-            found.append(load.name)
-    return tuple(found)
+    loads = places.mechanism.loads
+    return tuple(load.name for load in loads if load.spring is not None and _is_passed(load, places, q))
 
 
 @singledispatch
-def _is_passed(spring: Load, places: Places, q: Floats) -> bool:
+def _is_passed(spring: Load, places: Positions, q: Floats) -> bool:
     raise TypeError(f"nothing says when {type(spring).__name__} is beyond its other end")
 
 
 @_is_passed.register
-def _(spring: JointSpring, places: Places, q: Floats) -> bool:
-    return _reversed(places, spring, q)
-
-
-@_is_passed.register
-def _(spring: PointSpring, places: Places, q: Floats) -> bool:
-    return any(_crossed(places, spring, q, end.body) for end in spring.ends)
-
-
-def _reversed(places: Places, spring: JointSpring, q: Floats) -> bool:
+def _(spring: JointSpring, places: Positions, q: Floats) -> bool:
     coordinates = places.mechanism.coordinates
     slides = all(c.unit == "m" for c in coordinates if c.joint == spring.joint)
     rest, length, stiffness = places.motion(q).state.values([spring.rest, spring.coordinate, spring.stiffness])
     return slides and stiffness != 0 and rest * length < 0 and abs(length) > _LINE * abs(rest)
 
 
-def _crossed(places: Places, spring: PointSpring, q: Floats, body: int) -> bool:
-    """Return whether a spring, seen from a body, lies on the same line as at the start and points the other way."""
-    before, now = (_spanned(places, spring, x, body) for x in (places.start, q))
+@_is_passed.register
+def _(spring: PointSpring, places: Positions, q: Floats) -> bool:
+    return any(_crossed(places, spring, q, end.body) for end in spring.ends)
+
+
+def _crossed(places: Positions, spring: PointSpring, q: Floats, body: int) -> bool:
+    """Return whether a spring, seen from a body, points the other way than at the start.
+
+    It lies on the same line there, and its ends move along this line only, whatever moves.
+    """
+    before, now = (_end_to_end(places, spring, x, body) for x in (places.start, q))
     sizes = np.linalg.norm(before) * np.linalg.norm(now)
     if sizes == 0.0 or before @ now >= 0.0 or np.linalg.norm(np.cross(before, now)) > _LINE * sizes:
         return False
-    axis = before / np.linalg.norm(before)
-    return all(_on_line(places, spring, x, body, axis) for x in (places.start, q))
-
-
-def _on_line(places: Places, spring: PointSpring, q: Floats, body: int, axis: Floats) -> bool:
-    """Return whether the spring's ends move along its own line only, whatever moves."""
-    zeros = np.zeros(len(places.mechanism.speeds))
-    columns = places.flow.tangents(q, zeros).X[: len(zeros)]
-    here = _spanned(places, spring, q, body)
-    for column in columns.T:
-        size = float(np.abs(column).max(initial=0.0))
-        if size > 0.0:
-            there = _spanned(places, spring, displaced(places.mechanism, q, _STEP * column / size), body)
-            aside = np.cross(axis, there - here)
-            if float(np.linalg.norm(aside)) > _LINE * _STEP * max(places.length, float(np.linalg.norm(there - here))):
-                return False
+    axis, rest = before / np.linalg.norm(before), np.zeros(len(places.mechanism.speeds))
+    for x, here in ((places.start, before), (q, now)):
+        for column in places.flow.tangents(x, rest).X[: len(rest)].T:
+            size = float(np.abs(column).max(initial=0.0))
+            if size > 0.0:
+                there = _end_to_end(places, spring, displaced(places.mechanism, x, _STEP * column / size), body)
+                length, aside = float(np.linalg.norm(there - here)), np.cross(axis, there - here)
+                if float(np.linalg.norm(aside)) > _LINE * _STEP * max(places.length, length):
+                    return False
     return True
 
 
-def _spanned(places: Places, spring: PointSpring, q: Floats, body: int) -> Floats:
+def _end_to_end(places: Positions, spring: PointSpring, q: Floats, body: int) -> Floats:
     """Return the vector from end to end of a spring, in a body's axes."""
     motion = places.motion(q)
     ends = [np.array(position(motion, end), dtype=float) for end in spring.ends]
@@ -318,12 +274,7 @@ def _spanned(places: Places, spring: PointSpring, q: Floats, body: int) -> Float
     return found
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
-TOUCHES: Final = "touches"
-"""What is said of what touches without force."""
-_STILL: Final = 1e-6
-"""The part of the largest speed of a start up to which one is none."""
+# --- the public function ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -336,10 +287,10 @@ class Equilibrium:
     springs whose end lies beyond their other end. `complete`: whether it is proved that there are no others;
     `cut_short`: whether the time of the search was up before it found nothing new; `guesses`: how many it tried.
     `speeds_left_out`: speeds of the start, which is taken at rest. `units`: the unit of each coordinate. `closed`: for
-    each position the contacts, ropes and stops that press or pull there, with their states, and what touches without
-    force, which may leave open whether it is stable. `friction_left_out`: what rubs and might hold other positions.
-    `sets`: how many sets of contacts, ropes and stops were tried closed, and how many there are. `errors`: how far the
-    coordinates of each position may be off.
+    each position the contacts, ropes and stops that press or pull there, with their states, and those that touch
+    without force, which may leave its stability open. `friction_left_out`: elements whose friction might hold other
+    positions. `sets`: how many sets of contacts, ropes and stops were tried closed, and how many there are. `errors`:
+    by how much the coordinates of each position may be wrong.
     """
 
     positions: tuple[Mapping[str, float], ...]
@@ -401,45 +352,40 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     verify_formalism(formalism)
     resolved = examined(system)
     begin = start(resolved, project=system.simulation.project)
+    without_friction = friction_left_out(resolved)
     if not resolved.speeds:  # nothing moves: the one position is at rest, whatever acts
         at_rest = Equilibrium(({},), (True,), ((),), True, ((),), one_sided=(False,), closed=({},), errors=({},))
-        return replace(at_rest, friction_left_out=left_out(resolved))
-    rested = rests(resolved, begin, formalism, project=system.simulation.project)
+        return replace(at_rest, friction_left_out=without_friction)
+    rested = find_equilibria(resolved, begin, formalism, project=system.simulation.project)
     found, first = rested.found, rested.first
     if not found:
         around = guesses(first.places, first.places.start)
-        one_way = tried(resolved, rested.sets, in_time=rested.cut_short)
-        raise none_found(first.flow, first.rows, around, in_time=rested.cut_short, one_way=one_way)
+        one_way = tried_sets_text(resolved, rested.sets, in_time=rested.cut_short)
+        raise no_equilibrium_error(first.flow, first.rows, around, in_time=rested.cut_short, one_way=one_way)
     names = [c.name for c in resolved.coordinates]
     one_sided = tuple(x.search.one_sided(x.q) for x in found)
-    return Equilibrium(
-        tuple(dict(zip(names, x.search.told(x.q), strict=True)) for x in found),
-        tuple(None if edge else x.stable for x, edge in zip(found, one_sided, strict=True)),
-        tuple(tuple(names[k] for k in np.flatnonzero(x.free)) for x in found),
-        rested.sets[1] == 1 and are_all(first.places, [x.q for x in found], [x.free for x in found]),
-        tuple(passed(x.search.places, x.q) for x in found),
-        rested.cut_short,
-        rested.guesses,
-        _moving(system, resolved, begin),
-        one_sided,
-        {c.name: c.unit for c in resolved.coordinates},
-        tuple(_closed(resolved, x) for x in found),
-        left_out(resolved),
-        rested.sets,
-        tuple(dict(zip(names, x.search.errors(x.q), strict=True)) for x in found),
-    )
-
-
-def _closed(resolved: Mechanism, rest: Rest) -> dict[str, str]:
-    """Return the state of each element that is closed, and which ones touch without force."""
-    words = {x.name: x.words[0] for x in resolved.one_way if x.name in rest.closed}
-    return words | dict.fromkeys(rest.touching, TOUCHES)
-
-
-def _moving(system: System, resolved: Mechanism, begin: Start) -> tuple[str, ...]:
-    """Return the speeds of the start that are not zero, in coordinates of joints as they are declared."""
+    closed = []
+    for x in found:
+        words = {each.name: each.words[0] for each in resolved.one_way if each.name in x.closed}
+        closed.append(words | dict.fromkeys(x.touching, TOUCHES))
+    # speeds of the start in coordinates of joints, as they are declared
+    joints, own = resolved, begin
     if resolved.relative is not None:
-        begin = start(resolved.relative, project=system.simulation.project)
-        resolved = resolved.relative
-    size = max(map(abs, begin.u), default=0.0)
-    return tuple(s.name for s, u in zip(resolved.speeds, begin.u, strict=True) if abs(u) > _STILL * size)
+        joints, own = resolved.relative, start(resolved.relative, project=system.simulation.project)
+    still = _STILL * max(map(abs, own.u), default=0.0)
+    return Equilibrium(
+        positions=tuple(dict(zip(names, x.search.told(x.q), strict=True)) for x in found),
+        stable=tuple(None if edge else x.stable for x, edge in zip(found, one_sided, strict=True)),
+        free=tuple(tuple(names[k] for k in np.flatnonzero(x.free)) for x in found),
+        complete=rested.sets[1] == 1 and are_all(first.places, [x.q for x in found], [x.free for x in found]),
+        beyond=tuple(springs_passed(x.search.places, x.q) for x in found),
+        cut_short=rested.cut_short,
+        guesses=rested.guesses,
+        speeds_left_out=tuple(s.name for s, u in zip(joints.speeds, own.u, strict=True) if abs(u) > still),
+        one_sided=one_sided,
+        units={c.name: c.unit for c in resolved.coordinates},
+        closed=tuple(closed),
+        friction_left_out=without_friction,
+        sets=rested.sets,
+        errors=tuple(dict(zip(names, x.search.errors(x.q), strict=True)) for x in found),
+    )

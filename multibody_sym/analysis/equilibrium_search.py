@@ -1,6 +1,7 @@
-"""The search for positions in which a mechanism, all of whose rows hold, has no acceleration at rest.
+"""The search for positions in which a mechanism has no acceleration at rest.
 
-Newton's method on the accelerations, from the start and from positions all around it; images of what was found.
+In: a mechanism and its start. Out: positions with their stability. Newton's method on the accelerations begins at the
+start and all around it, and at images of positions found; one-way elements are closed set by set, held to their laws.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.analysis.deviations import Flow, Tangents, displaced
+from multibody_sym.analysis.deviations import DeviationFlow, Tangents, displaced
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, normalize
 from multibody_sym.dynamics.contact.contact_problem import Scale, one_way_rows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
@@ -37,15 +38,13 @@ from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.linear_inequalities import linear_program
 from multibody_sym.scalars.rank import ALIKE, FLAT, SLOPES, leading_columns, least_squares, null_space
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Positions told apart by where bodies are, not by coordinates: a quaternion and its negative are one attitude.
-#
-# Coordinates may also run twice over what can be told apart at all: a slider on a massless arm is at the same place
-# for (r, theta) and (-r, theta + pi). Two such positions are one where masses, points at which forces and constraints
-# act, and springs are the same, and some length has the other sign.
-
-
 Mask = npt.NDArray[np.bool_]
+
+# --- positions, compared by where bodies are, not by coordinates: a quaternion and its negative are one attitude -----
+#
+# Coordinates may also give one place twice: a slider on a massless arm is at the same place for (r, theta) and
+# (-r, theta + pi). Two such positions are one where masses, points at which forces and constraints act, and springs are
+# the same, and some length has the other sign.
 
 _NOTHING: Final = 1e-15
 """The part of the model's size, or of 1 rad, that is rounding."""
@@ -59,10 +58,10 @@ _SEED: Final = 11
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class Positions:
     """Comparison of positions of a mechanism; `start` is a closed one."""
 
-    flow: Flow
+    flow: DeviationFlow
     rows: ConstraintRows
     start: Floats
 
@@ -77,14 +76,14 @@ class Places:
 
     @cached_property
     def length(self) -> float:
-        """How large the model is: how far a body or a named point is from the origin at the start; 1 m for a point."""
+        """The size of the model: the largest distance of bodies and named points from the origin; 1 m for a point."""
         motion = self.motion(self.start)
         points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
         return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0)) or 1.0
 
     @cached_property
     def scale(self) -> Floats:
-        """How far (nu) positions differ that are clearly others: by the size of the model, or by 1 rad."""
+        """The deviations (nu) between clearly different positions: the size of the model, or 1 rad."""
         return np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
 
     @cached_property
@@ -111,7 +110,7 @@ class Places:
         return found
 
     def _alike(self, a: Floats, b: Floats) -> bool:
-        """Return whether a system at rest stands alike in two positions, accelerates alike, and misses its rows alike.
+        """Return whether a system at rest has the same poses, accelerations and residuals of rows in two positions.
 
         Along a curve, or on a screw, a whole turn leads elsewhere.
         """
@@ -137,7 +136,7 @@ class Places:
         return found
 
     def told(self, q: Floats) -> list[float]:
-        """Return coordinates as they are told: principal ones, zero where they are no more than rounding."""
+        """Return coordinates as they are reported: principal ones, zero where they are rounding."""
         found = self.principal(q)
         least = _NOTHING * np.where(self.lengths, self.length, 1.0)
         return [float(x) for x in np.where(np.abs(found) <= least, 0.0, found)]
@@ -150,11 +149,11 @@ class Places:
         return _close(self._poses(near), self._poses(b)) or self._overlaps(near, b)
 
     def apart(self, a: Floats, b: Floats) -> Floats:
-        """Return what poses in b differ by from those in a."""
+        """Return the difference of poses in b from those in a."""
         return self._poses(b) - self._poses(a)
 
     def slopes(self, q: Floats) -> Floats:
-        """Return how that which `apart` compares follows deviations (nu) from a position."""
+        """Return the derivative of the poses of `apart` by deviations (nu) from a position."""
         found = self.flow.pose_slopes(q) / self._units[:, None]
         turns = np.eye(len(q))[self.angles & ~self.periodic] @ self.flow.displacements(q)
         return np.vstack([found, turns])
@@ -171,9 +170,8 @@ class Places:
     def _height(self) -> float:
         """How much potential energies differ around the start."""
         rng, energies = np.random.default_rng(_SEED), []
-        scale = np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
         for _ in range(_HEIGHTS):
-            q = displaced(self.mechanism, self.start, scale * rng.uniform(-1.0, 1.0, len(scale)))
+            q = displaced(self.mechanism, self.start, self.scale * rng.uniform(-1.0, 1.0, len(self.scale)))
             try:
                 energies.append(self.energy(q))
             except UNDEFINED:
@@ -198,7 +196,7 @@ class Places:
         return np.concatenate([self._placed(q)[0] / self._units, self._turns(q)])
 
     def _placed(self, q: Floats) -> tuple[Floats, float]:
-        """Return poses and the potential energy, which are asked anew for each other position."""
+        """Return poses and the potential energy, computed once for each position."""
         key = q.tobytes()
         if key not in self._known:
             self._known[key] = self.flow.poses(q)
@@ -211,7 +209,7 @@ class Places:
 
     @cached_property
     def _units(self) -> Floats:
-        """What counts as one among poses."""
+        """The unit of each component of poses."""
         return np.tile([1.0] * 9 + [self.length] * 3, len(self.mechanism.bodies))
 
     def _turns(self, q: Floats) -> Floats:
@@ -223,7 +221,7 @@ class Places:
         return bool(turned.any()) and _close(self._matter(a), self._matter(b))
 
     def _matter(self, q: Floats) -> Floats:
-        """Return where masses are, and points at which forces and rows act, and what springs hold."""
+        """Return where masses are, and points at which forces and rows act, and the energies of springs."""
         motion = self.motion(q)
         parts = [self._turns(q)]
         for index, mass in enumerate(motion.masses):
@@ -234,7 +232,9 @@ class Places:
             inertia = np.array(mass.inertia, dtype=float)
             parts.append(np.ravel(R @ inertia @ R.T) / (np.abs(inertia).max() or 1.0))
         parts += [np.ravel(np.array(motion.rotation(body), dtype=float)) for body in self._pushing]
-        parts += [np.array(position(motion, at), dtype=float) / self.length for at in acted(self.mechanism)]
+        acting = [at for load in self.mechanism.loads for at in load.points]
+        acting += [at for row in self.mechanism.rows for at in row.points]
+        parts += [np.array(position(motion, at), dtype=float) / self.length for at in acting]
         in_joints = [x for x in self.mechanism.loads if isinstance(x, (JointSpring, JointPotential))]
         energies = [stored_energy(x, motion) for x in in_joints]
         size = max(map(abs, energies), default=0.0) or 1.0
@@ -251,22 +251,14 @@ class Places:
         return bool((signs * np.sign(a)).sum() > (signs * np.sign(b)).sum())
 
 
-def acted(mechanism: Mechanism) -> Iterator[Marker]:
-    """Yield the points of bodies at which loads and rows act."""
-    for load in mechanism.loads:
-        yield from load.points
-    for row in mechanism.rows:
-        yield from row.points
-
-
 def _close(a: Floats, b: Floats, part: float = _SAME) -> bool:
     return bool(np.abs(a - b).max(initial=0.0) <= part * (1.0 + np.abs(b).max(initial=0.0)))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# --- Newton's method -------------------------------------------------------------------------------------------------
 
 _GUESSES: Final = 24
-"""How many guesses around the start are tried, and how many on end must find nothing before the search ends."""
+"""How many guesses around the start are tried, and how many in a row must find nothing before the search ends."""
 MOST: Final = 400
 _STEPS: Final = 25
 _HALVINGS: Final = 6
@@ -285,26 +277,26 @@ _MEETING: Final = 8
 """More roots than meet in a position that anyone asks for."""
 _BESIDE: Final = 0.1
 _EDGE: Final = 1e-5
-"""How far beside a position forces are to have values, in m and rad: farther than it may be from their edge."""
+"""How far beside a position forces must have values, in m and rad: farther than it may be from their edge."""
 SECONDS: Final = 10.0
 """CPU time after which no other guess is begun, less than half of it where none led to a position of rest."""
 _LESS: Final = 6.0
 _SEARCH_SEED: Final = 3
 _ROUNDED: Final = 1e-13
-"""The part of the slopes that forces of rows may bring about that rounding leaves where there are none."""
+"""The part of the slopes by forces of rows that rounding leaves where there are none."""
 
 
-def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> Search:
+def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> EquilibriumSearch:
     """Return the search for positions of equilibrium from a start."""
     verify_kept(resolved)
     rows = ConstraintRows(resolved, begin.parameters, range(len(resolved.rows)))
-    flow = Flow(resolved, begin.parameters, formalism)
-    return Search(resolved, flow, rows, Places(flow, rows, np.array(begin.q, dtype=float)))
+    flow = DeviationFlow(resolved, begin.parameters, formalism)
+    return EquilibriumSearch(resolved, flow, rows, Positions(flow, rows, np.array(begin.q, dtype=float)))
 
 
 @dataclass
-class Found:
-    """Positions found so far, what is free in each, their potential energies, and how the search went."""
+class FoundPositions:
+    """Positions found so far, the free coordinates of each, their potential energies, and the course of the search."""
 
     positions: list[Floats] = field(default_factory=list)
     energies: list[float] = field(default_factory=list)
@@ -312,8 +304,8 @@ class Found:
     guesses: int = 0
     cut_short: bool = False
 
-    def takes(self, search: Search, q: Floats) -> bool:
-        """Take a position, and return whether it is new; of two that are one, the one more like the start stays."""
+    def takes(self, search: EquilibriumSearch, q: Floats) -> bool:
+        """Take a position, and return whether it is new; of two equal ones the one more like the start stays."""
         energy = search.places.energy(q)
         each = zip(self.positions, self.free, self.energies, strict=True)
         for k, (other, free, level) in enumerate(each):
@@ -327,14 +319,14 @@ class Found:
         return True
 
 
-def found_from(
-    search: Search, start: Floats, seconds: float = SECONDS, most: int = _GUESSES, *, falls: bool = True
-) -> Found:
-    """Return the positions found, that from the start first: from what is found its mirror images and half-turns.
+def search_positions(
+    search: EquilibriumSearch, start: Floats, seconds: float = SECONDS, most: int = _GUESSES, *, falls: bool = True
+) -> FoundPositions:
+    """Return the positions found, that from the start first; each also leads to its mirror images and half-turns.
 
     `falls`: whether the system falls from the start where Newton's method fails, which may take all the time.
     """
-    found, fruitless, until = Found(), 0, time.process_time() + seconds
+    found, fruitless, until = FoundPositions(), 0, time.process_time() + seconds
     images: deque[Floats] = deque()
     around = guesses(search.places, start)
     while images or (found.guesses < MOST and fruitless <= most):
@@ -351,7 +343,7 @@ def found_from(
     return found
 
 
-def guesses(places: Places, q: Floats) -> Iterator[Floats]:
+def guesses(places: Positions, q: Floats) -> Iterator[Floats]:
     """Yield the start and positions around it, ever farther away, whose rows may be open."""
     rng, mechanism, scale = np.random.default_rng(_SEARCH_SEED), places.mechanism, places.scale
     yield q
@@ -361,19 +353,19 @@ def guesses(places: Places, q: Floats) -> Iterator[Floats]:
 
 
 @dataclass(frozen=True)
-class Search:
+class EquilibriumSearch:
     """Newton's method for positions without acceleration."""
 
     mechanism: Mechanism
-    flow: Flow
+    flow: DeviationFlow
     rows: ConstraintRows
-    places: Places
+    places: Positions
 
     def reached(self, guess: Floats, until: float = -np.inf) -> Floats | None:
-        """Return the position of equilibrium that a guess, closed or not, leads to; None where it leads to none.
+        """Return the position of equilibrium to which a guess, closed or not, leads; None where it leads to none.
 
         Where Newton's method fails, it begins anew, `until` a CPU time, from where forces push the system from rest.
-        Callers ask for that at starts alone: a fall without end takes long.
+        Callers allow that at starts alone: a fall without end takes long.
         """
         near = closed_near(self.rows, guess)
         found = None if near is None else self.root(near)
@@ -394,7 +386,7 @@ class Search:
     def _lower(self, q: Floats) -> Floats | None:
         """Return a closed position as far along the acceleration at rest as forces do work; None where they always do.
 
-        That needs no potential, and neither kinks nor slack springs end it.
+        The forces need no potential; kinks and slack springs do not end the step.
         """
         try:
             way = self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))
@@ -426,21 +418,18 @@ class Search:
     def root(self, q: Floats) -> Floats | None:
         """Return the position of equilibrium that Newton's method reaches from a closed position, None if it fails."""
         try:
-            return self._root(q)
+            first = size = self._size(q)
+            for _ in range(_STEPS):
+                if size <= _CONVERGED * (1.0 + first):
+                    return self._polished(q)
+                step = self._newton_step(q)
+                step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
+                ahead = self._line_search(q, step, size)
+                if ahead is None:
+                    return q if size <= _CONVERGED * 1e3 * (1.0 + first) else None
+                q, size = ahead
         except (*UNDEFINED, np.linalg.LinAlgError):
-            return None
-
-    def _root(self, q: Floats) -> Floats | None:
-        first = size = self._size(q)
-        for _ in range(_STEPS):
-            if size <= _CONVERGED * (1.0 + first):
-                return self._polished(q)
-            step = self._newton_step(q)
-            step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
-            ahead = self._line_search(q, step, size)
-            if ahead is None:
-                return q if size <= _CONVERGED * 1e3 * (1.0 + first) else None
-            q, size = ahead
+            pass
         return None
 
     def _newton_step(self, q: Floats) -> Floats:
@@ -453,7 +442,7 @@ class Search:
         return found
 
     def _polished(self, q: Floats) -> Floats:
-        """Return a position brought nearer to a root where several meet: there Newton's method gains little a step."""
+        """Return a position nearer to a root where several meet: there Newton's method gains little in a step."""
         before = np.inf
         for _ in range(_POLISHING):
             step = self._newton_step(q)
@@ -497,19 +486,16 @@ class Search:
         return tangents, by_state[rows, : len(u)] @ columns
 
     def _clear_slope(self, q: Floats) -> tuple[Tangents, Floats]:
-        """Return the same without what is rounding of the forces of rows alone, where nothing resists."""
+        """Return the same, zero where it is but rounding of the forces of rows, and nothing resists."""
         tangents, slope = self._slope(q)
         size = float(np.abs(slope).max(initial=0.0))
-        return tangents, np.zeros_like(slope) if size <= _ROUNDED * self._held(q) else slope
-
-    def _held(self, q: Floats) -> float:
-        """Return the slope (1/s^2) of what accelerations rows take away, over the model's size or 1 rad."""
-        if not self.mechanism.rows:
-            return 0.0
-        inertia = np.diag(np.array(mass_matrix(self.places.motion(q)), dtype=float))
-        exerted = np.abs(self.flow.jacobian(q).T @ self.flow.multipliers(q))
-        held = float((exerted[inertia > 0.0] / inertia[inertia > 0.0]).max(initial=0.0))
-        return held * max(1.0, 1.0 / self.places.length)
+        by_rows = 0.0  # slope (1/s^2) of the accelerations that rows take away, over the model's size or 1 rad
+        if self.mechanism.rows:
+            inertia = np.diag(np.array(mass_matrix(self.places.motion(q)), dtype=float))
+            exerted = np.abs(self.flow.jacobian(q).T @ self.flow.multipliers(q))
+            largest = float((exerted[inertia > 0.0] / inertia[inertia > 0.0]).max(initial=0.0))
+            by_rows = largest * max(1.0, 1.0 / self.places.length)
+        return tangents, np.zeros_like(slope) if size <= _ROUNDED * by_rows else slope
 
     def _rates(self, tangents: Tangents) -> Floats:
         """Return S in dxi/dt = S eta, with eta the independent speeds, which need not be those of xi."""
@@ -550,7 +536,7 @@ class Search:
         return found
 
     def told(self, q: Floats) -> list[float]:
-        """Return a position as it is told, with zeros beside which it rests no better to what Newton's method asks."""
+        """Return a position as it is reported, with zeros for small coordinates where it rests there as well."""
         found = np.array(self.places.told(q))
         clear = np.where(np.abs(found) < _POLISHED, 0.0, found)
         near = closed_near(self.rows, clear)
@@ -559,9 +545,9 @@ class Search:
         return [float(x) for x in (clear if rests else found)]
 
     def errors(self, q: Floats) -> list[float]:
-        """Return how far each coordinate (nq) may be off: what a step of Newton's method moves, and rounding.
+        """Return the possible error of each coordinate (nq): a step of Newton's method, and rounding.
 
-        Where several roots meet, a step goes but a part of the way: `_MEETING` steps are taken for it.
+        Where several roots meet, a step goes but a part of the way: `_MEETING` steps count instead.
         """
         try:
             moved = np.abs(displaced(self.mechanism, q, self._newton_step(q)) - q)
@@ -626,68 +612,67 @@ class Search:
         return found
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Rest of what holds one way only: searched with each set of contacts, ropes and stops closed, held to their laws.
+# --- one-way elements: a search with each set of contacts, ropes and stops closed ------------------------------------
 #
-# A position counts where all that is closed in the set presses or pulls, and all else is open, or touches without
-# force. Friction is left out: where it holds, positions beside such a one rest as well.
-
+# A position counts where all closed elements of the set press or pull, and all others are open, or touch without force.
+# Friction is left out: where it holds, positions beside such a one rest as well.
 
 _MANY: Final = 6
-"""With more that may close only what is closed at the start, one element at a time, or nothing is tried closed."""
+"""With more unilateral elements only the set of the start, one element at a time, or none is tried closed."""
 _FRUITLESS: Final = 3
-"""How many guesses on end must find nothing with one set closed before its search ends, but for that of the start."""
+"""How many guesses in a row must find nothing with one set closed before its search ends, but for that of the start."""
 _PRESSES: Final = 1e-9
-"""The part of the largest force of a row that what is closed exerts at least: less is rounding."""
+"""The part of the largest force of a row that closed elements exert at least: less is rounding."""
 
 Closed = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Rest:
-    """A position of rest (nq,): what presses or pulls in it, what else touches, and which coordinates are `free`.
+class UnilateralEquilibrium:
+    """A position of rest (nq,): the `closed` elements press or pull, others touch, and some coordinates are `free`.
 
-    `search` is that of the mechanism in which all that is `closed` is so.
+    `search` is that of the mechanism with the `closed` elements closed.
     """
 
     q: Floats
     closed: Closed
     touching: Closed
     free: Mask
-    search: Search
+    search: EquilibriumSearch
 
     @property
     def stable(self) -> bool | None:
-        """Whether it is stable; None where it is indifferent, or what touches without force might decide."""
+        """Whether it is stable; None where it is indifferent, or contacts without force might decide."""
         found = self.search.stable(self.q)
         return found if found or not self.touching else None
 
 
 @dataclass(frozen=True)
-class Rests:
+class UnilateralEquilibria:
     """All positions that were found, after so many `guesses`, and whether the search was `cut_short`.
 
     `first` is the search with the same closed as at the start; `sets`: how many sets were tried closed, and how many
     there are of no more elements than there are speeds, since more of them depend on each other.
     """
 
-    found: tuple[Rest, ...]
-    first: Search
+    found: tuple[UnilateralEquilibrium, ...]
+    first: EquilibriumSearch
     guesses: int
     cut_short: bool
     sets: tuple[int, int]
 
 
-def rests(resolved: Mechanism, begin: Start, formalism: str | None, *, project: bool) -> Rests:
+def find_equilibria(resolved: Mechanism, begin: Start, formalism: str | None, *, project: bool) -> UnilateralEquilibria:
     """Return the positions of rest of a mechanism from its start. Raises NoSolutionError where there is no start.
 
     Where curves touch, whose points of contact are coordinates, nothing is tried closed.
     """
     if not any(x.unilateral for x in resolved.one_way) or any(body.is_foot for body in resolved.bodies):
         search = search_from(resolved, begin, formalism)
-        found = found_from(search, np.array(begin.q, dtype=float))
-        kept = tuple(Rest(q, (), (), free, search) for q, free in zip(found.positions, found.free, strict=True))
-        return Rests(kept, search, found.guesses, found.cut_short, (1, _all_sets(resolved)))
+        found = search_positions(search, np.array(begin.q, dtype=float))
+        pairs = zip(found.positions, found.free, strict=True)
+        kept = tuple(UnilateralEquilibrium(q, (), (), free, search) for q, free in pairs)
+        return UnilateralEquilibria(kept, search, found.guesses, found.cut_short, (1, _all_sets(resolved)))
     own = begin if resolved.relative is None else start(resolved.relative, project=project)
     return _Closings(resolved, begin, own, formalism).rests()
 
@@ -701,7 +686,7 @@ class _Closings:
     own: Start
     formalism: str | None
 
-    def rests(self) -> Rests:
+    def rests(self) -> UnilateralEquilibria:
         """Return the positions of rest, those with the same closed as at the start first.
 
         Each of the other sets is searched before, for its share of half the time: with what is closed at the start a
@@ -710,34 +695,35 @@ class _Closings:
         until = time.process_time() + SECONDS
         closed, *others = self._sets()
         closed = self._independent(closed, np.array(self.begin.q, dtype=float))
-        founds: list[tuple[Closed, Found]] = []
+        founds: list[tuple[Closed, FoundPositions]] = []
         for number, names in enumerate(others):
             share = (until - 0.5 * SECONDS - time.process_time()) / (len(others) - number)
             if share <= 0.0:
                 break
             search = self.search(names)
-            found = found_from(search, np.array(search.places.start), share, _FRUITLESS, falls=False)
+            found = search_positions(search, np.array(search.places.start), share, _FRUITLESS, falls=False)
             founds.append((names, found))
         first = self.search(closed)
         left = until - time.process_time()
-        founds.insert(0, (closed, found_from(first, np.array(first.places.start), left)))
-        kept = list[Rest]()
+        founds.insert(0, (closed, search_positions(first, np.array(first.places.start), left)))
+        kept = list[UnilateralEquilibrium]()
         for names, found in founds:
             for q in found.positions:
                 rest = self._rest(q, names)
-                if rest is not None and not any(_one(rest, x) for x in kept):
+                if rest is not None and not any(x.search.places.same(q, x.q, x.free) for x in kept):
                     kept.append(rest)
         tried, guesses = len(founds), sum(found.guesses for _, found in founds)
         cut_short = tried <= len(others) or any(found.cut_short for _, found in founds)
-        return Rests(tuple(kept), first, guesses, cut_short, (tried, max(tried, _all_sets(self.resolved))))
+        sets = tried, max(tried, _all_sets(self.resolved))
+        return UnilateralEquilibria(tuple(kept), first, guesses, cut_short, sets)
 
     @cached_property
     def elements(self) -> dict[str, LawElement]:
-        """What may close, by name."""
+        """The unilateral elements by name."""
         return {x.name: x for x in self.resolved.one_way if x.unilateral}
 
     def _sets(self) -> list[Closed]:
-        """Return the sets of what may be closed: that at the start, then small ones first."""
+        """Return the sets of elements that may be closed: that at the start, then small ones first."""
         rows = rows_at(self.resolved, self.begin)
         closed = tuple(name for name, x in self.elements.items() if rows.standing(x) not in ("open", "inside"))
         most = min(len(self.elements), len(self.resolved.speeds)) if len(self.elements) <= _MANY else 1
@@ -752,13 +738,13 @@ class _Closings:
     @cached_property
     def declared(self) -> Mechanism:
         """The mechanism without friction."""
-        return _smooth(self.resolved)
+        return _without_friction(self.resolved)
 
     @cached_property
-    def _searches(self) -> dict[Closed, Search]:
+    def _searches(self) -> dict[Closed, EquilibriumSearch]:
         return {}
 
-    def search(self, closed: Closed) -> Search:
+    def search(self, closed: Closed) -> EquilibriumSearch:
         """Return the search in the mechanism in which some elements are closed, from the start or one beside it."""
         if closed not in self._searches:
             mechanism = placed(self.declared, Mode(dict.fromkeys(closed, ACTIVE)))
@@ -770,8 +756,8 @@ class _Closings:
             )
         return self._searches[closed]
 
-    def _rest(self, q: Floats, closed: Closed) -> Rest | None:
-        """Return a position as one of rest, None where something is inside of another, or does not press or pull."""
+    def _rest(self, q: Floats, closed: Closed) -> UnilateralEquilibrium | None:
+        """Return a position of rest; None where a body is inside another, or a closed element exerts nothing."""
         there = replace(self.begin, q=tuple(q.tolist()), u=(0.0,) * len(self.begin.u))
         rows = rows_at(self.resolved, there, self._scale)
         standing = {name: rows.standing(x) for name, x in self.elements.items()}
@@ -783,10 +769,11 @@ class _Closings:
             return None
         closed = pressing
         search = self.search(self._independent(closed, q))
-        return Rest(q, closed, tuple(name for name in touching if name not in closed), search.free(q), search)
+        others = tuple(name for name in touching if name not in closed)
+        return UnilateralEquilibrium(q, closed, others, search.free(q), search)
 
     def _independent(self, closed: Closed, q: Floats) -> Closed:
-        """Return as many of a set as hold the same at a position: where rows depend on each other slopes are noise."""
+        """Return independent elements of a set at a position: where rows depend on each other slopes are noise."""
         search = self.search(closed)
         names = [row.name for row in search.mechanism.rows]
         own = [names.index(self.elements[name].normals[0].name) for name in closed]
@@ -808,13 +795,13 @@ class _Closings:
 
 
 def _all_sets(mechanism: Mechanism) -> int:
-    """Return how many sets there are of what may close, of no more elements than there are speeds."""
+    """Return how many sets of unilateral elements there are, of no more elements than there are speeds."""
     count = sum(x.unilateral for x in mechanism.one_way)
     return sum(comb(count, size) for size in range(min(count, len(mechanism.speeds)) + 1))
 
 
 def _least(jacobian: Floats, forces: Floats, places: Sequence[int]) -> float:
-    """Return how large the least of some rows' forces can be, where other forces (nr) of all do the same; at most 1."""
+    """Return the largest possible least force of some rows, among all forces (nr) that act alike."""
     size = float(np.abs(forces).max(initial=0.0)) or 1.0
     equal = np.hstack([jacobian.T, np.zeros((jacobian.shape[1], 1))])
     below = np.zeros((len(places), len(forces) + 1))
@@ -828,8 +815,8 @@ def _least(jacobian: Floats, forces: Floats, places: Sequence[int]) -> float:
     return float(found.x[-1]) * size if found.status == 0 else -np.inf
 
 
-def stands(search: Search, q: Floats) -> bool:
-    """Return whether in a position of rest all is open or closed as in the mode of the mechanism, and none pulls."""
+def keeps_mode(search: EquilibriumSearch, q: Floats) -> bool:
+    """Return whether a position of rest keeps the mechanism's mode: elements open or closed as in it, none pulls."""
     mechanism = search.mechanism
     if mechanism.mode is None:
         return True
@@ -849,17 +836,12 @@ def stands(search: Search, q: Floats) -> bool:
     return True
 
 
-def _smooth(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism without friction; what rolls goes on rolling."""
-    relative = None if mechanism.relative is None else _smooth(mechanism.relative)
-    elements = tuple(x if _rolls(x) else replace(x, frictions=()) for x in mechanism.one_way if x.unilateral)
+def _without_friction(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism without friction; rolling contacts (constraints) go on rolling."""
+    relative = None if mechanism.relative is None else _without_friction(mechanism.relative)
+    elements = tuple(
+        x if x.kind == "contact" and x.path[0] == "constraints" else replace(x, frictions=())
+        for x in mechanism.one_way
+        if x.unilateral
+    )
     return replace(mechanism, one_way=elements, relative=relative)
-
-
-def _rolls(element: LawElement) -> bool:
-    return element.kind == "contact" and element.path[0] == "constraints"
-
-
-def _one(rest: Rest, other: Rest) -> bool:
-    """Return whether two positions are one, or of one family."""
-    return other.search.places.same(rest.q, other.q, other.free)

@@ -101,7 +101,7 @@ def declared_hints(system: System) -> list[Hint]:
     ]
 
 
-# --- values that may be meant in another unit or sense ----------------------------------------------------------------
+# --- values that may be meant in another unit or sense ---------------------------------------------------------------
 
 
 def _gravity(system: System, known: Values) -> Iterator[Hint]:

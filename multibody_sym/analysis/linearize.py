@@ -1,13 +1,12 @@
 """Linearisation about a motion: x' = A x + B w in independent deviations and speeds, by exact derivatives.
 
-Deviations and what constraints leave of them are those of `deviations`. Steady motions (a bicycle that rolls on) are
-linearised like equilibria: A is constant (`steadiness`). Where it is not, and the motion repeats itself, multipliers
-tell what eigenvalues cannot (`periodic`).
+In: a System and a state. Out: a Linearization. Steady motions (a bicycle that rolls on) are linearised like equilibria:
+A is constant. Where it is not, and the motion repeats itself, Multipliers take the place of eigenvalues.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import cached_property
 from sys import float_info
@@ -16,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.analysis.deviations import NO_EIGENVALUES, Flow, constancy_of
-from multibody_sym.analysis.state_asked_about import begin_at, number_asked, told_of
+from multibody_sym.analysis.deviations import NO_EIGENVALUES, DeviationFlow, constancy_of
+from multibody_sym.analysis.state_asked_about import begin_at, errors_at, number_asked
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
 from multibody_sym.dynamics.start.start import Start, verify_regular_start
@@ -25,7 +24,7 @@ from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where, brief
 from multibody_sym.errors import at as under
 from multibody_sym.mechanics.changes import Overrides, with_settings
-from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.fields import Scalar
 from multibody_sym.model.system import System
@@ -37,14 +36,14 @@ from multibody_sym.scalars.elimination import eigenvalues, without_rounding
 if TYPE_CHECKING:
     from scipy.integrate import DOP853
 
+At = Literal["equilibrium"] | Mapping[str, Any] | None
+"""Where a system is linearised, beside its start."""
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Periodic motions: the multipliers by which small deviations grow over one period (Floquet).
+# --- periodic motions: the multipliers by which small deviations grow over one period (Floquet) ----------------------
 #
 # Where A is not constant its eigenvalues say nothing. The equations of deviations, z' = F(t) z, are integrated beside
 # the motion itself; with X spanning the constraints' tangents at the start and P picking the independent components,
 # the multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is larger than one.
-
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6
@@ -70,78 +69,67 @@ class Multipliers:
         return {"states": list(self.states), "period": self.period, "multipliers": found}
 
 
-def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multipliers:
+def _multipliers_of(flow: DeviationFlow, q: Floats, u: Floats, period: float) -> Multipliers:
     """Return the multipliers over one period (s) of the motion from a state at t = 0.
 
     Raises NoSolutionError where the motion cannot be followed, or does not repeat itself in all that A depends on.
     """
     from scipy.integrate import DOP853  # scipy takes longer to import than most linearizations take
 
-    found, tangents = flow.linearized(q, u), flow.tangents(q, u)
-    sizes = len(q), len(u), len(tangents.places)
+    here, tangents = flow.linearized(q, u), flow.tangents(q, u)
+    ends = np.cumsum([len(q), len(u)])
 
     def rates(t: float, y: Floats) -> Floats:
-        at, speeds, Z = _parts(y, sizes)
+        at, speeds, Z = np.split(y, ends)
         known = flow.known(at, speeds, t)
         by_state, _ = flow.derivatives(known)
-        return np.concatenate([*flow.rates(known), np.ravel(by_state @ Z)])
+        return np.concatenate([*flow.rates(known), np.ravel(by_state @ Z.reshape(tangents.X.shape))])
 
     begin = np.concatenate([q, u, np.ravel(tangents.X)])
     try:
-        at, speeds, Z = _parts(_followed(DOP853(rates, 0.0, begin, period, rtol=_RTOL, atol=_RTOL)), sizes)
+        at, speeds, last = np.split(_follow(DOP853(rates, 0.0, begin, period, rtol=_RTOL, atol=_RTOL)), ends)
         known = flow.known(at, speeds, period)
         by_state, _ = flow.derivatives(known)
         there = by_state[tangents.places] @ flow.span(known, tangents.places)
     except UNDEFINED as error:
         raise NoSolutionError(f"the motion cannot be followed over a period ({error})", number="N111") from None
-    missed = float(np.abs(there - found.A).max(initial=0.0))
-    if missed > _REPEATS * max(1.0, float(np.abs(found.A).max(initial=0.0))):
+    missed = float(np.abs(there - here.A).max(initial=0.0))
+    if missed > _REPEATS * max(1.0, float(np.abs(here.A).max(initial=0.0))):
         raise NoSolutionError(
             f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first",
             number="N111",
         )
+    Z = last.reshape(tangents.X.shape)
     values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
-    return Multipliers(found.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
+    return Multipliers(here.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
 
 
-def _followed(taking: DOP853) -> Floats:
+def _follow(solver: DOP853) -> Floats:
     """Return the state at the end of a period. Raises NoSolutionError where steps become too small, or too many."""
     count, before = 0, 0.0
-    while taking.status == "running":
-        taking.step()
+    while solver.status == "running":
+        solver.step()
         count += 1
-        if count % _PACE == 0 and taking.status == "running":
-            foreseen = count + _PACE * (taking.t_bound - taking.t) / max(taking.t - before, float_info.min)
+        if count % _PACE == 0 and solver.status == "running":
+            foreseen = count + _PACE * (solver.t_bound - solver.t) / max(solver.t - before, float_info.min)
             if count >= _MOST_STEPS or foreseen > _MARGIN * _MOST_STEPS:
-                raise _too_long(taking, count)
-            before = taking.t
-    if taking.status == "failed":
+                raise NoSolutionError(
+                    f"a period of {solver.t_bound:g} s takes too many steps: {count} led to t = {solver.t:.6g} s, as "
+                    "the motion, or a small deviation from it, changes that fast; give the shortest time after which "
+                    "the motion repeats itself",
+                    number="N111",
+                )
+            before = solver.t
+    if solver.status == "failed":
         raise NoSolutionError(
-            f"the motion cannot be followed over a period past t = {taking.t:.6g} s: steps became too small, as where "
+            f"the motion cannot be followed over a period past t = {solver.t:.6g} s: steps became too small, as where "
             "a force or a constraint has no finite slope",
             number="N105",
         )
-    return np.asarray(taking.y, dtype=float)
+    return np.asarray(solver.y, dtype=float)
 
 
-def _too_long(taking: DOP853, count: int) -> NoSolutionError:
-    return NoSolutionError(
-        f"a period of {taking.t_bound:g} s takes too many steps: {count} led to t = {taking.t:.6g} s, as the motion, "
-        "or a small deviation from it, changes that fast; give the shortest time after which the motion repeats itself",
-        number="N111",
-    )
-
-
-def _parts(y: Floats, sizes: tuple[int, int, int]) -> tuple[Floats, Floats, Floats]:
-    """Return q, u and Z (2 nu x m) from one vector."""
-    nq, nu, count = sizes
-    return y[:nq], y[nq : nq + nu], y[nq + nu :].reshape(2 * nu, count)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-
-At = Literal["equilibrium"] | Mapping[str, Any] | None
-"""Where a system is linearised, beside its start."""
+# --- linearisation ---------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,23 +225,19 @@ def linearize(
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
     there, or it moves such that A is not constant, by name.
     """
-    return _linearized(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
+    return _linearize(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
 
 
 @on_numbers
-def _linearized(system: System, formalism: str | None, place: At) -> Linearization:
+def _linearize(system: System, formalism: str | None, place: At) -> Linearization:
     flow, begin = flow_at(system, formalism, place)
-    q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
-    state = _by_name(flow.mechanism, begin)
-    with told_of(place):
-        found = settled(flow, q, u)
-    return replace(found, shifts=begin.shifts, held_inputs=_changing(flow.mechanism), at=state)
-
-
-def _by_name(mechanism: Mechanism, begin: Start) -> dict[str, float]:
-    """Return the coordinates and speeds of a state."""
+    mechanism, q, u = flow.mechanism, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
+    with errors_at(place):
+        found = verified_linearization(flow, q, u)
     names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
-    return dict(zip(names, (*begin.q, *begin.u), strict=True))
+    in_time = tuple(name for name, node in mechanism.inputs.items() if TIME in leaves([node], "slot"))
+    at = dict(zip(names, (*begin.q, *begin.u), strict=True))
+    return replace(found, shifts=begin.shifts, held_inputs=in_time, at=at)
 
 
 def period_multipliers(
@@ -277,14 +261,14 @@ def period_multipliers(
     too many steps.
     """
     with under("period"):
-        asked = Scalar("s").accept(period)
+        duration = Scalar("s").accept(period)
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    return _multiplied(with_settings(changed, {"t_end": asked}), formalism, at)
+    return _period_multipliers(with_settings(changed, {"t_end": duration}), formalism, at)
 
 
 @on_numbers
-def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers:
-    """Return the multipliers over `t_end`: so the period is looked at as that is."""
+def _period_multipliers(system: System, formalism: str | None, place: At) -> Multipliers:
+    """Return the multipliers over `t_end`, so that the period is checked as a `t_end` is."""
     try:
         flow, begin = flow_at(system, formalism, place)
     except InputError as error:
@@ -295,27 +279,17 @@ def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers
         period = number_asked(system.simulation.t_end, flow.mechanism, begin)
         if not period > 0.0:
             raise ModelError(f"a period is a positive time, got {period:g}", number="M109")
-    with told_of(place):
-        return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
+    with errors_at(place):
+        return _multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 
 
-def flow_at(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
-    """Return the flow in coordinates of joints and its start, or the state at another place, which is regular."""
+def flow_at(system: System, formalism: str | None, place: At) -> tuple[DeviationFlow, Start]:
+    """Return the flow in coordinates of joints and its start, or the state at another place, which is regular.
+
+    Raises NoSolutionError, also where slip in space begins: its friction has a direction there, and no slopes.
+    """
     verify_formalism(formalism)
     resolved, first = examined_state(system).in_joints
-    _verify_directions(resolved)
-    with told_of(place):
-        begin = begin_at(system, resolved, first, place, formalism)
-        verify_regular_start(resolved, begin, "the start" if place is None else "the state")
-        flow = Flow(resolved, begin.parameters, formalism)
-        if not _has_slopes(flow, begin):
-            blame_numbers(system)
-            raise _without_slopes(flow, begin)
-    return flow, begin
-
-
-def _verify_directions(resolved: Mechanism) -> None:
-    """Raise NoSolutionError where slip in space begins: its friction has a direction there, and no slopes."""
     starting = resolved.mode.directions if resolved.mode is not None else {}
     element = next((x for x in resolved.one_way for part in x.frictions if part.name in starting), None)
     if element is not None:
@@ -325,10 +299,18 @@ def _verify_directions(resolved: Mechanism) -> None:
             where=Where(path=element.path),
             number="N111",
         )
+    with errors_at(place):
+        begin = begin_at(system, resolved, first, place, formalism)
+        verify_regular_start(resolved, begin, "the start" if place is None else "the state")
+        flow = DeviationFlow(resolved, begin.parameters, formalism)
+        if not _has_slopes(flow, begin):
+            blame_numbers(system)
+            raise _without_slopes(flow, begin)
+    return flow, begin
 
 
-def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
-    """Return the error that A has no finite value in a state, with the row or force for which it has none."""
+def _without_slopes(flow: DeviationFlow, begin: Start) -> NoSolutionError:
+    """Return the error that A has no finite value in a state, with the row or force that has no derivative."""
     loads, row = flow.mechanism.loads, flow.row_without_slopes(flow.known(begin.q, begin.u))
     if row is not None:
         name = flow.mechanism.rows[row].name
@@ -345,7 +327,7 @@ def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
     )
 
 
-def _has_slopes(flow: Flow, begin: Start) -> bool:
+def _has_slopes(flow: DeviationFlow, begin: Start) -> bool:
     known = flow.known(begin.q, begin.u)
     try:
         return all(np.isfinite(x).all() for x in (*flow.derivatives(known), *flow.restrictions(known)))
@@ -353,14 +335,18 @@ def _has_slopes(flow: Flow, begin: Start) -> bool:
         return False
 
 
-def settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
-    """Return the linearisation without states that move and matter to nothing, verified to be constant."""
+def verified_linearization(flow: DeviationFlow, q: Floats, u: Floats) -> Linearization:
+    """Return the linearisation without states that move and on which nothing depends.
+
+    Raises NoSolutionError where A is not constant and the system moves.
+    """
     found = flow.linearized(q, u)
     constancy = constancy_of(flow, q, u)
     if not constancy.constant and constancy.reason:
         raise NoSolutionError(constancy.reason, number="N111")
     keep = [k for k in range(len(found.states)) if k not in constancy.left_out]
     names, driving = list(flow.mechanism.inputs), flow.mechanism.driving_inputs
+    units = MechanismUnits(flow.mechanism)
     return Linearization(
         states=tuple(found.states[k] for k in keep),
         inputs=tuple(name for name in names if name not in driving),
@@ -371,15 +357,6 @@ def settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
         steady=constancy.constant,
         left_out=tuple(found.states[k] for k in sorted(constancy.left_out)),
         rounding=constancy.rounding[np.ix_(keep, keep)],
-        units=_units(flow.mechanism, found.states),
+        # states without a unit of their own are rotation vectors
+        units={**dict.fromkeys(found.states, "rad"), **units.inputs, **units.state},
     )
-
-
-def _units(resolved: Mechanism, states: Sequence[str]) -> dict[str, str]:
-    """Return the units of states, of which those of quaternions are rotation vectors, and of inputs."""
-    told = MechanismUnits(resolved)
-    return {**dict.fromkeys(states, "rad"), **told.inputs, **told.state}
-
-
-def _changing(resolved: Mechanism) -> tuple[str, ...]:
-    return tuple(name for name, node in resolved.inputs.items() if TIME in leaves([node], "slot"))

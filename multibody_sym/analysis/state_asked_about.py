@@ -1,4 +1,7 @@
-"""The state that a question is about: the start, the position of rest beside it, or where some values are others."""
+"""The state that a question is about: the start, the position of rest beside it, or a state with other values.
+
+In: a start, and a place by word or by values. Out: a Start; or the error that says why there is none.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.analysis.deviations import Flow
-from multibody_sym.analysis.equilibrium_search import MOST, SECONDS, guesses, search_from, stands
+from multibody_sym.analysis.deviations import DeviationFlow
+from multibody_sym.analysis.equilibrium_search import MOST, SECONDS, guesses, keeps_mode, search_from
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.parameters import value_or_none
@@ -27,94 +30,68 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, symbol
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What is said where no position of equilibrium was found: that there may be others, or why there seem to be none.
-
-
+REST: Final = "equilibrium"
 _POSITIONS: Final = 4
 _ALIKE: Final = 1e-9
 _MOST_NAMED: Final = 4
 
 
-def none_found(
-    flow: Flow, rows: ConstraintRows, guesses: Iterable[Floats], *, in_time: bool, one_way: str = ""
+def no_equilibrium_error(
+    flow: DeviationFlow, rows: ConstraintRows, guesses: Iterable[Floats], *, in_time: bool, one_way: str = ""
 ) -> NoSolutionError:
     """Return the error for a search that found nothing from guesses (nq): the start, and others with open rows.
 
-    `one_way`: what is to be said of what holds one way only, `tried` or `stood`.
+    Where all positions accelerate alike it says so, else that there may be others. `one_way`: words on such elements.
     """
-    start, *tried = islice(guesses, 2 * _POSITIONS)
-    found = list(islice(_accelerations(flow, rows, [start, *tried]), _POSITIONS))
+    start, *others = islice(guesses, 2 * _POSITIONS)
+    rest, found = np.zeros(len(flow.mechanism.speeds)), list[Floats]()
+    for guess in (start, *others):
+        try:
+            q = closed_near(rows, guess) if len(found) < _POSITIONS else None
+            if q is not None:
+                found.append(flow.accelerations(q, rest))
+        except (*UNDEFINED, np.linalg.LinAlgError):
+            continue
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
     if size > 0.0 and len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
-        alike = f"in {len(found)} positions the system at rest accelerates alike ({_named(flow, found[0], size)})"
+        pairs = zip(flow.mechanism.speeds, found[0].tolist(), strict=True)
+        moving = [f"{speed.name}' = {x:.6g} {speed.unit}^2" for speed, x in pairs if abs(x) > _ALIKE * size]
+        named = ", ".join([*moving[:_MOST_NAMED], *(["..."] if len(moving) > _MOST_NAMED else [])])
+        alike = f"in {len(found)} positions the system at rest accelerates alike ({named})"
         return NoSolutionError(f"no position of equilibrium was found: {alike}{one_way}", number="N109")
-    where = f"near the start{' in the time of a search' if in_time else ''}{_inputs(flow, start)}"
+    inputs = zip(flow.mechanism.inputs, np.ravel(flow.known(start, rest)[4]).tolist(), strict=True)
+    acting = ", ".join(f"{name} = {x:.6g}" for name, x in inputs if x)
+    where = "near the start" + " in the time of a search" * in_time
+    where += f" under {acting}, as at t = 0" if acting else ""
     return NoSolutionError(
         f"no position of equilibrium was found {where}{one_way}; give other initial coordinates", number="N109"
     )
 
 
-def tried(mechanism: Mechanism, sets: tuple[int, int], *, in_time: bool) -> str:
-    """Return how many `sets` of what may close were tried closed, of how many, and where friction is asked about.
+def tried_sets_text(mechanism: Mechanism, sets: tuple[int, int], *, in_time: bool) -> str:
+    """Return how many `sets` of unilateral elements were tried closed, of how many, and which friction is left out.
 
     `in_time`: whether the time of a search ended before it had looked everywhere.
     """
-    names, (count, every) = _closing(mechanism), sets
+    names, (count, every) = _unilateral_names(mechanism), sets
     either = f", and none with {names} closed either" if names else ""
     either += ", each for a part of that time" if in_time and every > 1 else ""
     if count < every:
         either = f"; of {every} sets of {names} that may be closed {count} {'were' if count > 1 else 'was'} tried"
-    rubbing = left_out(mechanism)
+    rubbing = friction_left_out(mechanism)
     rub = f"; friction ({', '.join(rubbing[:_MOST_NAMED])}) is left out: equilibrium --vary NAME tells what it holds"
     return either + (rub if rubbing else "")
 
 
-def left_out(mechanism: Mechanism) -> tuple[str, ...]:
+def friction_left_out(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the declared elements whose friction is left out; what rolls goes on rolling."""
     rubbing = (x for x in mechanism.one_way if x.frictions and x.path[0] != "constraints")
     return tuple(dict.fromkeys(x.path[-1] for x in rubbing))
 
 
-def stood(mechanism: Mechanism) -> str:
-    """Return that what holds one way only was taken as it is at the start."""
-    names = _closing(mechanism)
-    return f", with {names} closed or open as at the start (equilibrium tells where else it rests)" if names else ""
-
-
-def _closing(mechanism: Mechanism) -> str:
-    """Return the names of what may close."""
-    closing = [x.name for x in mechanism.one_way if x.unilateral]
-    return ", ".join(closing[:_MOST_NAMED]) + (", .." if len(closing) > _MOST_NAMED else "")
-
-
-def _accelerations(flow: Flow, rows: ConstraintRows, tried: Iterable[Floats]) -> Iterator[Floats]:
-    """Yield the accelerations (nu) at rest in the positions that close the rows."""
-    for guess in tried:
-        try:
-            q = closed_near(rows, guess)
-            if q is not None:
-                yield flow.accelerations(q, np.zeros(len(rows.mechanism.speeds)))
-        except (*UNDEFINED, np.linalg.LinAlgError):
-            continue
-
-
-def _named(flow: Flow, udot: Floats, size: float) -> str:
-    pairs = zip(flow.mechanism.speeds, udot.tolist(), strict=True)
-    moving = [f"{speed.name}' = {x:.6g} {speed.unit}^2" for speed, x in pairs if abs(x) > _ALIKE * size]
-    return ", ".join([*moving[:_MOST_NAMED], *(["..."] if len(moving) > _MOST_NAMED else [])])
-
-
-def _inputs(flow: Flow, q: Floats) -> str:
-    """Return which inputs act, and that they do so as at the start."""
-    values = np.ravel(flow.known(q, np.zeros(len(flow.mechanism.speeds)))[4])
-    acting = [f"{name} = {x:.6g}" for name, x in zip(flow.mechanism.inputs, values.tolist(), strict=True) if x]
-    return f" under {', '.join(acting)}, as at t = 0" if acting else ""
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-
-REST: Final = "equilibrium"
+def _unilateral_names(mechanism: Mechanism) -> str:
+    names = [x.name for x in mechanism.one_way if x.unilateral]
+    return ", ".join(names[:_MOST_NAMED]) + (", .." if len(names) > _MOST_NAMED else "")
 
 
 def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, formalism: str | None) -> Start:
@@ -128,27 +105,23 @@ def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, form
         return begin
     with at("at"):
         if place == REST:
-            return start_beside(resolved, begin, _at_rest(resolved, rest_beside(resolved, begin, formalism).tolist()))
+            q = zip((c.name for c in resolved.coordinates), _rest_beside(resolved, begin, formalism), strict=True)
+            return start_beside(resolved, begin, {**dict(q), **{speed.name: 0.0 for speed in resolved.speeds}})
         if not isinstance(place, Mapping) or not all(isinstance(name, str) for name in place):
             wanted = f"the word {REST} or values by name, such as {{'phi': 0}}"
             raise ArgumentError(f"at is to be {wanted}, got {shown(place)}")
-        values = _values(system, resolved, begin, state_by_name("at", place))
-        _verify_whole(resolved, values)
-        return _closed_around(resolved, begin, values)
-
-
-def _closed_around(resolved: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
-    try:
-        return start_beside(resolved, begin, values)
-    except NotClosedError as error:
-        what = ".".join(error.where.path) or "the constraints"
-        advice = "name fewer, or give others"
-        raise NoSolutionError(f"no state with these values satisfies {what}; {advice}", number="N111") from error
+        values = _values_at(system, resolved, begin, state_by_name("at", place))
+        try:
+            return start_beside(resolved, begin, values)
+        except NotClosedError as error:
+            what = ".".join(error.where.path) or "the constraints"
+            advice = "name fewer, or give others"
+            raise NoSolutionError(f"no state with these values satisfies {what}; {advice}", number="N111") from error
 
 
 @contextmanager
-def told_of(place: Any) -> Iterator[None]:
-    """Let errors say that there is no solution at a `place` that is asked for; without one they are of the start."""
+def errors_at(place: Any) -> Iterator[None]:
+    """Let errors say that there is no solution at a given `place`; without a place they are of the start."""
     try:
         yield
     except NoSolutionError as error:
@@ -157,30 +130,26 @@ def told_of(place: Any) -> Iterator[None]:
         raise
 
 
-def rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> Floats:
+def _rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> list[float]:
     """Return the position of equilibrium that is found first from a start. Raises NoSolutionError."""
     until, search = time.process_time() + SECONDS, search_from(resolved, begin, formalism)
     around = islice(guesses(search.places, search.places.start), MOST)
     in_time = takewhile(lambda _: time.process_time() < until, around)
     reached = (search.reached(guess, -inf if number else until) for number, guess in enumerate(in_time))
-    found = next((q for q in reached if q is not None and stands(search, q)), None)
+    found = next((q for q in reached if q is not None and keeps_mode(search, q)), None)
     if found is None:
-        late = time.process_time() > until
-        tried = guesses(search.places, search.places.start)
-        raise none_found(search.flow, search.rows, tried, in_time=late, one_way=stood(resolved))
-    return found
+        late, names = time.process_time() > until, _unilateral_names(resolved)
+        states = f", with {names} closed or open as at the start (equilibrium tells where else it rests)"
+        again = guesses(search.places, search.places.start)
+        raise no_equilibrium_error(search.flow, search.rows, again, in_time=late, one_way=states if names else "")
+    return [float(x) for x in found]
 
 
-def _at_rest(resolved: Mechanism, q: list[float]) -> dict[str, float]:
-    names = (coordinate.name for coordinate in resolved.coordinates)
-    return {**dict(zip(names, q, strict=True)), **{speed.name: 0.0 for speed in resolved.speeds}}
-
-
-def _values(system: System, resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict[str, float]:
-    """Return the values in numbers: expressions of parameters, or text with units."""
+def _values_at(system: System, resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict[str, float]:
+    """Return the values in numbers: expressions of parameters, or text with units; of a quaternion all or none."""
     declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
     units = {each.name: each.unit for each in declared}
-    found = {}
+    values = {}
     for name, value in place.items():
         with at(name):
             if name not in units:
@@ -188,8 +157,15 @@ def _values(system: System, resolved: Mechanism, begin: Start, place: Mapping[st
             node = start_value(value, units[name])
             if node is None:
                 raise ModelError("it needs a value; what is not named keeps that of the start", number="M119")
-            found[name] = number_asked(node, resolved, begin)
-    return found
+            values[name] = number_asked(node, resolved, begin)
+    for places in (places for body in resolved.bodies for places in body.quaternions):
+        names = [resolved.coordinates[k].name for k in places]
+        given = [name for name in names if name in values]
+        if given and len(given) < len(names):
+            raise ModelError(
+                f"{', '.join(names)} are one quaternion: give all four or none", number="M110"
+            ).under(given[0])
+    return values
 
 
 def number_asked(node: Node, resolved: Mechanism, begin: Start) -> float:
@@ -203,14 +179,3 @@ def number_asked(node: Node, resolved: Mechanism, begin: Start) -> float:
     if number is None or not isfinite(number):
         raise ModelError("the expression has no finite value", number="M119")
     return number
-
-
-def _verify_whole(resolved: Mechanism, values: Mapping[str, float]) -> None:
-    """Raise ModelError for a part of a quaternion."""
-    for places in (places for body in resolved.bodies for places in body.quaternions):
-        names = [resolved.coordinates[k].name for k in places]
-        given = [name for name in names if name in values]
-        if given and len(given) < len(names):
-            raise ModelError(
-                f"{', '.join(names)} are one quaternion: give all four or none", number="M110"
-            ).under(given[0])

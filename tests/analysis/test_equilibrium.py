@@ -380,9 +380,9 @@ def test_a_search_that_finds_nothing_ends_sooner(monkeypatch: pytest.MonkeyPatch
     )
     clock = iter(range(10_000))
     tried = []
-    reached = search_module.Search.reached
+    reached = search_module.EquilibriumSearch.reached
     monkeypatch.setattr(search_module.time, "process_time", lambda: float(next(clock)))
-    monkeypatch.setattr(search_module.Search, "reached", lambda *given: tried.append(1) or reached(*given))
+    monkeypatch.setattr(search_module.EquilibriumSearch, "reached", lambda *given: tried.append(1) or reached(*given))
     with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found"):
         mbs.equilibrium(model)
     assert len(tried) <= 5

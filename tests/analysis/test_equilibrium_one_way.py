@@ -13,7 +13,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.analysis import equilibrium_search
 from multibody_sym.analysis.equilibrium import Equilibrium
-from multibody_sym.analysis.equilibrium_search import SECONDS, Found, Search
+from multibody_sym.analysis.equilibrium_search import SECONDS, EquilibriumSearch, FoundPositions
 from multibody_sym.documents.analysis import equilibrium_text
 from multibody_sym.errors import NoSolutionError
 
@@ -164,20 +164,20 @@ def test_each_set_is_searched_however_long_the_one_of_the_start_takes(monkeypatc
 
     With its lower end on the floor V = (m L/2 + n s) g sin(a), and dV/da = 0 where cos(a) = 0.
     """
-    spent, real = [0.0], equilibrium_search.found_from
+    spent, real = [0.0], equilibrium_search.search_positions
 
     def clock() -> float:
         spent[0] += 0.02  # a time that no other process disturbs
         return spent[0]
 
-    def slow(search: Search, *given: Any, **named: Any) -> Found:
+    def slow(search: EquilibriumSearch, *given: Any, **named: Any) -> FoundPositions:
         sides = search.mechanism.mode.sides if search.mechanism.mode else {}
         if {name for name, side in sides.items() if side} == {"c1", "c2"}:
             spent[0] += 2 * SECONDS
-            return Found(guesses=1, cut_short=True)
+            return FoundPositions(guesses=1, cut_short=True)
         return real(search, *given, **named)
 
-    monkeypatch.setattr(equilibrium_search, "found_from", slow)
+    monkeypatch.setattr(equilibrium_search, "search_positions", slow)
     monkeypatch.setattr(time, "process_time", clock)
     found = mbs.equilibrium(mbs.loads(LEANING))
     rests = {(round(math.sin(x["a"]), 9), round(x["s"], 9)) for x in found.positions}

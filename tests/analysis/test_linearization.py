@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
-from multibody_sym.analysis.deviations import Flow
+from multibody_sym.analysis.deviations import DeviationFlow
 from multibody_sym.analysis.linearize import period_multipliers
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -73,7 +73,7 @@ def test_random_mechanisms_with_rows_against_finite_differences(seed: int) -> No
     q = closed_near(rows, np.array(guess))
     assert q is not None, "choose a seed with a closed position near its random one"
     u = admissible(case, q, np.zeros(len(case.mechanism.speeds)))
-    flow = Flow(case.mechanism, case.parameters)
+    flow = DeviationFlow(case.mechanism, case.parameters)
     found, tangents = flow.linearized(q, u), flow.tangents(q, u)
     step = 1e-5
     for column, direction in zip(found.A.T, tangents.X.T, strict=True):
@@ -101,7 +101,7 @@ def displaced(mechanism: Mechanism, q: np.ndarray, sigma: np.ndarray) -> np.ndar
     return found
 
 
-def rates_of_deviations(flow: Flow, q: np.ndarray, u: np.ndarray, z: np.ndarray) -> np.ndarray:
+def rates_of_deviations(flow: DeviationFlow, q: np.ndarray, u: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Return z' beside a motion: of attitudes by the rates of quaternions, theta = 2 vec(q0^* q) where it is small."""
     size = len(u)
     beside, fast = displaced(flow.mechanism, q, z[:size]), u + z[size:]

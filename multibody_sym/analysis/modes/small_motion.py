@@ -13,7 +13,7 @@ import numpy as np
 from multibody_sym.algebra.inequalities import Condition, reduced, under_roots
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.algebra.roots import values_with_shared_roots
-from multibody_sym.analysis.deviations import Flow, deviation_names
+from multibody_sym.analysis.deviations import DeviationFlow, deviation_names
 from multibody_sym.analysis.linearize import At
 from multibody_sym.analysis.modes.formulas import (
     Formulas,
@@ -80,7 +80,7 @@ def period_of_drive(system: System, parameters: dict[Node, float]) -> float | No
     return 2 * math.pi / paces[0] if same and paces[0] else None
 
 
-def frozen(system: System, flow: Flow, begin: Start) -> str | None:
+def frozen(system: System, flow: DeviationFlow, begin: Start) -> str | None:
     """Return what is to be said where a state would not stay as it is, because time moves something."""
     named = named_with_time(system)
     if not named:
@@ -97,13 +97,13 @@ def frozen(system: System, flow: Flow, begin: Start) -> str | None:
     )
 
 
-def _moved(flow: Flow, begin: Start, time: float) -> np.ndarray:
+def _moved(flow: DeviationFlow, begin: Start, time: float) -> np.ndarray:
     """Return accelerations and their slopes in the state of a start, at another time."""
     known = flow.known_at(begin.q, begin.u, time)
     return np.concatenate([flow.rates(known)[1], np.ravel(flow.derivatives(known)[0])])
 
 
-def friction_held(flow: Flow) -> list[str]:
+def friction_held(flow: DeviationFlow) -> list[str]:
     """Return what is to be said of friction that acts in the mode of the start, by what slides or sticks."""
     mechanism = flow.mechanism
     if mechanism.mode is None:

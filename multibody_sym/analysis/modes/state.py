@@ -19,11 +19,11 @@ import numpy as np
 from multibody_sym.algebra.quotient_functions import exact, exact_solve, register_angles
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import roots, written
-from multibody_sym.analysis.deviations import Flow, displaced
-from multibody_sym.analysis.equilibrium_search import guesses, search_from, stands
-from multibody_sym.analysis.linearize import At, Linearization, flow_at, settled
+from multibody_sym.analysis.deviations import DeviationFlow, displaced
+from multibody_sym.analysis.equilibrium_search import guesses, keeps_mode, search_from
+from multibody_sym.analysis.linearize import At, Linearization, flow_at, verified_linearization
 from multibody_sym.analysis.rest.exact_ends import fits
-from multibody_sym.analysis.state_asked_about import REST, told_of
+from multibody_sym.analysis.state_asked_about import REST, errors_at
 from multibody_sym.derivation.symbolic_start import SymbolicState, declared_state, linear_equations
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
@@ -58,7 +58,7 @@ class Place:
     `found`: it is not the declared one but was found beside it; `stopped`: it is at rest although the start moves.
     """
 
-    flow: Flow
+    flow: DeviationFlow
     begin: Start
     linear: Linearization
     found: bool
@@ -98,12 +98,12 @@ def place_of(system: System, formalism: str | None, at: At = None) -> Place:
     return found
 
 
-def _stable_beside(flow: Flow, begin: Start, formalism: str | None) -> dict[str, float] | None:
+def _stable_beside(flow: DeviationFlow, begin: Start, formalism: str | None) -> dict[str, float] | None:
     """Return the coordinates of the stable equilibrium nearest to a start, as far as a few guesses find one."""
     until, search = time.process_time() + _SECONDS, search_from(flow.mechanism, begin, formalism)
     around = islice(guesses(search.places, search.places.start), _GUESSES)
     reached = (search.reached(guess) for guess in takewhile(lambda _: time.process_time() < until, around))
-    found = [q for q in reached if q is not None and search.stable(q) and stands(search, q)]
+    found = [q for q in reached if q is not None and search.stable(q) and keeps_mode(search, q)]
     if not found:
         return None
     nearest = min(found, key=lambda q: float(np.linalg.norm(q - np.array(begin.q))))
@@ -111,13 +111,13 @@ def _stable_beside(flow: Flow, begin: Start, formalism: str | None) -> dict[str,
     return dict(zip((c.name for c in flow.mechanism.coordinates), nearest.tolist(), strict=True)) | rest
 
 
-def _settled_at(flow: Flow, begin: Start, at: Any, *, found: bool = False, stopped: bool = False) -> Place:
-    with told_of(at):
-        linear = settled(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float))
+def _settled_at(flow: DeviationFlow, begin: Start, at: Any, *, found: bool = False, stopped: bool = False) -> Place:
+    with errors_at(at):
+        linear = verified_linearization(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float))
     return Place(flow, begin, linear, found, stopped)
 
 
-def balanced(flow: Flow, begin: Start) -> bool:
+def balanced(flow: DeviationFlow, begin: Start) -> bool:
     """Return whether no speed changes, but for what the rounding of the numbers of a state makes of it."""
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     udot = flow.accelerations(q, u)
@@ -138,7 +138,7 @@ class _Steady:
     udot(x, u_c(x)) = 0, where du_c/dx is the slope of udot_c by the speed of x, as u_c' = (du_c/dx) x'.
     """
 
-    def __init__(self, flow: Flow, begin: Start) -> None:
+    def __init__(self, flow: DeviationFlow, begin: Start) -> None:
         self.flow, self.begin = flow, begin
         self.q, self.u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
         self.size = len(self.u)
