@@ -171,7 +171,7 @@ def _load_factors(mechanism: Mechanism) -> set[Node]:
     return {x for x in slots - weights if x in entries and entries[x].dimension in (None, FORCE, ENERGY)}
 
 
-# --- closed forms at one state --------------------------------------------------------------------------------------
+# --- closed forms at one state ---------------------------------------------------------------------------------------
 #
 # The equations of motion are formed over Nodes at the state, and solved over exact quotients:
 #
@@ -308,7 +308,7 @@ def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
     return [*upper, *lower], [*forcing, *(h.gamma for h in rows)]
 
 
-# --- one-way elements at a solved start: forces and accelerations, over any scalar ------------------------------------
+# --- one-way elements at a solved start: forces and accelerations, over any scalar -----------------------------------
 
 _ROUNDING: Final = 1e-10
 """Part of the largest force by which a force may be beyond its limit."""
@@ -347,7 +347,7 @@ class ActingForces(OneWayForces):
         return sum((h * a for h, a in zip(moved.jacobian, self.udot, strict=True)), -moved.gamma)
 
 
-# --- the start over Nodes ---------------------------------------------------------------------------------------------
+# --- the start over Nodes --------------------------------------------------------------------------------------------
 #
 # A number that came from closing constraints holds for one choice of parameters only, and so does a guess that happens
 # to be right. An assembled coordinate therefore keeps its declared expression only where all rows are satisfied by it

@@ -149,7 +149,7 @@ def _signs(powers: Sequence[Quotient], *, definite: bool) -> Iterator[Condition]
         yield Condition(b * b - 4 * (a * c), strict=True, under_root=True)
 
 
-# --- roots ---------------------------------------------------------------------------------------------------------
+# --- roots -----------------------------------------------------------------------------------------------------------
 
 
 def _roots(powers: Sequence[Quotient], times: int) -> Iterator[Root]:

@@ -1,6 +1,6 @@
 """Ends of ranges of rest at which friction in space is on its circle: from tangents near them to the ends themselves.
 
-What gives way at an end is a motion y of the system, with weights w, that no forces z resist any more:
+In: an end by tangents. Out: the end. At it a motion y of the system begins, with weights w, that no forces z resist:
 
     E z = r        E^T y + sum of w (mu e_n - d . e_t) + sum of w G = 0        t = mu n d,  |d| = 1,  G z = 0
 
@@ -49,12 +49,14 @@ _BEYOND: Final = 1e-9
 """The part of the largest force by which friction on a circle may seem to be beyond it."""
 
 
-def sharpened(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, limits: Sequence[RestLimit]) -> RestEnd:
-    """Return an end of tangents with what gives way there gathered, on the circles themselves where that is found.
+def sharpen_end(
+    at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, limits: Sequence[RestLimit]
+) -> RestEnd:
+    """Return an end of tangents with its limits gathered, on the circles themselves where that end is found.
 
     `at` returns the conditions for limits as a function of the parameter.
     """
-    one = gathered(at, end, limits)
+    one = _gather(at, end, limits)
     if end.choice.directions or not any(limit.along is not None for limit in one.limits):
         return one
     try:
@@ -83,7 +85,7 @@ def _holds(conditions: Conditions | None, limits: Sequence[RestLimit], end: Rest
 
 
 def beyond(forces: Floats, conditions: Conditions, limits: Sequence[RestLimit]) -> Iterator[tuple[str, Direction]]:
-    """Yield what rubs beyond its circle, and along which direction, in forces within the tangents."""
+    """Yield the friction parts beyond their circles, and their directions, of forces within the tangents."""
     size, seen = float(np.abs(forces).max(initial=0.0)), set[str]()
     for row, limit in zip(conditions.cone, limits, strict=True):
         if limit.along is None or limit.curve is None or limit.part in seen:
@@ -96,10 +98,10 @@ def beyond(forces: Floats, conditions: Conditions, limits: Sequence[RestLimit]) 
             yield limit.part, (x, y)
 
 
-def gathered(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, limits: Sequence[RestLimit]) -> RestEnd:
+def _gather(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, limits: Sequence[RestLimit]) -> RestEnd:
     """Return an end with one limit for each part that gives way: slip along one direction, or no force at all.
 
-    Tangents of one circle that are not one direction meet where there is no force: what they limit opens.
+    Tangents of one circle that are not one direction meet where there is no force: the contact opens.
     """
     slips: dict[str, list[tuple[RestLimit, float]]] = {}
     found = dict[RestLimit, float]()
@@ -113,25 +115,19 @@ def gathered(at: Callable[[Sequence[RestLimit]], ConditionsAt], end: RestEnd, li
     for several in slips.values():
         slip, whole = several[0][0], sum(share for _, share in several)
         opened = next((x for x in limits if x.idle and x.terms[0][0] == slip.terms[0][0]), None)
-        along, length = _direction(several)
+        x = y = 0.0
+        for number, (limit, share) in enumerate(several):
+            way = limit.along or ((-1.0) ** number, 0.0)  # along a line there are two, each other's opposite
+            x, y = x + share * way[0], y + share * way[1]
+        length = hypot(x, y)
         bare = forces is not None and forces[slip.terms[0][0]] <= _NOTHING * forces.max()
         if opened is not None and (opened in found or (bare and length < _ONE_WAY * whole)):
             found[opened] = found.get(opened, 0.0) + whole
         elif slip.along is None or not length > 0.0:
             found |= dict(several)
         else:
-            found[slip.turned_to(along)] = whole
+            found[slip.turned_to(_along_axis(x / length, y / length))] = whole
     return replace(end, limits=tuple(found), shares=tuple(found.values()))
-
-
-def _direction(several: Sequence[tuple[RestLimit, float]]) -> tuple[Direction, float]:
-    """Return the direction in which limits of one friction are passed together, and how far."""
-    x = y = 0.0
-    for number, (limit, share) in enumerate(several):
-        way = limit.along or ((-1.0) ** number, 0.0)  # along a line there are two, each other's opposite
-        x, y = x + share * way[0], y + share * way[1]
-    length = hypot(x, y)
-    return (_along_axis(x / length, y / length) if length > 0.0 else (1.0, 0.0)), length
 
 
 def _along_axis(x: float, y: float) -> Direction:
@@ -225,7 +221,7 @@ class _Newton:
         return [sum(counts[: k + 1]) for k in range(len(counts))]
 
     def left(self, X: Floats, parts: tuple[Floats, Floats, Floats, Floats]) -> Floats:
-        """Return what is left of all conditions."""
+        """Return the residuals of all conditions."""
         E, r, G, C = parts
         _, z, y, weights, ways = np.split(X, self.places)
         ways = ways.reshape(-1, 2)
@@ -238,7 +234,7 @@ class _Newton:
         return np.concatenate([E @ z - r, moves, G @ z, *slides, *whole])
 
     def slope(self, X: Floats) -> Floats:
-        """Return the derivative of what is left: of bilinear conditions, and along the parameter by difference."""
+        """Return the derivative of the residuals: of bilinear conditions, and along the parameter by difference."""
         parts = self.parts(float(X[0]))
         step = _STEP * max(abs(float(X[0])), abs(self.end.value)) or _STEP
         ahead, behind = (self.left(X, self.parts(float(X[0]) + sign * step)) for sign in (1.0, -1.0))
@@ -275,7 +271,7 @@ class _Newton:
     def contradicts(self, X: Floats, turned: Sequence[RestLimit]) -> bool:
         """Return whether forces that were taken to be none could not resist the motion y either.
 
-        If one of them can, rest is possible beyond, with forces of others than those that give way here.
+        If one of them can, rest is possible beyond, by other forces.
         """
         gone = [k for k in range(self.first.equal.shape[1]) if k not in self.kept]
         if not gone:
@@ -286,32 +282,23 @@ class _Newton:
         if given is None:
             return False
         pulled = (self.scales[0][:, None] * given.equal).T @ y + given.cone.T @ weights
-        bounds = self.of([_against(limit, pulled) for limit in self.limits])(float(X[0]))
+        against = list(self.limits)  # tangents of circles where the motion pulls most
+        for k, limit in enumerate(self.limits):
+            if limit.along is not None and limit.curve is not None:
+                x, y = pulled[list(limit.curve.rubbing)].tolist()
+                size = hypot(x, y)
+                against[k] = limit.turned_to((x / size, y / size)) if size > 0.0 else limit
+        bounds = self.of(against)(float(X[0]))
         assert bounds is not None
         own = np.array([not row[self.kept].any() for row in bounds.cone], dtype=bool)
-        left = _nearest_sum(bounds.cone[own][:, gone].T, -pulled[gone])
+        _, left = nonnegative_least_squares(bounds.cone[own][:, gone].T, -pulled[gone])
         return bool(left <= _RESISTED * float(np.abs(weights).max(initial=0.0)))
 
 
-def _against(limit: RestLimit, pulled: Floats) -> RestLimit:
-    """Return the tangent of a limit's circle where a motion pulls most."""
-    if limit.along is None or limit.curve is None:
-        return limit
-    x, y = pulled[list(limit.curve.rubbing)].tolist()
-    return limit.turned_to((x / hypot(x, y), y / hypot(x, y))) if hypot(x, y) > 0.0 else limit
-
-
-def _nearest_sum(columns: Floats, wanted: Floats) -> float:
-    """Return how far a sum of columns, each taken no less than zero times, stays from what is wanted."""
-    return nonnegative_least_squares(columns, wanted)[1]
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Ends that do not belong to their range of rest: towards them forces grow without bound.
-
+# --- ends that do not belong to their range of rest: towards them forces grow without bound --------------------------
 
 _WAYS: Final = (1e-4, 1e-5)
-"""How far inside an end (of its size, 1 at least) forces are looked at, and at twice that."""
+"""How far inside an end (of its size, 1 at least) forces are compared, and at twice that."""
 _POLE: Final = 1e-2
 """By how much the forces there may differ from those of a pole of first order, of which one is twice the other."""
 
@@ -330,12 +317,10 @@ def open_end(position: Position, name: str, end: RestEnd, outward: int) -> tuple
 
 
 def _least_force(position: Position, name: str, end: RestEnd, value: float) -> float | None:
+    """Return the least size of the largest force that fulfils the conditions at a value, None where none does."""
     conditions = position.conditions({name: value}, position.statics.limits(end.choice), moves=True)
-    return None if conditions is None else least_size(conditions)
-
-
-def least_size(conditions: Conditions) -> float | None:
-    """Return the least size of the largest component of an x that fulfils conditions, None where none does."""
+    if conditions is None:
+        return None
     n = conditions.equal.shape[1]
     one = np.ones((n, 1))
     upper = np.vstack(

@@ -1,7 +1,8 @@
 """Ends of ranges of rest in closed form: where the conditions that give way there contradict each other no more.
 
-At an end the equations of balance and the limits that meet there are one more than they have unknown forces: what is
-left after these are eliminated vanishes, an equation for the parameter alone. Its root is taken if it is the number.
+In: an end in floats. Out: its formula. At an end the equations of balance and the limits that meet there are one more
+than their unknown forces: after elimination one equation for the parameter alone is left. Its root is taken if it is
+the number.
 """
 
 from __future__ import annotations
@@ -23,7 +24,6 @@ from multibody_sym.analysis.rest.statics import (
     Position,
     RestEnd,
     RestLimit,
-    Statics,
     out_of_touch,
     statics,
 )
@@ -63,31 +63,25 @@ class ExactEnd:
     @cached_property
     def at_end(self) -> Mechanism:
         """The mechanism with the value of the end."""
-        entries = tuple(
-            replace(entry, value=as_node(self.end.value)) if entry.name == self.name else entry
-            for entry in self.mechanism.parameters
-        )
-        return replace(self.mechanism, parameters=ParameterVector(entries))
+        return with_value(self.mechanism, self.name, self.end.value)
 
     def symbolic(self) -> Node | None:
         """Return the end in the names of the model, None where there is no closed form."""
-        return self._found(numbers=False)
+        return self._form(numbers=False)
 
     def exact(self) -> Node | None:
-        """Return the end as an exact number, with what is declared of the other parameters put in; None for none."""
-        return short_number(self._found(numbers=True))
+        """Return the end as an exact number, with the declared values of other parameters put in; None for none."""
+        return short_number(self._form(numbers=True))
 
-    def _found(self, *, numbers: bool) -> Node | None:
+    def _form(self, *, numbers: bool) -> Node | None:
         try:
-            return next(self._roots(numbers), None)
+            for equation in self.equations(numbers=numbers):
+                for root in roots(equation, symbol(self.name)):
+                    if fits(root, symbol(self.name), self.end.value, self.sample):
+                        return with_doubles(root)
         except (NoClosedFormError, ExpressionError, MultibodyError, *UNDEFINED):
-            return None
-
-    def _roots(self, numbers: bool) -> Iterator[Node]:
-        for equation in self.equations(numbers=numbers):
-            for root in roots(equation, symbol(self.name)):
-                if fits(root, symbol(self.name), self.end.value, self.sample):
-                    yield with_doubles(root)
+            pass
+        return None
 
     @cached_property
     def sample(self) -> dict[Node, float]:
@@ -105,38 +99,33 @@ class ExactEnd:
         Sines of sums of angles are written out if `expands`.
         """
         given, balance = self._balance
+        declared = {symbol(entry.name): entry.value for entry in self.mechanism.parameters}
         for equal in (self.end.equal, tuple(range(len(balance.right)))):
             field = Field(_WORK, expands)
-            known = self._known(field, given, numbers, {symbol(self.name), kept})
+            known = {}
+            for node, letter in given.letters.items():
+                value = declared.get(node) if numbers and node not in (symbol(self.name), kept) else None
+                known[node] = field.letter(node, letter) if value is None else exact(field, [value], {})[0]
             found = self._equations(field, known, balance, equal)
             yield from (equation for equation in found if symbol(self.name) in equation.symbols)
 
-    def _known(
-        self, field: Field, given: SymbolicState, numbers: bool, kept: Collection[Node | None]
-    ) -> dict[Node, Quotient]:
-        """Return what symbols stand for: letters, or the exact values of all that are not `kept`."""
-        known = {}
-        declared = {symbol(entry.name): entry.value for entry in self.mechanism.parameters}
-        for node, letter in given.letters.items():
-            value = declared.get(node)
-            if numbers and value is not None and node not in kept:
-                known[node] = exact(field, [value], {})[0]
-            else:
-                known[node] = field.letter(node, letter)
-        return known
 
     @cached_property
     def _balance(self) -> tuple[SymbolicState, Balance]:
         """The state over Nodes at the end, at rest, and the conditions there."""
         at_end = self.at_end
-        given = declared_state(at_end, start(at_end))
-        whole = self._whole
+        position = Position(at_end, start(at_end))
+        given = declared_state(at_end, position.begin)
+        whole = statics(at_end)
         parameters = [given.state.slots[at_end.parameters.slot(entry.name)] for entry in at_end.parameters]
         rest = [ZERO] * len(at_end.speeds)
         state = state_of(whole.mechanism, Node, ZERO, list(given.state.q), rest, parameters)
         motion = motion_of(whole.mechanism, state)
         balance = whole.balance(motion, self.end.limits, row_motions(motion))
-        touching = self._carrying
+        at_values = position.motion({}, moves=False)
+        assert at_values is not None
+        rows = row_motions(at_values)
+        touching = frozenset(range(len(rows))) - (out_of_touch(position.statics, at_values, rows) or frozenset())
         return given, replace(
             balance,
             **{
@@ -145,26 +134,17 @@ class ExactEnd:
             },
         )
 
-    @cached_property
-    def _whole(self) -> Statics:
-        return statics(self.at_end)
-
-    @cached_property
-    def _carrying(self) -> frozenset[int]:
-        """The rows that have forces at the end."""
-        at_end = self.at_end
-        position = Position(at_end, start(at_end))
-        motion = position.motion({}, moves=False)
-        assert motion is not None
-        rows = row_motions(motion)
-        return frozenset(range(len(rows))) - (out_of_touch(position.statics, motion, rows) or frozenset())
 
     def _equations(
         self, field: Field, known: dict[Node, Quotient], balance: Balance, equal: Sequence[int]
     ) -> list[Quotient]:
         """Return what must vanish for some forces to balance at the limits."""
         curves = [limit.curve for limit in self.end.limits if limit.curve is not None]
-        aside = _beside_tangents(self.end.limits)
+        aside = [  # the multiplier along the other tangent of each part that slips along one
+            next(row for row, x in zip(limit.curve.rubbing, limit.along, strict=True) if x == 0.0)
+            for limit in self.end.limits
+            if limit.curve is not None and limit.along is not None and 0.0 in limit.along
+        ]
         in_line = len(curves) > 1 and len(aside) == len(curves)
         bare = [k for limit in self.end.limits for k in limit.idle]
         held = [k for k, limit in enumerate(self.end.limits) if in_line or limit.curve is None]
@@ -177,25 +157,25 @@ class ExactEnd:
         if in_line or not curves:
             left = conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
             return left if not in_line or len(left) == 1 else []
-        together = _together(self.end.limits)
+        together = _resultant(self.end.limits)
         if together is None:
-            return self._turned(field, known, rows, len(equal)) if len(equal) == len(balance.right) else []
+            return self._turning(field, known, rows, len(equal)) if len(equal) == len(balance.right) else []
         if not together.is_unique(rows):
             return []
         forces = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows])
         return [self._on_curve(field, known, forces, together)]
 
-    def _turned(
+    def _turning(
         self, field: Field, known: dict[Node, Quotient], rows: Sequence[Sequence[Quotient]], count: int
     ) -> list[Quotient]:
-        """Return what must vanish where all that slips turns about one place; `count` of the rows are balances."""
+        """Return what must vanish where all slipping parts turn about one place; `count` of the rows are balances."""
         curves = [limit.curve for limit in self.end.limits if limit.curve is not None]
         along = [limit.along for limit in self.end.limits if limit.curve is not None and limit.along is not None]
         if len(along) < len(curves) or any(len(curve.pressing) > 1 for curve in curves):
             return []
         bare = {k for limit in self.end.limits if limit.idle for k in (limit.terms[0][0], *limit.idle)}
         columns = list(zip(*(row[:-1] for row in rows[:count]), strict=True))
-        ways = _turning(columns, [curve.rubbing for curve in curves], bare, along)
+        ways = _slip_directions(columns, [curve.rubbing for curve in curves], bare, along)
         if ways is None:
             return []
         slots = self._balance[0].state.slots
@@ -222,9 +202,17 @@ class ExactEnd:
         return rubbing - coefficient * coefficient * pressing
 
 
+def with_value(mechanism: Mechanism, name: str, value: float) -> Mechanism:
+    """Return the mechanism with another value of a parameter."""
+    entries = tuple(
+        replace(entry, value=as_node(value)) if entry.name == name else entry for entry in mechanism.parameters
+    )
+    return replace(mechanism, parameters=ParameterVector(entries))
+
+
 @dataclass(frozen=True)
 class _Resultant:
-    """What slips as one: of each component of friction and of the normal force the multipliers that are its sum."""
+    """Parts that slip as one: for each component of friction and normal force the multipliers that are its sum."""
 
     rubbing: list[tuple[int, ...]]
     pressing: list[tuple[int, ...]]
@@ -239,8 +227,8 @@ class _Resultant:
         return rank(np.vstack([matrix, sums]), _DEPENDENT) == rank(matrix, _DEPENDENT)
 
 
-def _together(limits: Sequence[RestLimit]) -> _Resultant | None:
-    """Return what slips as one: alone, or all in one direction, as the feet do of what is not turned; None for none.
+def _resultant(limits: Sequence[RestLimit]) -> _Resultant | None:
+    """Return the parts that slip as one: a single part, or all in one direction, as the feet of a body; None for none.
 
     Where all slip along d by one coefficient, |sum of t| = sum of mu N, however these are shared.
     """
@@ -258,16 +246,16 @@ def _together(limits: Sequence[RestLimit]) -> _Resultant | None:
     )
 
 
-def _turning(
+def _slip_directions(
     columns: Sequence[Sequence[Quotient]],
     rubbing: Sequence[Sequence[int]],
     bare: Collection[int],
     along: Sequence[Direction],
 ) -> list[list[Quotient]] | None:
-    """Return the directions of what slips, None where they are not those `along` which it does in numbers.
+    """Return the directions of slip, None where they are not the directions `along` in numbers.
 
-    A motion y gives slip E_t^T y, E_t being the columns of friction in the balances. It is the one that leaves all else
-    at rest, `bare` multipliers apart, as a foot that something turns about; else the middle of what slips besides.
+    A motion y gives slip E_t^T y, E_t being the columns of friction in the balances. It is the motion that leaves all
+    else at rest, `bare` multipliers apart, as a foot about which a body turns; else also the middle of slipping parts.
     """
     nothing = columns[0][0].field.constant(0)
     slips = [k for places in rubbing for k in places]
@@ -276,8 +264,12 @@ def _turning(
         [sum(parts, nothing) for parts in zip(*(columns[k] for k in places), strict=True)]
         for places in zip(*rubbing, strict=True)
     ]
-    still = next((rows for rows in (held, [*held, *middle]) if _leave_one_motion(rows, len(columns[0]))), None)
-    if still is None:
+    count = len(columns[0])
+    for still in (held, [*held, *middle]):
+        sample = np.array([[float(x.sample) for x in row] for row in still]).reshape(-1, count)
+        if rank(sample, _DEPENDENT) == count - 1:  # all speeds follow from one
+            break
+    else:
         return None
     first, sense = max(((k, x) for k, x in zip(slips, np.ravel(along), strict=True)), key=lambda each: abs(each[1]))
     moves = exact_solve([*still, columns[first]], [*([nothing] * len(still)), nothing + (1 if sense > 0 else -1)])
@@ -292,22 +284,8 @@ def _turning(
     return ways if np.abs(found - along).max() <= _ALIKE else None
 
 
-def _leave_one_motion(rows: Sequence[Sequence[Quotient]], count: int) -> bool:
-    """Return whether all of `count` speeds follow from one where the rows times them vanish."""
-    return rank(np.array([[float(x.sample) for x in row] for row in rows]).reshape(-1, count), _DEPENDENT) == count - 1
-
-
-def _beside_tangents(limits: Sequence[RestLimit]) -> list[int]:
-    """Return for what slips along one of its two tangents the multiplier along the other, by number."""
-    return [
-        next(row for row, x in zip(limit.curve.rubbing, limit.along, strict=True) if x == 0.0)
-        for limit in limits
-        if limit.curve is not None and limit.along is not None and 0.0 in limit.along
-    ]
-
-
 def fits(root: Node, unknown: Node, value: float, sample: Mapping[Node, float]) -> bool:
-    """Return whether an expression for a symbol has a value, and what is printed of it too."""
+    """Return whether an expression for a symbol has a value, and its printed text has it too."""
     if len(text(root)) > _LONGEST or unknown in leaves([root], "symbol"):
         return False
     try:
@@ -318,6 +296,6 @@ def fits(root: Node, unknown: Node, value: float, sample: Mapping[Node, float]) 
 
 
 def short_number(found: Node | None) -> Node | None:
-    """Return an expression if it is an exact number that tells more than its decimals."""
+    """Return an expression if it is an exact number shorter than its decimals."""
     short = found is not None and len(text(found)) <= _LONGEST_NUMBER
     return found if short and found is not None and not leaves([found], "symbol") else None

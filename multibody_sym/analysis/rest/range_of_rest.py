@@ -1,4 +1,7 @@
-"""Ranges of rest: all values of a parameter at which a system can stay at rest, with exact ends and what gives way."""
+"""Ranges of rest: all values of a parameter at which a system can stay at rest, with exact ends and what gives way.
+
+In: a System and names of parameters. Out: RangeOfRest, LeastForMotion.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import linear_parts, rate, roots, written
 from multibody_sym.analysis.rest.cone_ends import open_end
-from multibody_sym.analysis.rest.exact_ends import ExactEnd, fits, short_number
-from multibody_sym.analysis.rest.ranges import Least, Ranges, causes, first_range, least_ends, ranges_of_rest
+from multibody_sym.analysis.rest.exact_ends import ExactEnd, fits, short_number, with_value
+from multibody_sym.analysis.rest.ranges import Least, Ranges, causes, first_range, least_ends, search_of
 from multibody_sym.analysis.rest.statics import Position, RestEnd
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import examined, on_numbers
@@ -30,7 +33,7 @@ from multibody_sym.errors import (
     shown,
 )
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source
+from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, Source
 from multibody_sym.mechanics.variable_mass import verify_kept
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
@@ -40,6 +43,20 @@ from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.text.printer import text
 
 Names = tuple[str, ...]
+_PURE: Final = "1"
+_LOOSE: Final = "nothing holds it"
+_ASIDE: Final = 1e-6
+"""How far beyond an end (of its size, 1 at least) the reason for the end is sought."""
+_SETTLED: Final = 1e-11
+"""To which part of it an end without closed form is found."""
+_STILL: Final = 1e-9
+"""The speed (m/s) and acceleration (m/s^2) of a row at rest that are none."""
+_WORK: Final = 30_000
+_NEAR: Final = 1e-4
+_FLAT: Final = 1e-7
+"""To which part a place is known where a value is least: to half the digits of values, some of which are lost."""
+_NO_FORM: Final = (NoClosedFormError, ExpressionError, MultibodyError, *UNDEFINED)
+_ENDS: Final = ("that holds", "at which rest ends")
 
 
 @dataclass(frozen=True)
@@ -76,9 +93,9 @@ class RestBound:
 class RangeOfRest:
     """The values of a `parameter` (of a `unit`) at which rest is possible in the declared position: `ends` of ranges.
 
-    `searched`: from where to where values were looked at, None without bound, a whole turn for angles. Rest is
-    possible: some forces that contacts, ropes and friction can exert are in balance; where friction is indeterminate
-    others may be too. Where it is so at no value, `gives_way` says what does at the declared one.
+    `searched`: the interval of values that were tried, None without bound, a whole turn for angles. Rest is possible:
+    some forces that contacts, ropes and friction can exert are in balance; where friction is indeterminate others may
+    be too. Where rest is possible at no value, `gives_way` says what gives way at the declared one.
     """
 
     parameter: str
@@ -121,9 +138,9 @@ def range_of_rest(
 ) -> RangeOfRest:
     """Return all values of the parameter `vary` at which rest is possible in the declared position, at t = 0.
 
-    Speeds of the start are left out. What depends on the parameter moves with it: positions, masses, forces,
-    coefficients. `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism`: by whose
-    equations forces balance. Raises InputError, and NoSolutionError where there is no start.
+    Speeds of the start are left out. Positions, masses, forces and coefficients follow the parameter.
+    `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism`: by whose equations forces
+    balance. Raises InputError, and NoSolutionError where there is no start.
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
@@ -133,8 +150,12 @@ def range_of_rest(
 @on_numbers
 def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfRest:
     position = rest_position(system, formalism)
-    entry = varied(position.mechanism, vary)
-    found = ranges_of_rest(position, entry.name)
+    entry = varied_parameter(position.mechanism, vary)
+    found = search_of(position, entry.name, {}).found()
+    gives_way: Names = ()
+    if found.against is not None:
+        still = position.motion({}, moves=False)
+        gives_way = causes(position.statics, found.against, still) if found.against else (_LOOSE,)
     low, high = (None if math.isinf(x) else x for x in found.searched)
     return RangeOfRest(
         entry.name,
@@ -143,29 +164,19 @@ def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfR
         {c.name: x for c, x in zip(position.mechanism.coordinates, position.begin.q, strict=True)},
         "rad" if found.kind == "angle" else unit_of(entry),
         {c.name: c.unit for c in position.mechanism.coordinates},
-        _given_way(position, found),
+        gives_way,
     )
 
 
-def _given_way(position: Position, found: Ranges) -> Names:
-    """Return what gives way where rest is possible at no value."""
-    if not found.against:
-        return () if found.against is None else (_LOOSE,)
-    return causes(position.statics, found.against, position.motion({}, moves=False))
-
-
 def rest_position(system: System, formalism: str | None) -> Position:
-    """Return the declared position of a system, in coordinates of its joints."""
+    """Return the declared position of a system, in coordinates of its joints.
+
+    Raises NoSolutionError where a prescribed motion carries elements along, so that speeds of 0 are no rest.
+    """
     declared = examined(system)
     verify_kept(declared)
     resolved = declared.relative or declared
     position = Position(resolved, start(resolved, project=system.simulation.project), formalism)
-    _verify_still(position)
-    return position
-
-
-def _verify_still(position: Position) -> None:
-    """Raise NoSolutionError where a prescribed motion carries along what would rest, so that speeds of 0 are none."""
     moved = position.moved({}, moves=False)
     rows = None if moved is None else position.rows(*moved)
     for k, row in enumerate(rows or ()):
@@ -177,9 +188,10 @@ def _verify_still(position: Position) -> None:
                 where=Where(path=whole.row_path(k)),
                 number="N110",
             )
+    return position
 
 
-def varied(mechanism: Mechanism, name: object, option: str = "vary") -> ParameterEntry:
+def varied_parameter(mechanism: Mechanism, name: object, option: str = "vary") -> ParameterEntry:
     """Return the entry of a declared parameter. Raises InputError for another name."""
     entries = {entry.name: entry for entry in mechanism.parameters if entry.source is Source.DECLARED}
     with at(option):
@@ -194,16 +206,6 @@ def unit_of(entry: ParameterEntry) -> str:
     """Return the unit of a parameter in SI, empty for pure numbers and where it is not known."""
     unit = "" if entry.dimension is None else str(entry.dimension)
     return "" if unit == _PURE else unit
-
-
-_PURE: Final = "1"
-_LOOSE: Final = "nothing holds it"
-_ASIDE: Final = 1e-6
-"""How far beyond an end (of its size, 1 at least) is looked why it is one."""
-_SETTLED: Final = 1e-11
-"""To which part of it an end without closed form is found."""
-_STILL: Final = 1e-9
-"""The speed (m/s) and acceleration (m/s^2) of a row at rest that are none."""
 
 
 def rest_bound(position: Position, found: Ranges, end: RestEnd, outward: int) -> RestBound:
@@ -249,15 +251,7 @@ def _no_position(position: Position, found: Ranges, end: float, outward: int) ->
     return () if place is None else (f"bodies would cross at {place}",)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The least forces that hold and that move, over all values of an angle, with their closed forms.
-
-
-_WORK: Final = 30_000
-_NEAR: Final = 1e-4
-_FLAT: Final = 1e-7
-"""To which part a place is known where a value is least: to half the digits of values, some of which are lost."""
-_NO_FORM: Final = (NoClosedFormError, ExpressionError, MultibodyError, *UNDEFINED)
+# --- the least forces that hold and that move, over all values of an angle, with their closed forms ------------------
 
 
 @dataclass(frozen=True)
@@ -318,14 +312,21 @@ def least_for_motion(
 @on_numbers
 def _least_for_motion(system: System, least: str, vary: str, formalism: str | None) -> LeastForMotion:
     position = rest_position(system, formalism)
-    entry, other = varied(position.mechanism, least, "least"), varied(position.mechanism, vary)
+    entry, other = varied_parameter(position.mechanism, least, "least"), varied_parameter(position.mechanism, vary)
     holding, moving = least_ends(position, entry.name, other.name)
     if moving is None:
         told = f"where rest is possible at a value of {vary}, it is so at every {least}: nothing moves it"
         raise NoSolutionError(told, number="N110")
     for found in (moving, holding):
         if found is not None and found.falls:
-            raise NoSolutionError(_falling(found, entry, other), number="N110")
+            last = f"{found.end.value:.6g} {unit_of(entry)}".strip()
+            place = f"{found.at:.6g} {unit_of(other)}".strip()
+            raise NoSolutionError(
+                f"the {found.least} {_ENDS[found.side]} has no least value over {found.vary}: it falls as far as was "
+                f"looked, to {last} at {found.vary} = {place}; ask for its end at a {found.vary} of yours (vary "
+                f"{found.least} alone)",
+                number="N110",
+            )
     value, at = _bounds(position, moving)
     holds, holds_at = (None, None) if holding is None else _bounds(position, holding)
     return LeastForMotion(
@@ -355,17 +356,6 @@ def _bounds(position: Position, found: Least) -> tuple[RestBound, RestBound]:
     )
 
 
-def _falling(found: Least, entry: ParameterEntry, other: ParameterEntry) -> str:
-    value, at = f"{found.end.value:.6g} {unit_of(entry)}".strip(), f"{found.at:.6g} {unit_of(other)}".strip()
-    return (
-        f"the {found.least} {_ENDS[found.side]} has no least value over {found.vary}: it falls as far as was looked, "
-        f"to {value} at {found.vary} = {at}; ask for its end at a {found.vary} of yours (vary {found.least} alone)"
-    )
-
-
-_ENDS: Final = ("that holds", "at which rest ends")
-
-
 Forms = tuple[Node | None, Node | None]
 """An expression in the names of the model, and an exact number."""
 
@@ -391,7 +381,7 @@ class _Exact:
     @property
     def end(self) -> ExactEnd:
         """The end at the place where it is least."""
-        there = _with_value(self.position.mechanism, self.found.vary, self.found.at)
+        there = with_value(self.position.mechanism, self.found.vary, self.found.at)
         return ExactEnd(there, self.found.least, self.found.end)
 
     def stationary(self, *, numbers: bool, expands: bool = False) -> Iterator[tuple[Quotient, Quotient]]:
@@ -440,7 +430,7 @@ class _Exact:
                     continue
                 found: Node | None = None
                 with suppress(*_NO_FORM):
-                    found = self.over_symbols(_with(written(value), vary, place), sample)
+                    found = self.over_symbols(_replace_symbol(written(value), vary, place), sample)
                 fitting = found is not None and fits(found, least, self.found.end.value, sample)
                 yield (with_doubles(found) if fitting and found is not None else None), with_doubles(place)
 
@@ -451,16 +441,7 @@ class _Exact:
         return written(exact(over, [node], {name: over.letter(name, letter) for name, letter in letters.items()})[0])
 
 
-def _with_value(mechanism: Mechanism, name: str, value: float) -> Mechanism:
-    """Return the mechanism with another value of a parameter."""
-    entries = tuple(
-        replace(entry, value=as_node(value)) if entry.name == name else entry for entry in mechanism.parameters
-    )
-    return replace(mechanism, parameters=ParameterVector(entries))
-
-
-def _with(node: Node, unknown: Node, value: Node) -> Node:
-    """Return an expression with another one in place of a symbol."""
+def _replace_symbol(node: Node, unknown: Node, value: Node) -> Node:
     return as_node(evaluate([node], lambda leaf: value if leaf is unknown else leaf)[0])
 
 

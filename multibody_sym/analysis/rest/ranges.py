@@ -1,4 +1,7 @@
-"""At which values of a parameter rest is possible: intervals, and what gives way at their ends."""
+"""The values of a parameter at which rest is possible: intervals, and the limits passed at their ends, in words.
+
+In: a Position and the name of a parameter. Out: Ranges; the least values of one parameter over those of another.
+"""
 
 from __future__ import annotations
 
@@ -11,27 +14,26 @@ from typing import Final, Literal
 
 import numpy as np
 
-from multibody_sym.analysis.rest.cone_ends import beyond, sharpened
+from multibody_sym.analysis.rest.cone_ends import beyond, sharpen_end
 from multibody_sym.analysis.rest.statics import (
-    Choice,
-    Curve,
     Direction,
+    FrictionCurve,
     Position,
+    PressingSides,
     Range,
     RestEnd,
     RestLimit,
     Statics,
-    about_pi,
-    stands,
-    turn_with,
-    united,
+    join_about_pi,
+    standings,
+    unite_ranges,
 )
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_kinematics import row_motion, row_motions
-from multibody_sym.mechanics.row_records import Marker, PlaneSurface, Row
+from multibody_sym.mechanics.row_records import Marker, PlaneSurface
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
@@ -72,7 +74,7 @@ _BEYOND: Final = 1e-6
 
 @dataclass(frozen=True)
 class Ranges:
-    """The ranges of a parameter in which rest is possible, ascending, and from where to where values were looked at.
+    """The ranges of a parameter in which rest is possible, ascending, and the `searched` interval of values.
 
     Where there is none `against` are the limits that contradict balance at the declared value, at the largest one of
     coefficients; None where no balance is known there.
@@ -85,18 +87,13 @@ class Ranges:
     against: tuple[RestLimit, ...] | None = None
 
 
-def ranges_of_rest(position: Position, name: str, others: Mapping[str, float] | None = None) -> Ranges:
-    """Return all values of a parameter, others being as declared or given, at which rest is possible."""
-    return search_of(position, name, dict(others or {})).found()
-
-
-def search_of(position: Position, name: str, others: Mapping[str, float]) -> Search:
+def search_of(position: Position, name: str, others: Mapping[str, float]) -> RestSearch:
     """Return the search for values of a parameter, others being as declared or given."""
-    return Search(position, name, others, any(map(position.moves_with, (name, *others))))
+    return RestSearch(position, name, others, any(map(position.moves_with, (name, *others))))
 
 
 @dataclass(frozen=True)
-class Search:
+class RestSearch:
     """The search for values of the parameter `name`; `moves`: whether positions depend on it or on the others."""
 
     position: Position
@@ -123,7 +120,7 @@ class Search:
 
     @cached_property
     def looks(self) -> list[Conditions | None]:
-        """The conditions for the first choice of what presses, at some values of the parameter."""
+        """The conditions for the first choice of pressing sides, at some values of the parameter."""
         limits = self.position.statics.limits(self.position.statics.choices()[0])
         return [self.position.conditions({**self.others, self.name: x}, limits, self.moves) for x in self.probes]
 
@@ -142,15 +139,15 @@ class Search:
             x for x in self.ranges() if not (low == x[0].value == x[1].value == 0.0)
         ]  # no load, or no body
         if kind == "angle":
-            about = about_pi(united_ranges)
-            return Ranges(self.name, kind, tuple(about), turn_with(about))
+            about, turn = join_about_pi(united_ranges)
+            return Ranges(self.name, kind, tuple(about), turn)
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         return Ranges(self.name, kind, tuple(united_ranges), told, None if united_ranges else self.against())
 
     def against(self) -> tuple[RestLimit, ...] | None:
-        """Return the limits that contradict balance, for the first choice of what presses for which some do.
+        """Return the limits that contradict balance, for the first choice of pressing sides for which some do.
 
-        Those of friction only where others do not: what lifts off is past those of friction, too.
+        Limits of friction count only where others do not: a contact that lifts off is past those of friction, too.
         """
         value = self.searched[1] if self.kind == "coefficient" else self.value
         for choice in self.position.statics.choices():
@@ -163,9 +160,9 @@ class Search:
         return None
 
     def ranges(self) -> list[Range]:
-        """Return the ranges for all choices of what presses, put together, but for values without a start."""
+        """Return the ranges for all choices of pressing sides, put together, but for values without a start."""
         choices, searched = self.position.statics.choices(), self.searched
-        found = united([found for choice in choices for found in self.widened(choice, self.kind, searched)])
+        found = unite_ranges([found for choice in choices for found in self.widened(choice, self.kind, searched)])
         found = [self.at_meeting(pair) for pair in found]
         return [x for x in found if x[0].value < x[1].value or self.has_start(x[0].value)]
 
@@ -181,12 +178,12 @@ class Search:
 
     @property
     def searched(self) -> tuple[float, float]:
-        """From where to where values are looked at."""
+        """The interval in which values are tried."""
         far = _FARTHEST * self.size
         return (-pi, pi) if self.kind == "angle" else (max(self.least, -far), far)
 
     def grid(self, kind: Kind, searched: tuple[float, float]) -> list[float]:
-        """Return the values that are looked at first."""
+        """Return the values that are tried first."""
         low, high = searched
         if kind == "angle":
             return [float(x) for x in np.linspace(low, high, _STEPS[kind] + 1)]
@@ -210,7 +207,12 @@ class Search:
             return "none"
         if same == [True, True, False] and self.coefficients_grow():
             return "coefficient"
-        if same == [True, False, True] and not self.bends and _affine([part[1] for part in parts]):
+        is_linear = same == [True, False, True] and not self.bends
+        if is_linear:
+            (a, b), (x, y) = _PROBES[:2], (part[1] for part in parts[:2])
+            line = (x + (y - x) * (probe - a) / (b - a) for probe in _PROBES)
+            is_linear = all(_alike(value, part[1]) for value, part in zip(line, parts, strict=True))
+        if is_linear:
             return "load"
         return "angle" if self.has_period(conditions) else "other"
 
@@ -248,6 +250,7 @@ class Search:
         """The values at which a gap is zero that is none beside them: something may rest there alone."""
         if not self.touch_changes:
             return []
+        from scipy.optimize import brentq  # scipy takes longer to import than most answers take
 
         def gap(k: int, value: float) -> float:
             gaps = self.gaps(value)
@@ -257,11 +260,12 @@ class Search:
         found = set[float]()
         for (low, here), (high, there) in pairwise(looks):
             turned = (np.sign(here) != np.sign(there)) & (np.abs(there - here) > _ALIKE * self.size)
-            found |= {_root(partial(gap, k), low, high) for k in turned.nonzero()[0].tolist()}
-        return sorted(found)
+            for k in turned.nonzero()[0].tolist():
+                found.add(brentq(partial(gap, k), low, high, xtol=4.0 * EPSILON * max(abs(low), abs(high))))
+        return sorted(map(float, found))
 
     def at_meeting(self, known: Range) -> Range:
-        """Return a range as one value where it is no wider than what counts as touching makes it."""
+        """Return a range as one value where it is no wider than the tolerance of touching makes it."""
         low, high = known
         within = [x for x in self.meetings if low.value <= x <= high.value]
         if not within or high.value - low.value > _TOUCHING * max(self.size, abs(high.value)):
@@ -275,14 +279,14 @@ class Search:
 
     @property
     def touch_changes(self) -> bool:
-        """Whether gaps, or ways to the ends of faces, depend on the parameter: what touches is not the same always."""
+        """Whether gaps, or distances to the ends of faces, depend on the parameter, so that contacts may change."""
         ways = [self.position.ways({**self.others, self.name: x}, self.moves) for x in (self.value, *self.probes)]
         near = [np.concatenate(x) for x in ways if x is not None]
         return any(not _alike(one, other) for one, other in pairwise(near))
 
     @cached_property
     def bends(self) -> bool:
-        """Whether a force bends or jumps at some value of the parameter: behind it a few values tell nothing of it."""
+        """Whether a force bends or jumps at some value of the parameter, so that a few values do not show its form."""
         mechanism = self.position.mechanism
         varied: set[Node] = set()
         for k, entry in enumerate(mechanism.parameters):
@@ -311,7 +315,7 @@ class Search:
 
     # --- search -------------------------------------------------------------------------------------------------
 
-    def widened(self, choice: Choice, kind: Kind, searched: tuple[float, float]) -> list[Range]:
+    def widened(self, choice: PressingSides, kind: Kind, searched: tuple[float, float]) -> list[Range]:
         """Return the ranges for a choice, widened at each end by turning directions that press into those of forces."""
         found = self.of_choice(choice, kind, searched)
         if not choice.directions:
@@ -339,7 +343,7 @@ class Search:
             end = farther[0]
         return end
 
-    def turned(self, end: RestEnd) -> Choice | None:
+    def turned(self, end: RestEnd) -> PressingSides | None:
         """Return the choice with the directions of the forces at an end; None where nothing curved gives way there."""
         curves = [x.curve for x in end.limits if x.curve is not None and x.curve.pressing[0] in end.choice.directions]
         conditions = self.at(self.position.statics.limits(end.choice))(end.value) if curves else None
@@ -350,28 +354,27 @@ class Search:
             x, y = (float(forces[k]) for k in curve.pressing)
             if hypot(x, y) > 0.0:
                 directions[curve.pressing[0]] = (x / hypot(x, y), y / hypot(x, y))
-        return Choice(end.choice.sides, directions)
+        return PressingSides(end.choice.sides, directions)
 
-    def of_choice(self, choice: Choice, kind: Kind, searched: tuple[float, float]) -> list[Range]:
-        """Return the ranges for one choice of what presses, circles cut again until their ends stay where they are."""
+    def of_choice(self, choice: PressingSides, kind: Kind, searched: tuple[float, float]) -> list[Range]:
+        """Return the ranges for one choice of pressing sides, circles cut again until their ends stay."""
         cuts = dict(self.position.statics.cuts)
         limits = self.position.statics.limits(choice, cuts)
         intervals = self.intervals(self.at(limits), kind, searched)
         found = [(_rest_end(x.low, limits, choice), _rest_end(x.high, limits, choice)) for x in intervals]
-        sharp = [sharpened(self.at, end, limits) if cuts else end for pair in found for end in pair]
+        sharp = [sharpen_end(self.at, end, limits) if cuts else end for pair in found for end in pair]
         for _ in range(_CUTS):
             if not self.cut_again(cuts, [end for pair in found for end in pair], sharp, limits):
                 break
             limits = self.position.statics.limits(choice, cuts)
             found = [part for each in found for part in self.left_of(each, limits, choice)]
-            sharp = [sharpened(self.at, end, limits) for pair in found for end in pair]
+            sharp = [sharpen_end(self.at, end, limits) for pair in found for end in pair]
         return list(zip(sharp[::2], sharp[1::2], strict=True))
 
-    def left_of(self, known: Range, limits: Sequence[RestLimit], choice: Choice) -> list[Range]:
-        """Return what is left of a range when circles are cut again; without bound it stays so.
+    def left_of(self, known: Range, limits: Sequence[RestLimit], choice: PressingSides) -> list[Range]:
+        """Return the parts of a range that remain when circles are cut again; without bound it stays so.
 
-        It is looked at from a little beyond its ends: at an end itself what a new cut takes away is less than is told
-        from rounding.
+        Values begin a little beyond its ends: at an end itself the loss by a new cut is lost in rounding.
         """
         low, high = known[0].value, known[1].value
         first = low if low > -inf else min(high, 0.0) - _FARTHEST * self.size
@@ -417,7 +420,7 @@ class Search:
         Corners of one contact may each take what another one is kept from: all are pressed as their sum is, too.
         """
         weights: dict[str, Direction] = {}
-        curves: dict[str, Curve] = {}
+        curves: dict[str, FrictionCurve] = {}
         groups: dict[str, list[str]] = {}
         for limit, weight in zip(end.limits, end.shares, strict=True):
             if limit.along is not None and limit.curve is not None:
@@ -451,7 +454,7 @@ class Search:
         return found_all
 
     def of_load(self, conditions: ConditionsAt, low: float) -> list[Interval]:
-        """Return the one interval of what forces depend on linearly."""
+        """Return the one interval of a parameter on which forces depend linearly."""
         here, there = conditions(self.size), conditions(2.0 * self.size)
         assert here is not None
         assert there is not None
@@ -472,13 +475,6 @@ class Search:
         return [Interval(End(-inf) if least == -inf else x.low, End(inf) if most == inf else x.high) for x in intervals]
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function is zero between values at which its signs differ, or at one of them."""
-    from scipy.optimize import brentq  # scipy takes longer to import than most answers take
-
-    return float(brentq(function, low, high, xtol=4.0 * EPSILON * max(abs(low), abs(high))))
-
-
 def _alike(a: Floats, b: Floats) -> bool:
     return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= _ALIKE * np.abs(b).max(initial=0.0))
 
@@ -490,22 +486,14 @@ def _same(a: Conditions | None, b: Conditions | None) -> bool:
     return _alike(a.equal, b.equal) and _alike(a.right, b.right) and _alike(a.cone, b.cone)
 
 
-def _affine(values: Sequence[Floats]) -> bool:
-    """Return whether values at the probes are linear in them."""
-    (a, b), (x, y) = _PROBES[:2], values[:2]
-    return all(_alike(x + (y - x) * (probe - a) / (b - a), value) for probe, value in zip(_PROBES, values, strict=True))
-
-
-def _rest_end(end: End, limits: Sequence[RestLimit], choice: Choice) -> RestEnd:
+def _rest_end(end: End, limits: Sequence[RestLimit], choice: PressingSides) -> RestEnd:
     against = end.gives_way
     if against is None:
         return RestEnd(end.value)
     return RestEnd(end.value, against.equal, tuple(limits[k] for k in against.cone), choice, against.shares)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The least values of a parameter, a force say, that hold and that end rest, over all values of another one.
-
+# --- the least values of a parameter, a force say, that hold and that end rest, over all values of another one -------
 
 _SHARP: Final = 1e-10
 _LEVEL: Final = 1e-9
@@ -517,7 +505,7 @@ class Least:
     """The least `end` over the values of the parameter `vary`, at its value `at`, of ranges of rest of `least`.
 
     `side`: 0 for the ends from which on it holds, 1 for those at which rest ends. `falls`: that value is the last one
-    that was looked at, and the end still falls there: none is least.
+    that was tried, and the end still falls there: none is least.
     """
 
     least: str
@@ -594,9 +582,9 @@ def _value(end: RestEnd | None) -> float:
 
 
 def _falls(grid: Sequence[float], end: Ends, at: float) -> bool:
-    """Return whether a place is the last one looked at in a direction, and the end still falls there.
+    """Return whether a place is the last one tried in a direction, and the end still falls there.
 
-    Zero itself is a place that nothing is beyond, unless what is looked at begins below.
+    Zero has nothing beyond it, unless the tried values begin below.
     """
     for inward, last in ((1, grid[:2]), (-1, grid[-1:])):
         here = next((x for x in last if end(x) is not None), 0.0)
@@ -625,19 +613,15 @@ def _minima(end: Ends, grid: Sequence[float]) -> Iterator[tuple[float, RestEnd]]
         yield (float(sharp.x), there) if there is not None and there.value < here.value else (x, here)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What gives way beyond an end of a range of rest, in words.
-
+# --- what gives way beyond an end of a range of rest, in words -------------------------------------------------------
 
 _CAUSES_LEVEL: Final = 1e-6
 _STANDS: Final = 3
-_TURNING: Final = ", turning"
-
 NOTHING: Final = "nothing holds it at other values"
 
 
 def causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> tuple[str, ...]:
-    """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart.
+    """Return what gives way where these limits are passed; edges are named from the `motion` at the end of the range.
 
     Smooth contacts are named where nothing else gives way.
     """
@@ -651,7 +635,11 @@ def causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None)
 def _causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
     for limit in limits:
         if limit.kind == "cone":
-            yield f"slips at {_slipping(statics, limit)}{_TURNING if _turns(limit, limits) else ''}"
+            elements = [x for x in statics.mechanism.one_way if (x.group or x.name) == limit.group]
+            ways = [x.along for x in limits if x.group == limit.group and x.along is not None]
+            # a contact that slips along several directions turns
+            turns = len(ways) > 1 and float(np.ptp(np.array(ways), axis=0).max()) > _CAUSES_LEVEL
+            yield f"slips at {limit.group if len(elements) > 1 else limit.part}{', turning' if turns else ''}"
         elif limit.kind == "side":
             yield f"{limit.group} presses on its other side"
         elif limit.of == "rope":
@@ -662,26 +650,13 @@ def _causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None
             yield from _opening(statics, limit, limits, motion)
 
 
-def _turns(slip: RestLimit, limits: Sequence[RestLimit]) -> bool:
-    """Return whether what slips at a contact does so along several directions: it turns."""
-    ways = [x.along for x in limits if x.group == slip.group and x.along is not None]
-    return len(ways) > 1 and float(np.ptp(np.array(ways), axis=0).max()) > _CAUSES_LEVEL
-
-
-def _slipping(statics: Statics, limit: RestLimit) -> str:
-    """Return where something slips: what is declared, or its part where that has parts that are no corners."""
-    elements = [element for element in statics.mechanism.one_way if (element.group or element.name) == limit.group]
-    if len(elements) > 1:
-        return limit.group
-    return limit.part
-
-
 def _opening(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
-    """Yield what happens where a contact opens: its body lifts off, or tips about what stays of it.
+    """Yield what happens where a contact opens: its body lifts off, or tips about the corners that stay.
 
-    Nothing where that are three corners: on these it stands, and something else gives way.
+    On three corners it stands, and something else gives way.
     """
-    corners = [] if motion is None else [x for x in _closed(statics, motion) if (x.group or x.name) == limit.group]
+    corners = [] if motion is None else _touching(statics, motion)
+    corners = [x for x in corners if (x.group or x.name) == limit.group]
     opened = {other.part for other in limits if other.group == limit.group and other.kind == "force"}
     stay = [element for element in corners if element.name not in opened]
     if motion is None or not stay:
@@ -690,7 +665,7 @@ def _opening(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], mo
     if len(stay) >= _STANDS:
         return
     away = [element for element in corners if element.name in opened]
-    body = _tipping(statics, motion, (away, stay), limits)
+    body = _tipping_body(statics, motion, (away, stay), limits)
     own = [element for element in stay if _touches(element).body == body]
     what = "corner" if len(stay) == 1 and len(corners) > 2 else "edge"
     word = f"{_side(motion, _middle(motion, own or stay) - _middle(motion, away))}{what}"
@@ -702,7 +677,7 @@ def _name(statics: Statics, body: int) -> str:
     return statics.mechanism.bodies[body].name if body >= 0 else GROUND
 
 
-def _tipping(
+def _tipping_body(
     statics: Statics,
     motion: Motion,
     parts: tuple[Sequence[LawElement], Sequence[LawElement]],
@@ -710,50 +685,41 @@ def _tipping(
 ) -> int:
     """Return which of the two bodies of a contact turns most where its parts open, of `parts` the first.
 
-    What touches is held as long as no limit is passed.
+    Rows hold but for elements that do not touch, friction that does not rub, and limits that are passed.
     """
     away, stay = parts
     bias = accelerations(motion, [0.0] * len(motion.state.u))
-    loose = {id(row) for row in _loose(statics, motion, limits)}
+    passed = {(limit.kind == "cone", limit.part) for limit in limits}
+    closed = {element.name for element in _touching(statics, motion)}
+    loose = set[int]()
+    for element in statics.mechanism.one_way:
+        if (False, element.name) in passed or (element.unilateral and element.name not in closed):
+            loose |= set(map(id, element.rows))
+        for part in element.frictions:
+            if (True, part.name) in passed or not part.rubs:
+                loose |= set(map(id, part.rows))
     rows = [row for row in statics.mechanism.rows if id(row) not in loose]
     held = [found.jacobian for found in (row_motion(row, motion, bias) for row in rows) if found.kinematic]
     opening = [row_motion(element.normals[0], motion, bias).jacobian for element in away]
     wanted = [1.0] * len(opening) + [0.0] * len(held)
     speeds = least_squares(np.array([*opening, *held], dtype=float), np.array(wanted))
-    turning = _turning(motion, speeds.tolist())
+    spins: dict[int, Vec] = {-1: ZERO_VECTOR}
+    for k, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
+        carried = apply_transposed(moved.R_PB, spins[body.parent])
+        spins[k] = add(carried, combination(moved.angular, [float(speeds[n]) for n in body.u]))
+    turning = {k: float(np.linalg.norm(np.array(w, dtype=float))) for k, w in spins.items()}
     bodies = dict.fromkeys(point.body for element in (*away, *stay) for point in element.normals[0].points)
     most = max(turning[body] for body in bodies)
-    return next(body for body in bodies if turning[body] >= (1.0 - _CAUSES_LEVEL) * most)
+    return next(k for k in bodies if turning[k] >= (1.0 - _CAUSES_LEVEL) * most)
 
 
-def _loose(statics: Statics, motion: Motion, limits: Sequence[RestLimit]) -> Iterator[Row]:
-    """Yield the rows that do not hold where limits are passed, as what does not touch and what has no friction."""
-    passed = {(limit.kind == "cone", limit.part) for limit in limits}
-    closed = {element.name for element in _closed(statics, motion)}
-    for element in statics.mechanism.one_way:
-        if (False, element.name) in passed or (element.unilateral and element.name not in closed):
-            yield from element.rows
-        for part in element.frictions:
-            if (True, part.name) in passed or not part.rubs:
-                yield from part.rows
-
-
-def _turning(motion: Motion, speeds: Sequence[float]) -> dict[int, float]:
-    """Return how fast each body turns (rad/s), by its number, at given speeds (nu)."""
-    found: dict[int, Vec] = {-1: ZERO_VECTOR}
-    for k, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
-        carried = apply_transposed(moved.R_PB, found[body.parent])
-        found[k] = add(carried, combination(moved.angular, [speeds[n] for n in body.u]))
-    return {k: float(np.linalg.norm(np.array(w, dtype=float))) for k, w in found.items()}
-
-
-def _closed(statics: Statics, motion: Motion) -> list[LawElement]:
-    """Return what touches of what may open."""
-    return [x for x, how in stands(statics, motion, row_motions(motion)) if how == "touching"]
+def _touching(statics: Statics, motion: Motion) -> list[LawElement]:
+    """Return the unilateral elements that touch."""
+    return [x for x, how in standings(statics, motion, row_motions(motion)) if how == "touching"]
 
 
 def _touches(element: LawElement) -> Marker:
-    """Return the place of what is not flat, which is where its body touches."""
+    """Return the place of the surface that is not flat, at which its body touches."""
     row = element.normals[0]
     if row.surfaces is not None:
         return next((x.place for x in row.surfaces if not isinstance(x, PlaneSurface)), row.surfaces[0].place)
@@ -762,10 +728,8 @@ def _touches(element: LawElement) -> Marker:
 
 def _middle(motion: Motion, elements: Sequence[LawElement]) -> Floats:
     """Return the middle of the places where elements touch (world axes)."""
-    found = []
-    for element in elements:
-        found.append(np.array(position(motion, _touches(element)), dtype=float))
-    return np.asarray(np.mean(found, axis=0))
+    places = [np.array(position(motion, _touches(element)), dtype=float) for element in elements]
+    return np.asarray(np.mean(places, axis=0))
 
 
 def _side(motion: Motion, towards: Floats) -> str:

@@ -1,9 +1,11 @@
-"""What rest needs: forces in balance, each within its limits.
+"""The conditions of rest: forces in balance, each within its limits.
+
+In: a mechanism, its declared position, values of a parameter. Out: the conditions in floats or over any scalar.
 
     f + C^T z = 0        gamma = D z  (rows that define forces)        limits: sums of multiples of z >= 0
 
-z are the multipliers of all rows, of one-way elements too; limits are normal forces and tensions, and what is left of
-friction, mu N -+ t. A limit with the size of a reaction is one for each of its signs (`Choice`).
+z are the multipliers of all rows, of one-way elements too; limits are normal forces, tensions, and the reserves of
+friction mu N -+ t. A limit with the size of a reaction is one for each of its signs (`PressingSides`).
 """
 
 from __future__ import annotations
@@ -54,10 +56,16 @@ DIRECTIONS: Final = 8
 Direction = tuple[float, float]
 Cuts = Mapping[str, tuple[Direction, ...]]
 """By friction part in space, the directions in which its circle is cut."""
+_AT_END: Final = 1e-2
+"""The part of the allowed gap within which a point beyond the end of a face is at the end."""
+_SAME: Final = 1e-12
+_BEYOND: Final = 1e-14
+"""The part of the model's size by which a centre of mass may seem to be beyond a plane."""
+_ONE: Final = 1e-12
 
 
 @dataclass(frozen=True)
-class Curve:
+class FrictionCurve:
     """The curved limit that cuts stand for: t . t <= coefficient^2 N . N, t and N being multipliers by number."""
 
     rubbing: tuple[int, ...]
@@ -70,8 +78,8 @@ class RestLimit:
     """The sum of factors times multipliers (by number) that is >= 0 at rest.
 
     `part` is the friction part or the element, `group` the declared element that it belongs to, `of` its kind; `along`
-    the direction in which a circle of friction is cut. `curve` is what the limit is a tangent of. `idle`: the
-    multipliers that are nothing where this normal force is.
+    the direction in which a circle of friction is cut. The limit is a tangent of `curve`. `idle`: the multipliers that
+    vanish with this normal force.
     """
 
     kind: Kind
@@ -80,7 +88,7 @@ class RestLimit:
     part: str
     terms: tuple[tuple[int, Node], ...]
     along: Direction | None = None
-    curve: Curve | None = None
+    curve: FrictionCurve | None = None
     idle: tuple[int, ...] = ()
 
     def turned_to(self, along: Direction) -> RestLimit:
@@ -92,7 +100,7 @@ class RestLimit:
 
 
 @dataclass(frozen=True)
-class Choice:
+class PressingSides:
     """Which side of joints presses: for each such reaction, by its first row, a sign or a direction."""
 
     sides: Mapping[int, int] = field(default_factory=dict)
@@ -126,7 +134,7 @@ class Statics:
 
     # --- limits -------------------------------------------------------------------------------------------------
 
-    def limits(self, choice: Choice, cuts: Cuts | None = None) -> tuple[RestLimit, ...]:
+    def limits(self, choice: PressingSides, cuts: Cuts | None = None) -> tuple[RestLimit, ...]:
         """Return all limits, with the sides that press of joints; `cuts` in place of the first ones."""
         found: list[RestLimit] = []
         for k, row in taut_ropes(self.mechanism):
@@ -135,7 +143,7 @@ class Statics:
             found += self._of_element(element, choice, cuts or self.cuts)
         return tuple(found)
 
-    def _of_element(self, element: LawElement, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
+    def _of_element(self, element: LawElement, choice: PressingSides, cuts: Cuts) -> Iterator[RestLimit]:
         group = element.group or element.name
         if element.unilateral:
             idle = tuple(self.place(row) for part in element.frictions for row in part.rows)
@@ -149,13 +157,15 @@ class Statics:
             if not part.enough:
                 yield from self._of_friction(element, part, choice, cuts)
 
-    def _of_friction(self, element: LawElement, part: FrictionPart, choice: Choice, cuts: Cuts) -> Iterator[RestLimit]:
+    def _of_friction(
+        self, element: LawElement, part: FrictionPart, choice: PressingSides, cuts: Cuts
+    ) -> Iterator[RestLimit]:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
         normals = [(k, most(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
         pressing = tuple(map(self.place, element.normals_of(part)))
         curved = len(rows) == 2 or (part.norm and len(pressing) > 1)
-        curve = Curve(tuple(rows), part.static, pressing) if curved else None
+        curve = FrictionCurve(tuple(rows), part.static, pressing) if curved else None
         ways: Sequence[Direction] = ((1, 0), (-1, 0)) if len(rows) == 1 else cuts[part.name]
         for way in ways:
             against = tuple((k, negate(as_node(x))) for k, x in zip(rows, way, strict=False) if x)
@@ -163,7 +173,7 @@ class Statics:
             group, terms = element.group or element.name, (*normals, *against)
             yield RestLimit("cone", element.kind, group, part.name, terms, along, curve)
 
-    def _pressing(self, element: LawElement, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
+    def _pressing(self, element: LawElement, part: FrictionPart, choice: PressingSides) -> Iterator[tuple[int, Node]]:
         """Yield the multipliers that make the normal force of friction, each with its factor."""
         places = list(map(self.place, element.normals_of(part)))
         direction = choice.directions.get(places[0])
@@ -173,7 +183,7 @@ class Statics:
 
     # --- choices ------------------------------------------------------------------------------------------------
 
-    def choices(self) -> list[Choice]:
+    def choices(self) -> list[PressingSides]:
         """Return all choices of the sides that press, and some of their directions."""
         signs: list[int] = []
         circles: list[int] = []
@@ -184,16 +194,17 @@ class Statics:
                     circles.append(places[0])
                 else:
                     signs += [place for place in places if place not in signs]
-        chosen = product(product((1, -1), repeat=len(signs)), product(around(DIRECTIONS), repeat=len(circles)))
+        ways = product(directions_around(DIRECTIONS), repeat=len(circles))
+        chosen = product(product((1, -1), repeat=len(signs)), ways)
         return [
-            Choice(dict(zip(signs, sides, strict=True)), dict(zip(circles, directions, strict=True)))
+            PressingSides(dict(zip(signs, sides, strict=True)), dict(zip(circles, directions, strict=True)))
             for sides, directions in chosen
         ]
 
     # --- balance ------------------------------------------------------------------------------------------------
 
     def balance(self, motion: Motion, limits: Sequence[RestLimit], rows: Sequence[RowMotion]) -> Balance:
-        """Return the conditions at a state at rest; `rows` are all rows there, None for what is out of touch."""
+        """Return the conditions at a state at rest; `rows` are all rows there."""
         forces = applied_generalized_forces(motion, applied_forces(motion))
         needed = inverse_dynamics(motion, [0] * len(forces))
         equal = [[row.forces[k] for row in rows] for k in range(len(forces))]
@@ -214,27 +225,34 @@ class Statics:
         return Balance(equal, right, cone)
 
     def wraps(self, motion: Motion) -> dict[Node, S]:
-        """Return the angles over which ropes are in touch with rough wheels, by what stands for them."""
+        """Return the angles over which ropes touch rough wheels, by their Nodes."""
         slips = [row for row in self.mechanism.rows if isinstance(row, RopeSlipRow)]
         return {row.wrap: wrap_angle(motion, row.rope, row.bend) for row in slips}
 
 
-def around(count: int) -> tuple[Direction, ...]:
+def directions_around(count: int) -> tuple[Direction, ...]:
     """Return directions evenly around a circle, those along axes exactly."""
     angles = [2 * pi * k / count for k in range(count)]
     return tuple((round(cos(angle), 15), round(sin(angle), 15)) for angle in angles)
 
 
 def statics(mechanism: Mechanism) -> Statics:
-    """Return what rest of a mechanism needs, which is in no mode.
+    """Return the conditions of rest of a mechanism, which is in no mode.
 
     Raises NoSolutionError where forces with three components rub or press.
     """
     for element in mechanism.one_way:
-        _verify_plane(element)
+        for part in element.frictions:
+            if len(part.rows) > 2 or (part.norm and len(part.normals) > 2):
+                raise NoSolutionError(
+                    f"ranges of rest are found for friction along lines and in planes; {part.name} rubs with, or is "
+                    "pressed by, a vector in space: ask solve for one value of the parameter after the other",
+                    where=Where(path=element.path),
+                    number="N110",
+                )
     rows = every_row(mechanism)
     cuts = {
-        part.name: around(DIRECTIONS)
+        part.name: directions_around(DIRECTIONS)
         for element in mechanism.one_way
         for part in element.frictions
         if len(part.rows) == 2 and not part.enough
@@ -243,23 +261,7 @@ def statics(mechanism: Mechanism) -> Statics:
     return Statics(whole, Numbered(mechanism), {id(row): k for k, row in enumerate(rows)}, cuts)
 
 
-def _verify_plane(element: LawElement) -> None:
-    for part in element.frictions:
-        if len(part.rows) > 2 or (part.norm and len(part.normals) > 2):
-            raise NoSolutionError(
-                f"ranges of rest are found for friction along lines and in planes; {part.name} rubs with, or is "
-                "pressed by, a vector in space: ask solve for one value of the parameter after the other",
-                where=Where(path=element.path),
-                number="N110",
-            )
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# What touches in a position: how near is touching, and on which side of planes bodies are.
-
-
-_AT_END: Final = 1e-2
-"""The part of a gap that is none up to which what is beyond the end of a face is at it."""
+# --- contacts in a position: how near is touching, and on which side of planes bodies are ----------------------------
 
 
 def size_of(motion: Motion) -> float:
@@ -268,49 +270,25 @@ def size_of(motion: Motion) -> float:
 
 
 def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> frozenset[int] | None:
-    """Return the rows of what does not touch; None where something is inside of what it may only touch."""
-    standing = list(stands(statics, motion, rows))
+    """Return the rows of elements that do not touch; None where a body is inside what it may only touch."""
+    standing = list(standings(statics, motion, rows))
     if any(how == "inside" for _, how in standing):
         return None
     return frozenset(statics.place(row) for element, how in standing if how == "open" for row in element.rows)
 
 
-def crossed(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> str | None:
-    """Return the declared contact, rope or stop at which something is inside of what it may only touch, if any."""
-    return next((x.group or x.name for x, how in stands(statics, motion, rows) if how == "inside"), None)
-
-
 @dataclass(frozen=True, eq=False)
 class _AtRest(OneWayRows):
-    """The rows in a position at rest, where the ends of faces are told more sharply."""
+    """The rows in a position at rest, where the ends of faces are taken more sharply."""
 
     def past_end(self, element: LawElement) -> float:
         return _AT_END * self.allowed_gap(element)
 
 
-def stands(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[tuple[LawElement, str]]:
-    """Yield what may open, and how it stands in a position at rest."""
+def standings(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> Iterator[tuple[LawElement, str]]:
+    """Yield the unilateral elements, each with its standing in a position at rest."""
     there = _AtRest(statics.numbered, Scale(size_of(motion), 0.0), motion, tuple(rows))
     yield from ((x, "open" if x.open else there.standing(x)) for x in statics.mechanism.one_way if x.unilateral)
-
-
-def ways_of(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> tuple[Floats, Floats]:
-    """Return the gaps (m) of what may open, and how far inside the ends of faces it is."""
-    normals = [element.normals[0] for element in statics.mechanism.one_way if element.unilateral]
-    ends = [float(way) for row in normals for way in reach(row, motion)]
-    return np.array([float(rows[statics.place(row)].phi) for row in normals]), np.array(ends)
-
-
-def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, PlaneSurface]]:
-    """Yield for each contact with an endless plane the other body's centre of mass, named so, and the plane."""
-    for element in mechanism.one_way:
-        for row in element.normals:
-            skins = row.surfaces or ()
-            planes = [skin for skin in skins if isinstance(skin, PlaneSurface) and skin.ends is None]
-            others = [skin for skin in skins if not isinstance(skin, PlaneSurface)]
-            if planes and others and others[0].place.body >= 0:
-                body = others[0].place.body
-                yield Marker(element.group or element.name, body, Pose(mechanism.bodies[body].mass.com)), planes[0]
 
 
 def height(motion: Motion, com: Marker, plane: PlaneSurface) -> float:
@@ -319,13 +297,7 @@ def height(motion: Motion, com: Marker, plane: PlaneSurface) -> float:
     return float(dot(direction(motion, plane.place, plane.normal), away))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The declared position at values of a parameter, at rest, and the conditions of rest there in floats.
-
-
-_SAME: Final = 1e-12
-_BEYOND: Final = 1e-14
-"""The part of the model's size by which a centre of mass may seem to be beyond a plane."""
+# --- the declared position at values of a parameter, at rest, and the conditions of rest there in floats -------------
 
 
 @dataclass(frozen=True)
@@ -341,7 +313,7 @@ class Position:
 
     @cached_property
     def statics(self) -> Statics:
-        """What rest needs, whatever the values are."""
+        """The conditions of rest, whatever the values are."""
         return statics(self.mechanism)
 
     @cached_property
@@ -362,16 +334,13 @@ class Position:
     def moves_with(self, name: str) -> bool:
         """Return whether the position is another one, or none, at another value of a parameter."""
         if name not in self._moving:
-            self._moving[name] = self._moves_with(name)
+            value = self.value[name]
+            try:
+                found = start(self.mechanism, {name: value * (1 + 2.0**-7) + 2.0**-9 * (value == 0.0)})
+                self._moving[name] = not np.allclose(found.q, self.begin.q, rtol=_SAME, atol=_SAME)
+            except (*UNDEFINED, MultibodyError):
+                self._moving[name] = True
         return self._moving[name]
-
-    def _moves_with(self, name: str) -> bool:
-        value = self.value[name]
-        try:
-            found = start(self.mechanism, {name: value * (1 + 2.0**-7) + 2.0**-9 * (value == 0.0)})
-        except (*UNDEFINED, MultibodyError):
-            return True
-        return not np.allclose(found.q, self.begin.q, rtol=_SAME, atol=_SAME)
 
     def has_start(self, values: Mapping[str, float]) -> bool:
         """Return whether the model has a start at these values: no inertia is missing, constraints close."""
@@ -399,7 +368,7 @@ class Position:
 
     @cached_property
     def is_declared(self) -> bool:
-        """Whether nothing but declarations says where bodies are: no constraint that a position could violate."""
+        """Whether declarations alone say where bodies are: there is no constraint that a position could violate."""
         restricted = len(self.mechanism.rows) - len(measured_rows(self.mechanism))
         found = {c.name for c in self.mechanism.coordinates} & set(self.begin.assembled)
         return restricted == 0 and not found
@@ -416,7 +385,7 @@ class Position:
         return {}
 
     def moved(self, values: dict[str, float], moves: bool) -> tuple[Motion, list[RowMotion]] | None:
-        """Return the motion at rest for values of parameters and its rows, None where there is none; it is kept."""
+        """Return the motion at rest for values of parameters and its rows, once computed; None where there is none."""
         key = moves, *sorted(values.items())
         if key not in self._known:
             motion = self.motion(values, moves)
@@ -427,35 +396,51 @@ class Position:
         return self._known[key]
 
     def rows(self, motion: Motion, found: list[RowMotion]) -> list[RowMotion] | None:
-        """Return all rows, those that are out of touch without force; None where bodies would cross each other."""
+        """Return all rows, without force where elements do not touch; None where bodies would cross each other."""
         apart = out_of_touch(self.statics, motion, found)
         if apart is None or self.inside_out(motion) is not None:
             return None
-        return [_without_force(row) if k in apart else row for k, row in enumerate(found)]
+        nothing = [0.0] * len(motion.state.u)
+        return [replace(row, jacobian=nothing, exerts=nothing) if k in apart else row for k, row in enumerate(found)]
 
     def ways(self, values: dict[str, float], moves: bool) -> tuple[Floats, Floats] | None:
-        """Return the gaps (m) of all that may touch, and how far inside the ends of faces it is, for values."""
+        """Return the gaps (m) of unilateral elements, and how far they are inside the ends of faces, for values."""
         moved = self.moved(values, moves)
+        if moved is None:
+            return None
+        motion, rows = moved
+        normals = [element.normals[0] for element in self.statics.mechanism.one_way if element.unilateral]
         try:
-            return None if moved is None else ways_of(self.statics, *moved)
+            ends = [float(way) for row in normals for way in reach(row, motion)]
+            return np.array([float(rows[self.statics.place(row)].phi) for row in normals]), np.array(ends)
         except UNDEFINED:
             return None
 
     @cached_property
     def sides(self) -> tuple[tuple[Marker, PlaneSurface], ...]:
-        """What is on the outer side of planes as declared: each body's centre of mass whose contact is with one."""
+        """Contacts with endless planes: the other body's centre of mass, outside as declared, and the plane."""
         motion = self.motion({}, moves=False)
-        pairs = with_planes(self.mechanism)
-        return () if motion is None else tuple(p for p in pairs if height(motion, *p) > TOUCHING * size_of(motion))
+        found = []
+        for element in self.mechanism.one_way if motion is not None else ():
+            for surfaces in (row.surfaces or () for row in element.normals):
+                planes = [x for x in surfaces if isinstance(x, PlaneSurface) and x.ends is None]
+                others = [x for x in surfaces if not isinstance(x, PlaneSurface)]
+                if planes and others and others[0].place.body >= 0:
+                    body = others[0].place.body
+                    com = Marker(element.group or element.name, body, Pose(self.mechanism.bodies[body].mass.com))
+                    found.append((com, planes[0]))
+        return tuple(p for p in found if motion is not None and height(motion, *p) > TOUCHING * size_of(motion))
 
     def inside_out(self, motion: Motion) -> str | None:
-        """Return the contact where a body's centre of mass is inside of what it is declared outside of, if any."""
+        """Return the contact where a body's centre of mass is inside the plane that it is declared outside, if any."""
         inside = (com.name for com, flat in self.sides if height(motion, com, flat) < -_BEYOND * size_of(motion))
         return next(inside, None)
 
     def crossing(self, motion: Motion) -> str | None:
         """Return the declared contact, rope or stop at which bodies would cross each other, if any."""
-        return crossed(self.statics, motion, row_motions(motion)) or self.inside_out(motion)
+        standing = standings(self.statics, motion, row_motions(motion))
+        inside = next((x.group or x.name for x, how in standing if how == "inside"), None)
+        return inside or self.inside_out(motion)
 
     def conditions(self, values: dict[str, float], limits: Sequence[RestLimit], moves: bool) -> Conditions | None:
         """Return the conditions of rest in floats for values of parameters; None where there is no such position."""
@@ -466,7 +451,10 @@ class Position:
                 return None
             motion = moved[0]
             found = self.statics.balance(motion, limits, rows)
-            right = found.right if self.formalism is None else self.routed(motion, found.right)
+            right = found.right
+            if self.formalism is not None:  # the forces of the formalism in place of those projected directly
+                forcing = FORMALISMS[self.formalism](self.statics.mechanism, motion.state).forcing
+                right = [*(-f for f in forcing), *right[len(forcing) :]]
         except UNDEFINED:
             return None
         count = len(rows)
@@ -475,38 +463,23 @@ class Position:
         finite = all(np.isfinite(x).all() for x in (equal, cone, forces))
         return Conditions(equal, forces, cone) if finite else None
 
-    def routed(self, motion: Motion, right: list[float]) -> list[float]:
-        """Return the right sides with the forces of the formalism in place of those found directly."""
-        assert self.formalism is not None
-        dynamics = FORMALISMS[self.formalism](self.statics.mechanism, motion.state)
-        return [*(-f for f in dynamics.forcing), *right[len(dynamics.forcing) :]]
 
-
-def _without_force(row: RowMotion) -> RowMotion:
-    nothing = [0.0] * len(row.jacobian)
-    return replace(row, jacobian=nothing, exerts=nothing)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Ends of ranges in which rest is possible, and ranges put together.
-
-
-_ONE: Final = 1e-12
+# --- ends of ranges in which rest is possible, and ranges put together -----------------------------------------------
 
 
 @dataclass(frozen=True)
 class RestEnd:
-    """An end of a range: its value, infinite where there is none, and what gives way beyond it.
+    """An end of a range: its value, infinite where there is none, and the conditions that contradict beyond it.
 
-    `equal` and `limits` are the conditions that contradict each other beyond: places of the equations of balance, and
-    limits, each with its share in this, with this `choice` of what presses. All are empty where the search ends, or
-    what the parameter may be. `on_circles`: limits are friction's circles themselves, not tangents near them.
+    `equal` are places of the equations of balance, `limits` limits, each with its share in the contradiction, with this
+    `choice` of pressing sides. All are empty where the search, or the values that the parameter may have, end.
+    `on_circles`: limits are friction's circles themselves, not tangents near them.
     """
 
     value: float
     equal: tuple[int, ...] = ()
     limits: tuple[RestLimit, ...] = ()
-    choice: Choice = field(default_factory=Choice)
+    choice: PressingSides = field(default_factory=PressingSides)
     shares: tuple[float, ...] = ()
     on_circles: bool = False
 
@@ -514,7 +487,7 @@ class RestEnd:
 Range = tuple[RestEnd, RestEnd]
 
 
-def united(ranges: Sequence[Range]) -> list[Range]:
+def unite_ranges(ranges: Sequence[Range]) -> list[Range]:
     """Return ranges that overlap or touch as one, ascending."""
     found: list[Range] = []
     for low, high in sorted(ranges, key=lambda each: each[0].value):
@@ -526,17 +499,12 @@ def united(ranges: Sequence[Range]) -> list[Range]:
     return found
 
 
-def about_pi(ranges: Sequence[Range]) -> Sequence[Range]:
-    """Return ranges of an angle with the two halves of the one about pi as one, past pi."""
+def join_about_pi(ranges: Sequence[Range]) -> tuple[Sequence[Range], tuple[float, float]]:
+    """Return ranges of an angle with the halves of the one about pi as one, and the turn that has all within."""
     if len(ranges) < 2:
-        return ranges
+        return ranges, (-pi, pi)
     (first, end), (begin, last) = ranges[0], ranges[-1]
     if first.value > -pi or last.value < pi or begin.value == last.value:
-        return ranges
-    return [*ranges[1:-1], (begin, replace(end, value=end.value + 2 * pi))]
-
-
-def turn_with(ranges: Sequence[Range]) -> tuple[float, float]:
-    """Return the turn that has all ranges of an angle within: from -pi to pi, or up to the end of the one about pi."""
-    last = max((high.value for _, high in ranges), default=pi)
-    return (last - 2 * pi, last) if last > pi else (-pi, pi)
+        return ranges, (-pi, pi)
+    past = end.value + 2 * pi
+    return [*ranges[1:-1], (begin, replace(end, value=past))], (past - 2 * pi, past)
