@@ -1,7 +1,6 @@
-"""The theorems in integral form along a short run: changes against impulses and work, by one method for both.
+"""Independent checks of a mechanism's equations: theorems along a short run, d'Alembert's principle, agreement.
 
-State and integrals of the causes go on together by steps of order 8 in floats, without Programs, so that the two differ
-by rounding only; what a force leaves out of momentum or energy adds up.
+In: a mechanism, states in floats, formalisms. Out: residuals that are rounding where all is right.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
-from multibody_sym.mechanics.points import NO_WRENCH, Wrench, velocity
+from multibody_sym.mechanics.points import NO_WRENCH, velocity
 from multibody_sym.mechanics.row_kinematics import constraint_jacobian, largest_wrenches, row_motions, row_terms
 from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.motion.methods.explicit import dormand_prince_8
@@ -35,17 +34,22 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import slot
 from multibody_sym.scalars.rank import ROUNDING, SWITCHED, rank
 
+# --- the theorems in integral form along a short run -----------------------------------------------------------------
+#
+# State and integrals of the causes go on together by steps of order 8 in floats, without Programs, so that changes and
+# impulses or work differ by rounding only; momentum or energy that a force leaves out adds up.
+
 MOST: Final = 60
 """Speeds beyond which the short run would take seconds."""
 _STEPS: Final = 2
 _PART: Final = 0.02
-"""The part of the shortest time that speeds and accelerations tell of which a step is long: of order 8, it is exact."""
+"""The length of a step in parts of the shortest time of speeds and accelerations: of order 8, it is exact."""
 
 
 def short_run_misses(mechanism: Mechanism, formalism: Formalism, state: State) -> dict[str, float]:
     """Return by how much impulse, angular impulse and work miss the changes along a short run from a state.
 
-    Relative to the integrals of absolute values of all causes and of what they change, which counts by the second.
+    Relative to the integrals of absolute values of all causes and of the changed quantities, which count by the second.
     A force that is left out misses by the same part in shorter runs, the method by less: the least miss is returned.
     Empty where something declared has no value soon after that state, where a force has a kink or jumps so soon that
     no shorter run ends before, where constraints depend on each other at that state but no more soon after, so that its
@@ -67,7 +71,7 @@ def short_run_misses(mechanism: Mechanism, formalism: Formalism, state: State) -
 
 
 def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: float) -> dict[str, float] | None:
-    """Return them for a run whose steps are a part of the shortest time; None where it comes over a kink.
+    """Return the misses of a run whose steps are a part of the shortest time; None where it comes over a kink.
 
     Raises NoSolutionError where other constraints are independent at its end than at its start.
     """
@@ -79,7 +83,7 @@ def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: floa
     sides = run.sides(float(t), q, u)
     begin, adding, sizes = _values(run.motion(float(t), q, u)), np.zeros(7), np.zeros(7)
     for _ in range(_STEPS):
-        q, u, adding, sizes = _stepped(run, float(t), h, (q, u, adding, sizes))
+        q, u, adding, sizes = _step(run, float(t), h, (q, u, adding, sizes))
         t = t + h
         if (run.sides(float(t), q, u) != sides).any():
             return None
@@ -87,7 +91,9 @@ def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: floa
         raise NoSolutionError("the motion begins in a singular position")
     end = run.motion(float(t), q, u)
     missed = np.abs(_values(end) - begin - adding)
-    sizes[6] = max(sizes[6], _rounding(end, sizes))
+    # Speeds of bodies at rest round to sqrt(eps) of p/m: p the impulse of absolute forces, m the mass of all bodies.
+    mass = sum(abs(float(each.mass)) for each in end.masses)
+    sizes[6] = max(sizes[6], EPSILON * float(sizes[:3].sum()) ** 2 / mass if mass else 0.0)
     found = {}
     for name, own in THEOREMS.items():
         size = float(sizes[own].max())
@@ -95,29 +101,20 @@ def _misses(mechanism: Mechanism, formalism: Formalism, state: State, part: floa
     return found
 
 
-def _rounding(motion: Motion, sizes: Floats) -> float:
-    """Return the kinetic energy of bodies at rest: their speeds round to sqrt(eps) of those that all forces could give.
-
-    With the impulse p of absolute forces (in `sizes`) and the mass m of all bodies these are p/m.
-    """
-    mass = sum(abs(float(each.mass)) for each in motion.masses)
-    return EPSILON * float(sizes[:3].sum()) ** 2 / mass if mass else 0.0
-
-
 _Integrated = tuple[Floats, Floats, Floats, Floats]
 
 
-def _stepped(run: _Run, t: float, h: float, x: _Integrated) -> _Integrated:
+def _step(run: _Run, t: float, h: float, x: _Integrated) -> _Integrated:
     """Return q, u and the integrals of causes and sizes after a step of order 8."""
     method, slopes = dormand_prince_8(), list[_Integrated]()
     for row, c in zip(method.A[:-1], method.c, strict=False):
-        at = _moved(x, slopes, [h * float(a) for a in row])
+        at = _advance(x, slopes, [h * float(a) for a in row])
         slopes.append(run.rates(t + h * float(c), at[0], at[1]))
     last = [h * float(b) for b in method.A[-1]]  # the last stage is where the next step begins
-    return _moved(x, slopes, last)
+    return _advance(x, slopes, last)
 
 
-def _moved(x: _Integrated, slopes: list[_Integrated], weights: list[float]) -> _Integrated:
+def _advance(x: _Integrated, slopes: list[_Integrated], weights: list[float]) -> _Integrated:
     q, u, adding, sizes = (
         part + sum((w * slope[k] for w, slope in zip(weights, slopes, strict=False)), np.zeros_like(part))
         for k, part in enumerate(x)
@@ -133,7 +130,7 @@ class _Run:
         self._parameters = [state.slots[slot("parameters", k)] for k in range(len(mechanism.parameters))]
 
     def sides(self, t: float, q: Floats, u: Floats) -> Floats:
-        """Return the signs of what switches in forces and motions (kinks)."""
+        """Return the signs of the switching functions of forces and motions (kinks)."""
         motion, kinks = self.motion(t, q, u), self._mechanism.kinks
         found = motion.state.values(kinks, quantities(motion, (), (), leaves(kinks, "quantity")))
         return np.asarray(np.sign(found), dtype=float)
@@ -174,8 +171,7 @@ def _values(motion: Motion) -> Floats:
     return found
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# d'Alembert's principle in Lagrange's form, body by body in world axes, in floats: an independent reference.
+# --- d'Alembert's principle in Lagrange's form, body by body in world axes, in floats: an independent reference ------
 #
 # The active and inertia forces of all bodies do no work on virtual displacements. Projected on the partial velocities
 # J_C = dv_C/du and J_w = domega/du of each body:
@@ -191,7 +187,7 @@ class Reference:
 
     Multipliers exert `forces` C^T lambda (C s x n), which is H but for friction, those of rows `beside` others along
     the vectors that they make with them, and are in rows that define forces by the `coupling` D (s x s). `exerted` (s):
-    the largest force or moment that a unit multiplier exerts on a body, which H may hold nothing of.
+    the largest force or moment that a unit multiplier exerts on a body, which need not be in H.
     """
 
     mass_matrix: Floats
@@ -222,9 +218,9 @@ class Partials:
         return value, self.sizes(float(np.linalg.norm(force)), float(np.linalg.norm(moment)))
 
     def sizes(self, force: float, moment: float) -> Floats:
-        """Return what a force and a moment of these lengths make of each generalised force at most.
+        """Return the largest generalised forces of a force and a moment of these lengths.
 
-        Products of lengths, as other axes make terms cancel where these do not.
+        They are products of lengths, as terms may cancel in some axes and not in others.
         """
         found: Floats = np.linalg.norm(self.linear, axis=0) * force + np.linalg.norm(self.angular, axis=0) * moment
         return found
@@ -237,13 +233,15 @@ def dalembert(motion: Motion) -> Reference:
     velocities, momenta = [np.zeros((0, count))], [np.zeros((0, count))]
     terms, absolute_terms = np.zeros(count), np.zeros(count)
     for index, (a, alpha) in enumerate(accelerations(motion, [0] * count)):
-        at_com, tensor = _about_com(motion, partials[index], index)
+        mass, R = motion.masses[index], partials[index].rotation
+        linear = partials[index].linear - _skew(R @ _array(mass.com)) @ partials[index].angular
+        at_com, tensor = Partials(R, linear, partials[index].angular), R @ _array(mass.inertia) @ R.T
         velocities += [at_com.linear, at_com.angular]
-        momenta += [float(motion.masses[index].mass) * at_com.linear, tensor @ at_com.angular]
-        (force, moment), sizes = _inertia_force(motion, at_com.rotation, tensor, index, a, alpha)
+        momenta += [float(mass.mass) * linear, tensor @ at_com.angular]
+        (force, moment), sizes = _inertia_force(motion, R, tensor, index, a, alpha)
         terms += at_com.force(force, moment)[0]
         absolute_terms += at_com.sizes(*sizes)
-    forces, absolute_forces = _applied(motion, partials)
+    forces, absolute_forces = _generalized_loads(motion, partials)
     rows = row_motions(motion)
     jacobian = constraint_jacobian(rows).reshape(len(rows), count)
     gamma = np.array([row.gamma for row in rows], dtype=float)
@@ -284,13 +282,6 @@ def partial_velocities(motion: Motion) -> list[Partials]:
     return found
 
 
-def _about_com(motion: Motion, body: Partials, index: int) -> tuple[Partials, Floats]:
-    """Return a body's partial velocities at its centre of mass, and its inertia in world axes."""
-    mass, R = motion.masses[index], body.rotation
-    linear = body.linear - _skew(R @ _array(mass.com)) @ body.angular
-    return Partials(R, linear, body.angular), R @ _array(mass.inertia) @ R.T
-
-
 def _inertia_force(
     motion: Motion, R: Floats, tensor: Floats, index: int, a: Sequence[float], alpha: Sequence[float]
 ) -> tuple[tuple[Floats, Floats], tuple[float, float]]:
@@ -307,7 +298,7 @@ def _inertia_force(
     return (mass * a_com, tensor @ turning + np.cross(spin, momentum)), (abs(force), moment)
 
 
-def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:
+def _generalized_loads(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:
     """Return Q and its absolute contributions: each load's on each body, each weight, each drive."""
     total, absolute = np.zeros(len(motion.state.u)), np.zeros(len(motion.state.u))
     loads = motion.mechanism.loads
@@ -317,7 +308,7 @@ def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floa
         total, absolute = total + drives, absolute + larger * np.abs(drives)
         acted_on = [k for k, wrench in enumerate(forces.of_body) if wrench != NO_WRENCH]
         for k, body in ((k, partials[k]) for k in acted_on):
-            force, moment = _in_world(body.rotation, forces.of_body[k])
+            force, moment = (body.rotation @ _array(x) for x in forces.of_body[k])
             pressed = float(np.linalg.norm(force))
             part = body.sizes(pressed, max(float(np.linalg.norm(moment)), levers.get(k, 0.0) * pressed))
             total, absolute = total + body.force(force, moment)[0], absolute + larger * part
@@ -325,7 +316,7 @@ def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floa
 
 
 def _levers(motion: Motion, load: Load) -> dict[int, float]:
-    """Return how far from each body's origin a load acts: with no moment about it, that is a difference of terms."""
+    """Return the distance of a load from each body's origin, where a vanishing moment is a difference of terms."""
     found: dict[int, float] = {}
     for marker in load.points:
         lever = hypot(*pose(motion.state, marker.pose)[1])
@@ -334,7 +325,7 @@ def _levers(motion: Motion, load: Load) -> dict[int, float]:
 
 
 def _cancelled(motion: Motion, load: Load) -> float:
-    """Return how much larger than a spring's force the terms are whose difference it is."""
+    """Return by which factor the terms of a spring's force are larger than the force, which is their difference."""
     if load.spring is None:
         return 1.0
     if isinstance(load, JointSpring):
@@ -354,10 +345,6 @@ def _cancelled(motion: Motion, load: Load) -> float:
     return float(terms / abs(force)) if force else 1.0
 
 
-def _in_world(R: Floats, wrench: Wrench) -> tuple[Floats, Floats]:
-    return R @ _array(wrench[0]), R @ _array(wrench[1])
-
-
 def _array(vector: object) -> Floats:
     return np.array(vector, dtype=float)
 
@@ -367,8 +354,7 @@ def _skew(a: Floats) -> Floats:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Agreement: how well accelerations and multipliers of one route satisfy the equations of motion of another.
+# --- agreement: residuals of one route's accelerations and multipliers in the equations of motion of another ---------
 #
 # Residuals are compared, not accelerations: on long chains of thin rods two good routes differ in udot by 1e-5.
 
@@ -419,7 +405,10 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     matrix, jacobian, exerted = reference.mass_matrix, reference.constraint_jacobian, reference.forces
     if reference.beside:
         exerted = np.array(along_reactions(exerted.tolist(), reference.beside, multiplier.tolist()), dtype=float)
-    scale = 1.0 / np.sqrt(_inertia(reference))
+    # the inertia of a freedom without mass is that by which the rows that hold it make it resist
+    diagonal = matrix.diagonal()
+    by_rows = (diagonal.max(initial=0.0) or 1.0) * np.square(jacobian).sum(axis=0)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, by_rows))
     residual = matrix @ x - (reference.applied - reference.velocity_terms) - exerted.T @ multiplier
     forces = _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
     forces += _row_norm(scale[:, None] * exerted.T) * _norm(multiplier)
@@ -429,7 +418,7 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     sizes = np.abs(jacobian * scale).sum(axis=1)
     natural = np.maximum(reference.exerted * scale.max(initial=0.0), sizes.max(initial=0.0))
     sizes = np.where(sizes <= ROUNDING * natural, natural, sizes)
-    terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ _answers(reference, scale)
+    terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ _rounded_accelerations(reference, scale)
     least = max(size, math.sqrt(EPSILON) * forces)
     defined = reference.coupling @ multiplier
     terms = terms + np.abs(reference.coupling) @ np.abs(multiplier)
@@ -438,21 +427,14 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
 
 
-def _answers(reference: Reference, scale: Floats) -> Floats:
-    """Return the largest udot (n) that terms of one row's gamma ask for alone: what it may be rounded by."""
+def _rounded_accelerations(reference: Reference, scale: Floats) -> Floats:
+    """Return the largest udot (n) that terms of one row's gamma demand alone, which bounds its rounding."""
     weighted = np.abs(reference.constraint_jacobian) * scale * scale
     squares = (weighted * np.abs(reference.constraint_jacobian)).sum(axis=1)
     there = squares > ROUNDING**2 * squares.max(initial=0.0)
     asked = np.divide(reference.absolute_constraint_forcing, squares, out=np.zeros(len(squares)), where=there)
     found: Floats = (weighted * asked[:, None]).max(axis=0, initial=0.0)
     return found
-
-
-def _inertia(reference: Reference) -> Floats:
-    """Return diag(M); for a freedom without mass, what the rows that hold it make it feel."""
-    diagonal = reference.mass_matrix.diagonal()
-    held = (diagonal.max(initial=0.0) or 1.0) * np.square(reference.constraint_jacobian).sum(axis=0)
-    return np.where(diagonal > 0.0, diagonal, held)
 
 
 def _norm(x: Floats) -> float:

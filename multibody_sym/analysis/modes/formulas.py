@@ -1,4 +1,8 @@
-"""The formulas of small motions: frequencies, periods, shapes, the shortest of the forms that have their numbers."""
+"""Small motions as formulas and numbers: frequencies, periods, shapes, modes, the state, the polynomial.
+
+In: matrices over quotients and their roots, or a linearisation. Out: values, each with the shortest of the forms that
+have its number.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +47,7 @@ _STILL: Final = 1e-12
 
 @dataclass
 class Formulas:
-    """Makes values of what is found over the field of matrices; `reasons` collects why a formula was left out."""
+    """Values of quotients over the field of matrices; `reasons` collects why a formula was left out."""
 
     given: Matrices
     reasons: dict[str, None] = field(default_factory=dict)
@@ -59,13 +63,13 @@ class Formulas:
 
     def shortest(self, number: float, forms: Sequence[Callable[[], Node]], unit: str) -> Value:
         """Return a number with the shortest of the forms that have its value, without one where none has."""
-        found = [node for node in map(self._made, forms) if node is not None and self._is(node, number)]
-        node = min(found, key=_reading, default=None)
+        found = [node for node in map(self._node, forms) if node is not None and self._is(node, number)]
+        node = min(found, key=_reading_length, default=None)
         if node is None or (not leaves([node], "symbol") and len(text(node)) > _LONGEST_NUMBER):
             return Value(number, None, unit)
         return Value(number, node, unit)
 
-    def _made(self, form: Callable[[], Node]) -> Node | None:
+    def _node(self, form: Callable[[], Node]) -> Node | None:
         try:
             node = with_doubles(form())
         except NoClosedFormError as reason:
@@ -97,7 +101,7 @@ class Formulas:
         return self.shortest(float(2 * PRECISE.pi / PRECISE.sqrt(root.value)), list(self._periods(root)), "s")
 
     def rate(self, root: Root) -> Value:
-        """Return sqrt(-x), with which what is not stable grows."""
+        """Return sqrt(-x), the rate with which an unstable mode grows."""
         turned = Root(
             -root.value,
             None if root.node is None else negate(root.node),
@@ -163,25 +167,15 @@ class Formulas:
         return found
 
 
-def _reading(node: Node) -> tuple[int, bool, bool, str]:
+def _reading_length(node: Node) -> tuple[int, bool, bool, str]:
     """Return how long a form is to read, longer where a root divides it; 2 sqrt(a) is the shortest of equals."""
     divides = node.op == "div" and any(x.op == "sqrt" for x in (node.args[1], *node.args[1].args))
     numbered = node.op == "mul" and node.args[0].op == "number" and node.args[1].op == "sqrt"
     return len(text(node)) + _ROOT_BELOW * divides, not numbered, node.op != "sqrt", text(node)
 
 
-def numbers(values: Sequence[Sequence[Quotient]]) -> list[list[float]]:
-    """Return the values of a matrix at the sample."""
-    return [[float(x.sample) for x in row] for row in values]
+# --- modes in numbers, from eigenvalues and eigenvectors -------------------------------------------------------------
 
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Small motions in numbers: what eigenvalues and eigenvectors tell, and whether formulas give the same.
-
-
-_AGREEMENT: Final = 1e-7
-"""How near a root must come to the square of an eigenvalue, of which rounding takes more where two of them meet."""
-_REST: Final = 1e-11
 _IN_NUMBERS_STILL: Final = 1e-9
 _APART: Final = 100.0
 """Eigenvalues at least this many errors apart count as different."""
@@ -189,27 +183,10 @@ _APART: Final = 100.0
 Vector = npt.NDArray[np.complex128]
 
 
-def agrees(squares: Sequence[complex], eigenvalues: Sequence[complex]) -> bool:
-    """Return whether each omega^2 has an eigenvalue with lambda^2 = -omega^2."""
-    found = [-(x * x) for x in eigenvalues]
-    size = max((abs(x) for x in squares), default=0.0)
-    return all(
-        min((abs(x - y) for y in found), default=math.inf) <= _AGREEMENT * abs(x) + _REST * size for x in squares
-    )
-
-
-def undamped_eigenvalues(M: Floats, G: Floats, K: Floats) -> list[complex]:
-    """Return the eigenvalues of M x'' + G x' + K x = 0."""
-    size = len(M)
-    inverse = np.linalg.inv(M)
-    A = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ K, -inverse @ G]])
-    return [complex(x) for x in np.linalg.eigvals(A)]
-
-
 def shapes_in_numbers(M: Floats, G: Floats, K: Floats, square: complex, times: int) -> list[Vector]:
     """Return the vectors v of the motions v exp(i omega t), as many as omega is a root, each with 1 as its first part.
 
-    Of several none has the first part of another.
+    Of several vectors none has the first part of another.
     """
     rate = 1j * np.sqrt(complex(square))
     found = least_directions(K + rate * G + rate * rate * M, times)
@@ -224,7 +201,7 @@ def shapes_in_numbers(M: Floats, G: Floats, K: Floats, square: complex, times: i
 
 
 def scaled(v: Vector) -> Vector:
-    """Return a vector with 1 as the first of its parts that does not vanish, without what is rounding."""
+    """Return a vector with 1 as the first of its parts that does not vanish, rounding set to zero."""
     size = np.abs(v).max(initial=0.0)
     first = next((x for x in v if abs(x) > _IN_NUMBERS_STILL * size), None)
     found = v if first is None else v / first
@@ -235,7 +212,11 @@ def scaled(v: Vector) -> Vector:
 
 
 def modes_in_numbers(linear: Linearization, names: Sequence[str]) -> tuple[Mode, ...]:
-    """Return the modes that eigenvalues and eigenvectors tell, deviations by `names`, those that oscillate first."""
+    """Return the modes of eigenvalues and eigenvectors, deviations by `names`, oscillating ones first.
+
+    Rounding turns an eigenvector by more where others have almost its eigenvalue; of eigenvalues that cannot be told
+    apart every combination is a mode.
+    """
     if not linear.steady or not len(linear.A):
         return ()
     values, vectors = np.linalg.eig(linear.A)
@@ -247,23 +228,16 @@ def modes_in_numbers(linear: Linearization, names: Sequence[str]) -> tuple[Mode,
         if value.imag < 0.0:
             continue
         amplitudes = scaled(vector[list(places.values())])
-        turned = _turned(linear, k) * float(np.abs(amplitudes).max(initial=0.0))
-        found.append((value, _mode(value, error, dict(zip(places, amplitudes, strict=True)), turned)))
+        apart = np.abs(linear.eigenvalues - linear.eigenvalues[k])
+        others = apart[apart > _APART * error]
+        angle = error / float(others.min()) if others.size else 0.0  # rad
+        turned = angle * float(np.abs(amplitudes).max(initial=0.0))
+        found.append((value, _mode_in_numbers(value, error, dict(zip(places, amplitudes, strict=True)), turned)))
     found.sort(key=lambda pair: (pair[0].imag == 0.0, pair[0].imag, -pair[0].real))
     return tuple(mode for _, mode in found)
 
 
-def _turned(linear: Linearization, k: int) -> float:
-    """Return by how much (rad) rounding turns an eigenvector: more where others have almost its eigenvalue.
-
-    Of those that cannot be told apart every combination is a mode.
-    """
-    error, apart = float(linear.eigenvalue_errors[k]), np.abs(linear.eigenvalues - linear.eigenvalues[k])
-    others = apart[apart > _APART * error]
-    return error / float(others.min()) if others.size else 0.0
-
-
-def _mode(value: complex, error: float, shape: dict[str, complex], turned: float) -> Mode:
+def _mode_in_numbers(value: complex, error: float, shape: dict[str, complex], turned: float) -> Mode:
     parts = {name: Value(float(x.real), error=turned) for name, x in shape.items()}
     ahead = {name: Value(float(x.imag), error=turned) for name, x in shape.items()}
     quarter = ahead if any(x.imag for x in shape.values()) else {}
@@ -272,19 +246,18 @@ def _mode(value: complex, error: float, shape: dict[str, complex], turned: float
         motion = "free" if value.real == 0.0 else "grows" if value.real > 0.0 else "decays"
         return Mode(motion, rate=None if motion == "free" else rate, shape=parts)  # type: ignore[arg-type]
     period = 2 * math.pi / value.imag
-    told = (
+    swings = (
         Value(value.imag, None, "rad/s", error=error),
         Value(period, None, "s", error=period * error / value.imag),
     )
-    return Mode("oscillates", *told, rate if value.real else None, parts, quarter)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# One freedom with linear dampers: M x'' + C x' + K x = 0 swings with sqrt(K/M - d^2), d = C/(2 M), and fades as -d.
+    return Mode("oscillates", *swings, rate if value.real else None, parts, quarter)
 
 
 def damped_modes(given: Matrices, formulas: Formulas, name: str) -> tuple[list[Mode], list[Root]]:
-    """Return the modes of one freedom with a damper, and omega^2 of that which swings (none where it does not)."""
+    """Return the modes of one freedom with a damper, and omega^2 of the one that swings, if any.
+
+    M x'' + C x' + K x = 0 swings with sqrt(K/M - d^2), d = C/(2 M), and fades as -d.
+    """
     M, C, K = (matrix[0][0] for matrix in (given.mass, given.rates, given.stiffness))
     fading = C / (2 * M)
     square = K / M - fading * fading
@@ -301,14 +274,12 @@ def damped_modes(given: Matrices, formulas: Formulas, name: str) -> tuple[list[M
     return [Mode(word, rate=rate, shape=shape) for word, rate in zip(words, rates, strict=True)], []  # type: ignore[arg-type]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The state and the characteristic polynomial of small motions as they are told.
+# --- the state and the characteristic polynomial ---------------------------------------------------------------------
+
+_ZERO: Final = 1e-12
 
 
-_ZERO = 1e-12
-
-
-def state_told(mechanism: Mechanism, begin: Start, state: SymbolicState | None) -> dict[str, Value]:
+def state_values(mechanism: Mechanism, begin: Start, state: SymbolicState | None) -> dict[str, Value]:
     """Return the coordinates, and the speeds that do not vanish: formulas with their values, else numbers."""
     units = MechanismUnits(mechanism).state
     count = len(mechanism.coordinates)
@@ -319,7 +290,7 @@ def state_told(mechanism: Mechanism, begin: Start, state: SymbolicState | None) 
     sample = {symbol(name): x for name, x in numbers.items()} | letters
     found = {}
     for k, ((name, x), formula) in enumerate(zip(numbers.items(), formulas, strict=True)):
-        node = _formula(name, formula)
+        node = None if formula is None or formula is symbol(name) else with_doubles(as_node(formula))
         number = x if node is None else evaluate_float([node], sample)[0]
         number = 0.0 if abs(number) <= _ZERO else number
         if k < count or number:
@@ -327,29 +298,24 @@ def state_told(mechanism: Mechanism, begin: Start, state: SymbolicState | None) 
     return found
 
 
-def _formula(name: str, formula: object) -> Node | None:
-    node = None if formula is None else as_node(formula)
-    return None if node is None or node is symbol(name) else with_doubles(node)
-
-
 def polynomial_text(found: Spectrum) -> str:
-    """Return the factors of the polynomial that are not linear, each of which vanishes; empty where too long."""
-    try:
-        factors = [_factor(powers) for powers, _ in found.factors if len(powers) > 2]
-    except NoClosedFormError:
-        return ""
+    """Return the factors of the polynomial that are not linear, each of which vanishes; empty where too long.
+
+    Each is written by falling powers of omega.
+    """
+    factors = []
+    for powers in (powers for powers, _ in found.factors if len(powers) > 2):
+        line = ""
+        for k in range(len(powers) - 1, -1, -1):
+            if powers[k].is_zero:
+                continue
+            negative = powers[k].sample < 0
+            try:
+                size = book_form(doubled(-powers[k] if negative else powers[k]))
+            except NoClosedFormError:
+                return ""
+            term = text(size) if not k else text(multiply(size, symbol(f"omega^{2 * k}")))
+            sign = "-" if negative else "+"
+            line += f" {sign} {term}" if line else term if sign == "+" else f"-{term}"
+        factors.append(line)
     return "; ".join(f"{factor} = 0" for factor in factors)
-
-
-def _factor(powers: tuple[Quotient, ...]) -> str:
-    """Return a factor by falling powers of omega."""
-    parts = []
-    for k in range(len(powers) - 1, -1, -1):
-        if powers[k].is_zero:
-            continue
-        negative = powers[k].sample < 0
-        size = book_form(doubled(-powers[k] if negative else powers[k]))
-        term = text(size) if not k else text(multiply(size, symbol(f"omega^{2 * k}")))
-        parts.append(("-" if negative else "+", term))
-    first, *rest = parts
-    return " ".join([first[1] if first[0] == "+" else f"-{first[1]}", *(f"{sign} {term}" for sign, term in rest)])

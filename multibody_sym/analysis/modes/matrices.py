@@ -1,5 +1,7 @@
 """Small motions over exact quotients: M x'' + C x' + K x = 0 in independent deviations x from a state.
 
+In: a mechanism and a state in symbols. Out: Matrices, of which Routh's reduction takes cyclic coordinates that move.
+
 The equations of motion are differentiated at the state, forces of constraints included:
 
     M dudot + C du + K dsigma = H^T dlambda,   C = -d(f + H^T lambda)/du,   K = -d(f + H^T lambda)/dsigma
@@ -11,7 +13,7 @@ K = d2(V - T0)/dq2 with the part T0 of T that drives give, and C is gyroscopic b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -38,7 +40,7 @@ Matrix = list[list[Quotient]]
 class Matrices:
     """M, C and K (n x n) of small motions, over one field; `places` (n) of the independent deviations.
 
-    `known` holds what the slots of the mechanism stand for; `balanced`: nothing is accelerated whatever the parameters.
+    `known` holds the values of the mechanism's slots; `balanced`: nothing is accelerated whatever the parameters.
     """
 
     field: Field
@@ -120,7 +122,7 @@ class _Slopes:
         X = self._tangents(places)
         # columns of C and K are the derivatives by one deviation each
         mass = _reduced(self._exact(M), X)
-        rates, stiffness = (_transposed(_reduced(self._exact(a), X)) for a in (C, K))
+        rates, stiffness = (list(map(list, zip(*_reduced(self._exact(a), X), strict=True))) for a in (C, K))
         return Matrices(self.field, tuple(places), mass, rates, stiffness, self.known, balanced)
 
     def _register(self) -> None:
@@ -147,7 +149,7 @@ class _Slopes:
         return all(x.is_zero for x in udot)
 
     def _static(self, forces: Matrix, right: list[Quotient]) -> list[Quotient] | None:
-        """Return multipliers that balance the forces alone, which tells them shorter; None where they do not."""
+        """Return multipliers that balance the forces alone, which are shorter; None where they do not."""
         try:
             return exact_solve([[row[k] for row in forces] for k in range(self.size)], right) if forces else None
         except NoClosedFormError:
@@ -184,7 +186,7 @@ class _Slopes:
             raise NoClosedFormError("constraints change along the motion")
 
     def _tangents(self, places: Sequence[int]) -> Matrix:
-        """Return the columns of X (n x nu): how all deviations follow the independent ones."""
+        """Return the columns of X (n x nu), by which all deviations follow the independent ones."""
         H = self._exact([[as_node(x) for x in row.jacobian] for row in self.rows])
         dependent = [k for k in range(self.size) if k not in set(places)]
         zero, one = self.field.constant(0), self.field.constant(1)
@@ -212,10 +214,6 @@ def _reduced(matrix: Matrix, X: Matrix) -> Matrix:
     return found
 
 
-def _transposed(matrix: Matrix) -> Matrix:
-    return [list(column) for column in zip(*matrix, strict=True)]
-
-
 def _sum(zero: Quotient | None, terms: Iterable[Quotient]) -> Quotient:
     assert zero is not None
     total = zero
@@ -225,8 +223,7 @@ def _sum(zero: Quotient | None, terms: Iterable[Quotient]) -> Quotient:
     return total
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Routh's reduction of small motions: momenta of cyclic coordinates are held, and their deviations eliminated.
+# --- Routh's reduction: momenta of cyclic coordinates are held, and their deviations eliminated ----------------------
 #
 # Of a coordinate c on which nothing depends the row of M x'' + C x' + K x = 0 has no K, and says that its momentum
 # stays: M_cc x_c' + M_ci x_i' + C_ci x_i = 0. With x_c' from this the other rows are, for the others alone,
@@ -238,34 +235,27 @@ def _sum(zero: Quotient | None, terms: Iterable[Quotient]) -> Quotient:
 
 
 def with_momenta_held(given: Matrices) -> tuple[Matrices, tuple[int, ...]]:
-    """Return the matrices without the cyclic deviations that move, and the places of these."""
-    moving = [k for k, place in enumerate(given.places) if not given.known[slot("u", place)].is_zero]
-    held = [k for k in moving if _is_cyclic(given, k)]
+    """Return the matrices without the cyclic deviations that move, and the places of these.
+
+    On a cyclic deviation nothing depends, and no damper acts along it.
+    """
+    cyclic = []
+    for c, place in enumerate(given.places):
+        if given.known[slot("u", place)].is_zero:
+            continue
+        forces = (*given.stiffness[c], *(row[c] for row in given.stiffness), *given.damping[c])
+        if all(x.is_zero for x in forces) and not given.mass[c][c].vanishes:
+            cyclic.append(c)
     found = given
-    for k in reversed(held):
-        found = _without(found, k)
-    return found, tuple(given.places[k] for k in held)
-
-
-def _is_cyclic(given: Matrices, k: int) -> bool:
-    """Return whether nothing depends on a deviation, and no damper acts along it."""
-    row, column = given.stiffness[k], [x[k] for x in given.stiffness]
-    damped = given.damping[k]
-    return all(x.is_zero for x in (*row, *column, *damped)) and not given.mass[k][k].vanishes
-
-
-def _without(given: Matrices, c: int) -> Matrices:
-    M, C, K = given.mass, given.rates, given.stiffness
-    others = [k for k in range(len(given.places)) if k != c]
-
-    def changed(entry: Callable[[int, int], Quotient]) -> Matrix:
-        return [[entry(i, j) for j in others] for i in others]
-
-    pivot = M[c][c]
-    return replace(
-        given,
-        places=tuple(given.places[k] for k in others),
-        mass=changed(lambda i, j: M[i][j] - M[i][c] * M[c][j] / pivot),
-        rates=changed(lambda i, j: C[i][j] - (M[i][c] * C[c][j] + C[i][c] * M[c][j]) / pivot),
-        stiffness=changed(lambda i, j: K[i][j] - C[i][c] * C[c][j] / pivot),
-    )
+    for c in reversed(cyclic):
+        M, C, K = found.mass, found.rates, found.stiffness
+        others = [k for k in range(len(found.places)) if k != c]
+        pivot = M[c][c]
+        found = replace(
+            found,
+            places=tuple(found.places[k] for k in others),
+            mass=[[M[i][j] - M[i][c] * M[c][j] / pivot for j in others] for i in others],
+            rates=[[C[i][j] - (M[i][c] * C[c][j] + C[i][c] * M[c][j]) / pivot for j in others] for i in others],
+            stiffness=[[K[i][j] - C[i][c] * C[c][j] / pivot for j in others] for i in others],
+        )
+    return found, tuple(given.places[c] for c in cyclic)

@@ -37,24 +37,21 @@ def modes(
     The start if it is an equilibrium or a steady motion, else the one found beside it (`Modes.found`), a stable one
     if there is any; `at` another state, as for `linearize`. In a steady motion the momenta of cyclic coordinates are
     held (Routh). Frequencies are ordered by size at the declared parameters. With dampers and more freedoms than one,
-    frequencies are those without them. `period`: a coordinate whose period in the motion from the start is told too
-    (`Modes.period`), whatever its amplitude: a number, whose accuracy is told. `parameters` .. `project`: what the call
-    changes of the system (`Overrides`); `formalism` for the numbers.
+    frequencies are those without them. `period`: a coordinate whose period in the motion from the start is returned too
+    (`Modes.period`), whatever its amplitude: a number, with its accuracy in a note. `parameters` .. `project`: what the
+    call changes of the system (`Overrides`); `formalism` for the numbers.
     Raises InputError, and NoSolutionError where there is no such state or nothing is free to move.
     """
-    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    with numbers_of(asked):
-        found = SmallMotion.of(asked, formalism, at).told()
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(changed):
+        found = SmallMotion.of(changed, formalism, at).as_modes()
         if period is None:
             return found
         with under("period"):
-            return _with_period(found, asked, text("period", period))
-
-
-def _with_period(found: Modes, asked: System, coordinate: str) -> Modes:
-    try:
-        period = period_of(asked, coordinate)
-        told = (*found.notes, f"the period of {coordinate} is known {period.how}")
-        return replace(found, period=period.value, notes=told)
-    except NoPeriodError as reason:
-        return replace(found, period=Value(None, None, "s"), notes=(*found.notes, f"no period is told: {reason}"))
+            coordinate = text("period", period)
+            try:
+                known = period_of(changed, coordinate)
+                note, value = f"the period of {coordinate} is known {known.how}", known.value
+            except NoPeriodError as reason:
+                note, value = f"no period is told: {reason}", Value(None, None, "s")
+            return replace(found, period=value, notes=(*found.notes, note))

@@ -1,4 +1,4 @@
-"""Modes: what is known of small motions, as formulas with numbers."""
+"""Modes: the small motions of a system as formulas with numbers, and their LaTeX."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.text.values import Value
 
 Motion = Literal["oscillates", "free", "grows", "decays"]
+Matrix = Sequence[Sequence[Value]]
 _SHOWN: Final = 5
+_DIGITS: Final = 6
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A normal mode: what it does, its `frequency` omega (rad/s) and `period` (s) where it `oscillates`.
+    """A normal mode: its `motion`, its `frequency` omega (rad/s) and `period` (s) where it `oscillates`.
 
-    One that `grows` or `decays` does so like exp(rate t); one that swings may have a `rate` too, negative where it is
-    damped. A `free` one moves off uniformly. `shape`: the amplitude of each independent deviation, the first that moves
-    having 1; `quarter`: that of its part a quarter of a period ahead, where gyroscopic terms turn it.
+    A mode that `grows` or `decays` does so like exp(rate t); one that swings may have a `rate` too, negative where it
+    is damped. A `free` one moves off uniformly. `shape`: the amplitude of each independent deviation, the first that
+    moves having 1; `quarter`: that of its part a quarter of a period ahead, where gyroscopic terms turn it.
     """
 
     motion: Motion
@@ -87,14 +89,24 @@ class Modes:
         return f"<Modes of {self.name} about its {self.about}: {', '.join(told) or 'nothing oscillates'}>"
 
     def _repr_latex_(self) -> str:
-        """Return what a notebook shows: the equations, and what oscillates."""
+        """Return what a notebook shows: the equations, and the oscillating modes."""
         return r"$\displaystyle \begin{aligned}" + r" \\ ".join(self.latex_lines()) + r"\end{aligned}$"
 
     def latex_lines(self) -> list[str]:
-        """Return the equations and each frequency with its period as aligned lines of LaTeX."""
-
+        """Return M x'' + C x' + K x = 0 and each frequency with its period as aligned lines of LaTeX."""
+        names, terms, lines = [latex_name(name) for name in self.coordinates], [], []
+        for rows, dots in ((self.mass, "ddot"), (self.rates, "dot"), (self.stiffness, "")):
+            if any(x.value for row in rows for x in row):
+                matrix = _bracketed([" & ".join(value_latex(x) for x in row) for row in rows])
+                terms.append(f"{matrix} {_bracketed([dotted(name, dots) if dots else name for name in names])}")
+        if self.mass:
+            lines.append(f"{' + '.join(terms)} &= 0")
         pairs = list(zip(self.frequencies, self.periods, strict=True))
-        return lines_latex(self.coordinates, (self.mass, self.rates, self.stiffness), pairs)
+        for k, (omega, duration) in enumerate(pairs, 1):
+            place = f"_{{{k}}}" if len(pairs) > 1 else ""
+            frequency, period = value_latex(omega, r"\mathrm{rad/s}"), value_latex(duration, r"\mathrm{s}")
+            lines.append(rf"\omega{place} &= {frequency}, \quad T{place} = {period}")
+        return lines
 
     @property
     def oscillating(self) -> tuple[Mode, ...]:
@@ -138,33 +150,6 @@ def _json(rows: Sequence[Sequence[Value]]) -> list[list[dict[str, Any]]]:
     return [[value.as_json() for value in row] for row in rows]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Small motions in LaTeX: the equations in matrices, and the frequencies.
-
-
-Matrix = Sequence[Sequence[Value]]
-_DIGITS = 6
-
-
-def lines_latex(
-    coordinates: Sequence[str], matrices: tuple[Matrix, Matrix, Matrix], swinging: Sequence[tuple[Value, Value]]
-) -> list[str]:
-    """Return M x'' + C x' + K x = 0 and each frequency with its period, as lines with the place at which they align."""
-    names = [latex_name(name) for name in coordinates]
-    lines = []
-    if matrices[0]:
-        terms = zip(matrices, ("ddot", "dot", ""), strict=True)
-        kept = [(rows, dots) for rows, dots in terms if any(x.value for row in rows for x in row)]
-        columns = [(rows, [dotted(name, dots) if dots else name for name in names]) for rows, dots in kept]
-        written = (f"{_matrix(rows)} {_bracketed(column)}" for rows, column in columns)
-        lines.append(f"{' + '.join(written)} &= 0")
-    for k, (omega, duration) in enumerate(swinging, 1):
-        place = f"_{{{k}}}" if len(swinging) > 1 else ""
-        frequency, period = value_latex(omega, r"\mathrm{rad/s}"), value_latex(duration, r"\mathrm{s}")
-        lines.append(rf"\omega{place} &= {frequency}, \quad T{place} = {period}")
-    return lines
-
-
 def value_latex(value: Value, unit: str = "") -> str:
     """Return a formula, or where there is none the number with its unit."""
     if value.expression is not None:
@@ -180,10 +165,6 @@ def node_latex(node: Node, labels: Mapping[str, str] | None = None) -> str:
     spelling = {s: latex_name(book.get(s.name, s.name)) for s in letters}
     script = LatexScript(spelling, {s: (2, k) for k, s in enumerate(letters)})
     return script.shown(expression) if isinstance(expression, sympy.Basic) else str(expression)
-
-
-def _matrix(rows: Sequence[Sequence[Value]]) -> str:
-    return _bracketed([" & ".join(value_latex(x) for x in row) for row in rows])
 
 
 def _bracketed(lines: Sequence[str]) -> str:

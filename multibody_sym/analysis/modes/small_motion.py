@@ -1,4 +1,7 @@
-"""One system's small motions, calculated: the state, its matrices, their spectrum, and what is told of them."""
+"""One system's small motions: the state, its matrices, their spectrum, and the record of modes.
+
+In: a System. Out: Modes. First the notes on what small motions and periods leave out: time, and friction that turns.
+"""
 
 from __future__ import annotations
 
@@ -18,19 +21,16 @@ from multibody_sym.analysis.linearize import At
 from multibody_sym.analysis.modes.formulas import (
     Formulas,
     Vector,
-    agrees,
     damped_modes,
     modes_in_numbers,
-    numbers,
     polynomial_text,
     shapes_in_numbers,
-    state_told,
-    undamped_eigenvalues,
+    state_values,
 )
 from multibody_sym.analysis.modes.matrices import Matrices, Matrix, matrices, with_momenta_held
 from multibody_sym.analysis.modes.record import Mode, Modes, Rows
 from multibody_sym.analysis.modes.spectrum import Root, Spectrum, spectrum
-from multibody_sym.analysis.modes.state import Place, formulas_of, place_of
+from multibody_sym.analysis.modes.state import SteadyState, formulas_of, place_of
 from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.dynamics.start.initial_geometry import straightened
 from multibody_sym.dynamics.start.start import Start
@@ -46,19 +46,26 @@ from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.text.values import Value
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What small motions and periods leave out of a model: what depends on time, and friction that turns round.
-
-
 _TIME: Final = symbol("t")
 _MOVING: Final = ("joints", "forces", "constraints", "bodies", "inputs", "gravity", "pulleys", "contacts")
 _LATER: Final = (0.137, 1.913, 31.07)
 """Times (s) at which a system is compared with what it is at t = 0."""
 _SAME: Final = 1e-9
+_REST: Final = 1e-12
+"""The part of the largest omega^2 up to which one is zero."""
+_AGREEMENT: Final = 1e-7
+"""How near a root must come to the square of an eigenvalue, of which rounding takes more where two of them meet."""
+_ROUNDED: Final = 1e-11
+_WORK_OF_CONDITIONS: Final = 50_000
+_STOPPED: Final = "the start moves, but no steady motion was found beside it: its speeds are left out"
+_IN_ANGLES: Final = "; those of attitudes are found in angles: declare `angles: zxz` or the like"
+_DAMPED: Final = "dampers act: frequencies and shapes are those without them, and eigenvalues those with them"
+
+# --- what small motions and periods leave out of a model -------------------------------------------------------------
 
 
 def named_with_time(system: System) -> dict[str, list[Node]]:
-    """Return what in a model depends on t: the expressions by the place of what they belong to, `forces.drive`."""
+    """Return the expressions of a model that depend on t, by the place of their element, `forces.drive`."""
     found: dict[str, list[Node]] = {}
     for section in _MOVING:
         for path, node, _ in expressions(getattr(system, section), (section,)):
@@ -80,13 +87,16 @@ def period_of_drive(system: System, parameters: dict[Node, float]) -> float | No
     return 2 * math.pi / paces[0] if same and paces[0] else None
 
 
-def frozen(system: System, flow: DeviationFlow, begin: Start) -> str | None:
-    """Return what is to be said where a state would not stay as it is, because time moves something."""
+def time_note(system: System, flow: DeviationFlow, begin: Start) -> str | None:
+    """Return the note on a state that would not stay as it is, because time moves something."""
     named = named_with_time(system)
     if not named:
         return None
-    at_first = _moved(flow, begin, 0.0)
-    later = [_moved(flow, begin, t) for t in _LATER]
+    states = []
+    for t in (0.0, *_LATER):
+        known = flow.known_at(begin.q, begin.u, t)
+        states.append(np.concatenate([flow.rates(known)[1], np.ravel(flow.derivatives(known)[0])]))
+    at_first, *later = states
     size = max(1.0, float(np.abs(at_first).max(initial=0.0)))
     if all(np.abs(x - at_first).max(initial=0.0) <= _SAME * size for x in later):
         return None
@@ -97,14 +107,8 @@ def frozen(system: System, flow: DeviationFlow, begin: Start) -> str | None:
     )
 
 
-def _moved(flow: DeviationFlow, begin: Start, time: float) -> np.ndarray:
-    """Return accelerations and their slopes in the state of a start, at another time."""
-    known = flow.known_at(begin.q, begin.u, time)
-    return np.concatenate([flow.rates(known)[1], np.ravel(flow.derivatives(known)[0])])
-
-
-def friction_held(flow: DeviationFlow) -> list[str]:
-    """Return what is to be said of friction that acts in the mode of the start, by what slides or sticks."""
+def friction_notes(flow: DeviationFlow) -> list[str]:
+    """Return the notes on friction that acts in the mode of the start, by sliding and sticking elements."""
     mechanism = flow.mechanism
     if mechanism.mode is None:
         return []
@@ -112,36 +116,29 @@ def friction_held(flow: DeviationFlow) -> list[str]:
     parts = dict.fromkeys(name for x in mechanism.one_way for name in (x.name, *(part.name for part in x.frictions)))
     sliding = [name for name in parts if words.get(name, "").startswith(("slide", "slip"))]
     sticking = [name for name in parts if words.get(name, "") in ("stick", "grip")]
-    told = []
+    notes = []
     if sliding:
-        told.append(
+        notes.append(
             f"{', '.join(sliding)}: friction is taken as it pushes while this slides as it does at the start; where it "
             "turns back friction does too, about another place of rest, and the motion ends (simulate)"
         )
     if sticking:
-        told.append(f"{', '.join(sticking)}: it sticks, and small motions are those while it does")
-    return told
+        notes.append(f"{', '.join(sticking)}: it sticks, and small motions are those while it does")
+    return notes
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
-_REST: Final = 1e-12
-"""The part of the largest omega^2 up to which one is zero."""
-_WORK_OF_CONDITIONS: Final = 50_000
-_STOPPED: Final = "the start moves, but no steady motion was found beside it: its speeds are left out"
-_IN_ANGLES: Final = "; those of attitudes are found in angles: declare `angles: zxz` or the like"
-_DAMPED: Final = "dampers act: frequencies and shapes are those without them, and eigenvalues those with them"
+# --- small motions ---------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class SmallMotion:
-    """Small motions about a `place`; `mechanism` and `state` for formulas, `matrices` reduced by what is `held`.
+    """Small motions about a `place`; `mechanism` and `state` for formulas, `matrices` without the `held` coordinates.
 
-    Where there are no formulas `matrices` is None; `reasons` say why, of what else has none too. `left_out` says what
-    of the model does not act in them.
+    Where there are no formulas `matrices` is None; `reasons` say why, of other missing formulas too. `left_out` are
+    notes on parts of the model that do not act in them.
     """
 
-    place: Place
+    place: SteadyState
     mechanism: Mechanism
     state: SymbolicState | None
     matrices: Matrices | None
@@ -170,15 +167,15 @@ class SmallMotion:
             reasons[str(reason)] = None
         except ExpressionError as reason:
             reasons[reason.message] = None
-        time = frozen(system, flow, begin)
-        left_out = (*([] if time is None else [time]), *friction_held(flow))
+        time = time_note(system, flow, begin)
+        left_out = (*([] if time is None else [time]), *friction_notes(flow))
         return cls(place, formal, state, found, held, reasons, left_out)
 
     # --- formulas -------------------------------------------------------------------------------------------------
 
     @cached_property
     def formulas(self) -> Formulas:
-        """What makes values over the field of the matrices."""
+        """The maker of values over the field of the matrices."""
         assert self.matrices is not None
         return Formulas(self.matrices, self.reasons)
 
@@ -193,9 +190,17 @@ class SmallMotion:
         except NoClosedFormError as reason:
             self.reasons[str(reason)] = None
             return None
-        plain = not given.is_damped
-        values = self.place.linear.eigenvalues if plain else undamped_eigenvalues(*self._in_floats)
-        if not agrees([complex(root.value) for root in found.roots if not _rests(root, found)], list(values)):
+        values = self.place.linear.eigenvalues
+        if given.is_damped:  # those without dampers
+            M, G, K = self._in_floats
+            size, inverse = len(M), np.linalg.inv(M)
+            A = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ K, -inverse @ G]])
+            values = np.linalg.eigvals(A)
+        squares = [complex(root.value) for root in found.roots if not _rests(root, found)]
+        known = [-(complex(x) * complex(x)) for x in values]
+        largest = max((abs(x) for x in squares), default=0.0)
+        missed = [(min((abs(x - y) for y in known), default=math.inf), abs(x)) for x in squares]
+        if any(not miss <= _AGREEMENT * own + _ROUNDED * largest for miss, own in missed):
             self.reasons["formulas and eigenvalues are not the same at the declared parameters"] = None
             return None
         return found
@@ -204,21 +209,22 @@ class SmallMotion:
     def _in_floats(self) -> tuple[Floats, Floats, Floats]:
         given = self.matrices
         assert given is not None
-        M, G, K = (np.array(numbers(a)) for a in (given.mass, given.gyroscopic, given.stiffness))
+        matrices = (given.mass, given.gyroscopic, given.stiffness)
+        M, G, K = (np.array([[float(x.sample) for x in row] for row in a]) for a in matrices)
         return M, G, K
 
     @cached_property
     def swinging(self) -> tuple[Root, ...]:
-        """omega^2 of the modes that oscillate, from the smallest on, repeated ones so often as they are."""
-        return self._told_modes[1]
+        """omega^2 of the modes that oscillate, from the smallest on, repeated ones as often as they are."""
+        return self._modes_and_squares[1]
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """The modes, those that oscillate first."""
-        return self._told_modes[0]
+        return self._modes_and_squares[0]
 
     @cached_property
-    def _told_modes(self) -> tuple[tuple[Mode, ...], tuple[Root, ...]]:
+    def _modes_and_squares(self) -> tuple[tuple[Mode, ...], tuple[Root, ...]]:
         given = self.matrices
         if given is not None and len(given.places) == 1 and given.is_damped:
             found, roots = damped_modes(given, self.formulas, self.names[0])
@@ -273,7 +279,7 @@ class SmallMotion:
         return None if "free" in motions else True
 
     def conditions(self) -> list[str]:
-        """Return under which conditions motions stay small, or grow where they do, as few as say it."""
+        """Return the conditions under which motions stay small, or grow where they do, without redundant ones."""
         if self.spectrum is None or self.matrices is None:
             return []
         field = self.matrices.field
@@ -290,13 +296,11 @@ class SmallMotion:
             return []
 
     def _written_for(self) -> list[Condition]:
-        """Return the choices of signs that formulas rest on."""
+        """Return the choices of signs on which formulas rest."""
         return [] if self.matrices is None else [Condition(x, strict=True) for x in self.matrices.field.positive]
 
-    # --- all of it ------------------------------------------------------------------------------------------------
-
-    def told(self) -> Modes:
-        """Return what is known of the small motions."""
+    def as_modes(self) -> Modes:
+        """Return the record of the small motions."""
         given, place = self.matrices, self.place
         conditions = self.conditions()
         names = self.names or [name for name in deviation_names(self.mechanism) if name in place.linear.states]
@@ -304,7 +308,7 @@ class SmallMotion:
             name=self.mechanism.name,
             coordinates=tuple(names),
             about=place.kind,
-            at=state_told(self.mechanism, place.begin, self.state),
+            at=state_values(self.mechanism, place.begin, self.state),
             found=place.found,
             mass=self._values(None if given is None else given.mass),
             rates=self._values(None if given is None else given.rates),
@@ -324,8 +328,8 @@ class SmallMotion:
         if self.matrices is None:
             return list(self.modes)
         letters = {x.node: x for x in self.matrices.field.letters if x.node is not None}
-        told = [x for mode in self.modes for x in (mode.frequency, mode.period, mode.rate) if x is not None]
-        shared = dict(zip(told, values_with_shared_roots(told, letters), strict=True))
+        values = [x for mode in self.modes for x in (mode.frequency, mode.period, mode.rate) if x is not None]
+        shared = dict(zip(values, values_with_shared_roots(values, letters), strict=True))
 
         def of(value: Value | None) -> Value | None:
             return None if value is None else shared[value]

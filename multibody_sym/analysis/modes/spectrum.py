@@ -1,5 +1,7 @@
 """The characteristic polynomial of small motions in x = omega^2, and its roots in closed form as far as it factors.
 
+In: matrices over quotients. Out: a Spectrum of roots, factors and conditions of stability.
+
     det(K - x M) = 0,   with gyroscopic terms det(K + s G + s^2 M) = 0 of which only even powers of s = i omega are left
 """
 
@@ -16,14 +18,14 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotient_functions import doubled, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient, factored
-from multibody_sym.analysis.modes.matrices import Matrices, Matrix
+from multibody_sym.analysis.modes.matrices import Matrices
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import PI, Node, add, as_node, divide, multiply, negate, symbol
 
 LARGEST: Final = 8
-"""How many freedoms a characteristic polynomial is formed for."""
+"""The most freedoms for which a characteristic polynomial is formed."""
 _ASIDE: Final = PRECISE.mpf("0.7310585786300049")
 _QUADRATIC, _CUBIC, _QUARTIC = 2, 3, 4
 SQUARE: Final = symbol("omega^2")
@@ -34,7 +36,7 @@ _RATE: Final = symbol("lambda of small motions")
 class Root:
     """One x = omega^2 of the polynomial, `times` over: its value at the sample, as a Node, as a quotient if it is one.
 
-    `frequency`: omega without a root in a root, where there is such a form; `forms`: other ways to write x.
+    `frequency`: omega without a root in a root, where there is such a form; `forms`: other forms of x.
     A `value` with an imaginary part (a complex number of mpmath) belongs to motions that grow while they swing.
     """
 
@@ -48,7 +50,7 @@ class Root:
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """The roots, by size; `factors` of the polynomial in x with exponents; `signs`: what is positive if stable."""
+    """The roots, by size; `factors` of the polynomial in x with exponents; `signs`: the conditions of stability."""
 
     roots: tuple[Root, ...]
     factors: tuple[tuple[tuple[Quotient, ...], int], ...]
@@ -81,7 +83,9 @@ def spectrum(given: Matrices) -> Spectrum:
 def _polynomial(given: Matrices) -> tuple[Poly, int]:
     """Return the polynomial and the position of the letter of x in it."""
     field, M, K = given.field, given.mass, given.stiffness
-    x = field.letter(SQUARE, Letter(SQUARE, _sample_square(M, K)))
+    # of the size of roots, where nothing vanishes by chance
+    masses, stiff = (sum((abs(a[k].sample) for k, a in enumerate(rows)), PRECISE.mpf(0)) for rows in (M, K))
+    x = field.letter(SQUARE, Letter(SQUARE, _ASIDE * (stiff / masses if masses and stiff else 1)))
     if not given.is_gyroscopic:
         found = determinant([[b - x * a for a, b in zip(*rows, strict=True)] for rows in zip(M, K, strict=True)])
         return found.above, _place(field, SQUARE)
@@ -97,12 +101,6 @@ def _polynomial(given: Matrices) -> tuple[Poly, int]:
     return total.above, _place(field, SQUARE)
 
 
-def _sample_square(M: Matrix, K: Matrix) -> Any:
-    """Return a number of the size that roots have, at which nothing vanishes by chance."""
-    masses, stiff = (sum((abs(a[k].sample) for k, a in enumerate(rows)), PRECISE.mpf(0)) for rows in (M, K))
-    return _ASIDE * (stiff / masses if masses and stiff else 1)
-
-
 def _place(field: Field, letter: Node) -> int:
     place = field.position(letter)
     assert place is not None
@@ -110,7 +108,7 @@ def _place(field: Field, letter: Node) -> int:
 
 
 def determinant(matrix: Sequence[Sequence[Quotient]]) -> Quotient:
-    """Return the determinant, by the first column of what is left, each minor once."""
+    """Return the determinant by its first columns, each minor once."""
     size = len(matrix)
     known: dict[frozenset[int], Quotient] = {}
 
@@ -140,7 +138,7 @@ def coefficients(field: Field, p: Poly, k: int) -> list[Quotient]:
 
 
 def _signs(powers: Sequence[Quotient], *, definite: bool) -> Iterator[Condition]:
-    """Yield what is positive where all roots of a factor are; those of a `definite` M are real anyway."""
+    """Yield the conditions under which all roots of a factor are positive; with a `definite` M they are real anyway."""
     for k in range(1, len(powers)):
         ratio = powers[len(powers) - 1 - k] / powers[-1]
         yield Condition(-ratio if k % 2 else ratio, strict=True)
@@ -153,30 +151,31 @@ def _signs(powers: Sequence[Quotient], *, definite: bool) -> Iterator[Condition]
 
 
 def _roots(powers: Sequence[Quotient], times: int) -> Iterator[Root]:
-    values = _numbers(powers)
+    samples = [x.sample for x in reversed(powers)]
+    values = [-samples[1] / samples[0]]
+    if len(samples) > 2:
+        values = list(PRECISE.polyroots(samples, maxsteps=400, extraprec=400))
     try:
-        found = list(_solved(powers))
+        found = list(_closed_roots(powers))
     except NoClosedFormError:
         found = []
     left = list(values)
     for each in found:
-        value = each.sample if isinstance(each, Quotient) else _value(each, powers[0].field)
+        if isinstance(each, Quotient):
+            value, quotient = each.sample, each
+        else:
+            letters = (x for x in powers[0].field.letters if x.node is not None and not x.node.args)
+            sample = {x.node: float(x.sample) for x in letters if x.node is not None}
+            value, quotient = PRECISE.mpf(evaluate_float([each], sample)[0]), None
         nearest = min(left, key=lambda x: abs(x - value))
         left.remove(nearest)
-        quotient = each if isinstance(each, Quotient) else None
         root = Root(value, _written(each), quotient, times)
-        yield root if len(powers) != _QUADRATIC + 1 else replace(root, **_of_two(powers, value))
+        yield root if len(powers) != _QUADRATIC + 1 else replace(root, **_forms_of_two(powers, value))
     if not found:
         yield from (Root(value, None, None, times) for value in values)
 
 
-def _numbers(powers: Sequence[Quotient]) -> list[Any]:
-    """Return the roots at the sample."""
-    given = [x.sample for x in reversed(powers)]
-    return [-given[1] / given[0]] if len(given) == 2 else list(PRECISE.polyroots(given, maxsteps=400, extraprec=400))
-
-
-def _solved(powers: Sequence[Quotient]) -> Iterator[Quotient | Node]:
+def _closed_roots(powers: Sequence[Quotient]) -> Iterator[Quotient | Node]:
     """Yield the roots of a factor in closed form; nothing where there is none, or they are not real."""
     if len(powers) == 2:
         yield -(powers[0] / powers[1])
@@ -197,7 +196,7 @@ def _quadratic(c: Quotient, b: Quotient, a: Quotient) -> Iterator[Quotient]:
         yield (-b + root) / (2 * a)
 
 
-def _of_two(powers: Sequence[Quotient], value: Any) -> dict[str, Any]:
+def _forms_of_two(powers: Sequence[Quotient], value: Any) -> dict[str, Any]:
     """Return omega and further forms of x for one of the roots x1, x2 of a quadratic, by their sum and product.
 
     omega = (sqrt(s + 2 r) -+ sqrt(s - 2 r)) / 2 where r = sqrt(x1 x2) is rational; x = f (m -+ sqrt(m^2 - x1 x2/f^2))
@@ -209,14 +208,16 @@ def _of_two(powers: Sequence[Quotient], value: Any) -> dict[str, Any]:
     found: dict[str, Any] = {"forms": tuple(_about_mean(mean, product, side))}
     with suppress(NoClosedFormError):
         root = sqrt(product) if product.sample > 0 else None
-        if root is not None and not _has_roots(root) and mean.sample > root.sample:
+        terms = () if root is None else (m for p in (root.above, root.below) for m in p)
+        is_rational = not any(mean.field.letters[k].node is None for m in terms for k, e in enumerate(m) if e)
+        if root is not None and is_rational and mean.sample > root.sample:
             both = sqrt(2 * (mean + root)), sqrt(2 * (mean - root))
             found["frequency"] = (both[0] + both[1] * side) / 2
     return found
 
 
 def _about_mean(mean: Quotient, product: Quotient, side: int) -> Iterator[Node]:
-    """Yield mean -+ sqrt(mean^2 - product), all of it and without what the mean has as a factor."""
+    """Yield mean -+ sqrt(mean^2 - product), all of it and without the factors of the mean."""
     field = mean.field
     plain = [(p, e) for p, e in factored(field.in_ring(mean.above))[1] if len(p) > 1]
     sums = reduce(mul, (field.whole(field.in_ring(p)).power(e) for p, e in plain), field.constant(1))
@@ -228,11 +229,6 @@ def _about_mean(mean: Quotient, product: Quotient, side: int) -> Iterator[Node]:
             total = add(book_form(doubled(middle)), root if side > 0 else negate(root))
             above, below = (field.whole(field.in_ring(p)) for p in (outside.above, outside.below))
             yield divide(multiply(book_form(doubled(above)), total), book_form(doubled(below)))
-
-
-def _has_roots(a: Quotient) -> bool:
-    """Return whether a quotient names a root."""
-    return any(a.field.letters[k].node is None for p in (a.above, a.below) for m in p for k, e in enumerate(m) if e)
 
 
 def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]:
@@ -259,7 +255,10 @@ def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]
 def _biquadratic(powers: Sequence[Quotient]) -> Iterator[Quotient]:
     """Yield the roots of a quartic that has even powers only beside the mean of its roots."""
     mean = -(powers[3] / (4 * powers[4]))
-    shifted = _shifted(powers, mean)
+    shifted = list(powers)  # the coefficients in y = x - mean, by Horner's scheme
+    for start in range(len(shifted) - 1):
+        for k in range(len(shifted) - 2, start - 1, -1):
+            shifted[k] = shifted[k] + mean * shifted[k + 1]
     if not (shifted[1].is_zero and shifted[3].is_zero):
         return
     for square in _quadratic(shifted[0], shifted[2], shifted[4]):
@@ -268,21 +267,6 @@ def _biquadratic(powers: Sequence[Quotient]) -> Iterator[Quotient]:
         root = sqrt(square)
         yield mean - root
         yield mean + root
-
-
-def _shifted(powers: Sequence[Quotient], by: Quotient) -> list[Quotient]:
-    """Return the coefficients in y = x - by (Horner's scheme)."""
-    found = list(powers)
-    for start in range(len(found) - 1):
-        for k in range(len(found) - 2, start - 1, -1):
-            found[k] = found[k] + by * found[k + 1]
-    return found
-
-
-def _value(node: Node, field: Field) -> Any:
-    """Return a Node's value at the sample, as a double."""
-    sample = {x.node: float(x.sample) for x in field.letters if x.node is not None and not x.node.args}
-    return PRECISE.mpf(evaluate_float([node], sample)[0])
 
 
 def root_of(x: Quotient) -> Root:
@@ -297,4 +281,3 @@ def _written(root: Quotient | Node) -> Node | None:
         return book_form(doubled(root))
     except NoClosedFormError:
         return None
-

@@ -1,7 +1,8 @@
-"""The state about which small motions are told: the declared one where its speeds stay, else one found beside it.
+"""The state of small motions: the declared one where its speeds stay, else one found beside it; then its formulas.
 
-Beside a start in which something moves that nothing depends on, a steady motion with its momenta is looked for: there
-the motion from the start, which swings about it, would come to rest but for these (Routh's effective potential).
+In: a System. Out: a SteadyState, and the same in symbols. Beside a start in which a cyclic coordinate moves, a steady
+motion with its momenta is sought: there the motion from the start, which swings about it, would come to rest but for
+these (Routh's effective potential).
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from multibody_sym.scalars.node import PI, ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.rank import ROUNDED, least_squares
 
 _MISSED: Final = 1e-8
-"""How far the numbers of a start may be from a state in which nothing is accelerated, beside 1 (m, rad)."""
+"""The distance of a start from a state without accelerations, beside 1 (m, rad), that is rounding of its numbers."""
 _LEFT: Final = 1e-10
 _CONVERGED: Final = 1e-14
 _STEPS: Final = 60
@@ -52,7 +53,7 @@ _SINGULAR: Final = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class SteadyState:
     """A state in which speeds keep their values: an equilibrium, or a steady motion if something moves in it.
 
     `found`: it is not the declared one but was found beside it; `stopped`: it is at rest although the start moves.
@@ -66,20 +67,20 @@ class Place:
 
     @property
     def kind(self) -> Literal["equilibrium", "steady motion"]:
-        """What the state is; one that only drives move is an equilibrium (of a moving frame)."""
+        """The kind of the state; one that only drives move is an equilibrium (of a moving frame)."""
         return "steady motion" if any(self.begin.u) else "equilibrium"
 
 
-def place_of(system: System, formalism: str | None, at: At = None) -> Place:
+def place_of(system: System, formalism: str | None, at: At = None) -> SteadyState:
     """Return the declared state if speeds keep their values there, else the equilibrium or steady motion beside it.
 
     An equilibrium that is found is a stable one if a few guesses find any. Raises InputError, and NoSolutionError where
     there is none, or with `at` where that state is none.
     """
     flow, begin = flow_at(system, formalism, at)
-    if balanced(flow, begin):
+    if is_balanced(flow, begin):
         with suppress(*((NoSolutionError,) if at is None and any(begin.u) else ())):  # it may pass a rest on its way
-            return _settled_at(flow, begin, at)
+            return _linearized_at(flow, begin, at)
     if at is not None:
         why = "the state is no equilibrium and no steady motion: speeds change in it"
         raise NoSolutionError(f"{why}; name others, or write {REST}", where=Where(path=("at",)), number="N111")
@@ -87,38 +88,33 @@ def place_of(system: System, formalism: str | None, at: At = None) -> Place:
         with suppress(NoSolutionError, np.linalg.LinAlgError, *UNDEFINED):
             steady = _Steady(flow, begin).found()
             if steady is not None:
-                return _settled_at(flow, steady, None, found=True)
+                return _linearized_at(flow, steady, None, found=True)
     moves = any(begin.u)
     first = flow_at(system, formalism, REST)
-    found = _settled_at(*first, None, found=True, stopped=moves)
-    if max(found.linear.eigenvalues.real, default=0.0) > 0.0:
-        names = _stable_beside(flow, begin, formalism)
-        if names is not None:
-            return _settled_at(*flow_at(system, formalism, names), None, found=True, stopped=moves)
+    found = _linearized_at(*first, None, found=True, stopped=moves)
+    if max(found.linear.eigenvalues.real, default=0.0) > 0.0:  # a few guesses may find a stable one
+        until, search = time.process_time() + _SECONDS, search_from(flow.mechanism, begin, formalism)
+        around = islice(guesses(search.places, search.places.start), _GUESSES)
+        reached = (search.reached(guess) for guess in takewhile(lambda _: time.process_time() < until, around))
+        stable = [q for q in reached if q is not None and search.stable(q) and keeps_mode(search, q)]
+        if stable:
+            nearest = min(stable, key=lambda q: float(np.linalg.norm(q - np.array(begin.q))))
+            rest = {speed.name: 0.0 for speed in flow.mechanism.speeds}
+            names = dict(zip((c.name for c in flow.mechanism.coordinates), nearest.tolist(), strict=True)) | rest
+            return _linearized_at(*flow_at(system, formalism, names), None, found=True, stopped=moves)
     return found
 
 
-def _stable_beside(flow: DeviationFlow, begin: Start, formalism: str | None) -> dict[str, float] | None:
-    """Return the coordinates of the stable equilibrium nearest to a start, as far as a few guesses find one."""
-    until, search = time.process_time() + _SECONDS, search_from(flow.mechanism, begin, formalism)
-    around = islice(guesses(search.places, search.places.start), _GUESSES)
-    reached = (search.reached(guess) for guess in takewhile(lambda _: time.process_time() < until, around))
-    found = [q for q in reached if q is not None and search.stable(q) and keeps_mode(search, q)]
-    if not found:
-        return None
-    nearest = min(found, key=lambda q: float(np.linalg.norm(q - np.array(begin.q))))
-    rest = {speed.name: 0.0 for speed in flow.mechanism.speeds}
-    return dict(zip((c.name for c in flow.mechanism.coordinates), nearest.tolist(), strict=True)) | rest
-
-
-def _settled_at(flow: DeviationFlow, begin: Start, at: Any, *, found: bool = False, stopped: bool = False) -> Place:
+def _linearized_at(
+    flow: DeviationFlow, begin: Start, at: Any, *, found: bool = False, stopped: bool = False
+) -> SteadyState:
     with errors_at(at):
         linear = verified_linearization(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float))
-    return Place(flow, begin, linear, found, stopped)
+    return SteadyState(flow, begin, linear, found, stopped)
 
 
-def balanced(flow: DeviationFlow, begin: Start) -> bool:
-    """Return whether no speed changes, but for what the rounding of the numbers of a state makes of it."""
+def is_balanced(flow: DeviationFlow, begin: Start) -> bool:
+    """Return whether no speed changes, but for the rounding of the numbers of a state."""
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     udot = flow.accelerations(q, u)
     if not udot.any():
@@ -163,7 +159,7 @@ class _Steady:
         names = [*(c.name for c in self.flow.mechanism.coordinates), *(s.name for s in self.flow.mechanism.speeds)]
         values = dict(zip(names, [*q.tolist(), *u.tolist()], strict=True))
         steady = start_beside(self.flow.mechanism, self.begin, values)
-        return steady if balanced(self.flow, steady) and any(steady.u) else None
+        return steady if is_balanced(self.flow, steady) and any(steady.u) else None
 
     def _step(self, q: Floats, u: Floats) -> tuple[Floats, Floats]:
         """Return a step of the other independent coordinates, and how all deviations move with it."""
@@ -198,9 +194,7 @@ class _Steady:
         return self.flow.completed(q, u, 0.0, self.places)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A state as formulas: as declared, or, where it was found beside the start, by solving what is in balance there.
-
+# --- the state as formulas: as declared, or, where it was found beside the start, by solving its balances ------------
 
 _WORK: Final = 30_000
 _EXACTLY: Final = 1e-9
@@ -211,11 +205,18 @@ _MOST_TRIED: Final = 6
 def formulas_of(mechanism: Mechanism, begin: Start, *, found: bool, places: Sequence[int]) -> SymbolicState:
     """Return the state in the names of the model; a coordinate without a formula keeps its name.
 
-    `places` of the independent deviations. A coordinate of a state that was `found` is looked for as a round number or
-    part of a turn, and then as a root of what balances.
+    `places` of the independent deviations. A coordinate of a state that was `found`, or that closes a declared one as
+    where curves touch, is tried as a round number or part of a turn; of a found state then as a root of its balances.
     """
     if not found:
-        return _with_round_numbers(mechanism, begin, declared_state(mechanism, begin))
+        given = declared_state(mechanism, begin)
+        pairs = list(zip(mechanism.coordinates, begin.q, strict=True))
+        rounded = {c.name: _round(x) for c, x in pairs if symbol(c.name) in given.letters}
+        kept = {name: node for name, node in rounded.items() if node is not None}
+        if not kept:
+            return given
+        exactly = tuple(round(2.0 * x / math.pi) * math.pi / 2 if c.name in kept else x for c, x in pairs)
+        return declared_state(_with_initial(mechanism, kept), replace(begin, q=exactly))
     tried = _Balance(_at_rest(mechanism, begin), begin, tuple(places))
     given = tried.state()
     for _ in range(_MOST_TRIED):
@@ -228,7 +229,7 @@ def formulas_of(mechanism: Mechanism, begin: Start, *, found: bool, places: Sequ
 
 
 def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
-    """Return the mechanism with speeds that vanish declared to, and coordinates that are round numbers as these."""
+    """Return the mechanism with vanishing speeds declared as zero, and coordinates near round numbers as these."""
     speeds = tuple(
         replace(speed, initial=ZERO) if x == 0.0 else speed
         for speed, x in zip(mechanism.speeds, begin.u, strict=True)
@@ -239,18 +240,6 @@ def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
             formulas |= {mechanism.coordinates[k].name: as_node(round(begin.q[k])) for k in places}
     kept = {name: node for name, node in formulas.items() if node is not None}
     return _with_initial(replace(mechanism, speeds=speeds), kept)
-
-
-def _with_round_numbers(mechanism: Mechanism, begin: Start, given: SymbolicState) -> SymbolicState:
-    """Return a declared state with round numbers for coordinates that were found to close it, as where curves touch."""
-    pairs = zip(mechanism.coordinates, begin.q, strict=True)
-    rounded = {c.name: _round(x) for c, x in pairs if symbol(c.name) in given.letters}
-    kept = {name: node for name, node in rounded.items() if node is not None}
-    if not kept:
-        return given
-    pairs = zip(mechanism.coordinates, begin.q, strict=True)
-    exactly = tuple(round(2.0 * x / math.pi) * math.pi / 2 if c.name in kept else x for c, x in pairs)
-    return declared_state(_with_initial(mechanism, kept), replace(begin, q=exactly))
 
 
 def _round(x: float) -> Node | None:
@@ -270,22 +259,18 @@ def _with_initial(mechanism: Mechanism, formulas: Mapping[str, Node]) -> Mechani
 
 @dataclass(frozen=True)
 class _Balance:
-    """What balances at a state that was found, from which formulas for its coordinates follow."""
+    """The balances at a state that was found, from which formulas for its coordinates follow."""
 
     mechanism: Mechanism
     begin: Start
     places: tuple[int, ...]
 
     def state(self) -> SymbolicState:
-        return declared_state(self.mechanism, replace(self.begin, q=self._exactly(), assembled=self._assembled()))
-
-    def _assembled(self) -> tuple[str, ...]:
-        return self.begin.assembled if self.mechanism.rows else ()
-
-    def _exactly(self) -> tuple[float, ...]:
-        """Return coordinates with round numbers for what the search came near to."""
+        """Return the state in symbols, coordinates near round numbers taken as these."""
         pairs = ((x, _round(x)) for x in self.begin.q)
-        return tuple(x if node is None else round(2.0 * x / math.pi) * math.pi / 2 for x, node in pairs)
+        q = tuple(x if node is None else round(2.0 * x / math.pi) * math.pi / 2 for x, node in pairs)
+        assembled = self.begin.assembled if self.mechanism.rows else ()
+        return declared_state(self.mechanism, replace(self.begin, q=q, assembled=assembled))
 
     def formulas(self, given: SymbolicState) -> Iterator[dict[str, Node]]:
         """Yield formulas for coordinates without one, in parameters, each with those that go with it."""
@@ -387,7 +372,7 @@ class _Balance:
         return as_node(evaluate([node], lambda leaf: names.get(leaf, leaf))[0])
 
     def _left(self, given: SymbolicState, field: Field | None = None) -> list[Quotient]:
-        """Return what vanishes: forces along independent deviations, those of constraints eliminated."""
+        """Return the forces along independent deviations, those of constraints eliminated, which vanish."""
         field = field or Field(_WORK)
         known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
         matrix, right = linear_equations(motion_of(self.mechanism, given.state))

@@ -371,7 +371,7 @@ class AskedModes:
     @cached_property
     def modes(self) -> Modes:
         """The small motions. Raises NoSolutionError where there are none."""
-        return SmallMotion.of(self.system).told()
+        return SmallMotion.of(self.system).as_modes()
 
     def value(self, leaf: Node) -> Value:
         """Return the frequency or period that a quantity asks for. Raises NoSolutionError without such a mode."""
