@@ -304,29 +304,22 @@ def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
     return [Hint(f"{told}; give it one, such as inertia: {{Izz: m*l^2/12}}, or a shape", "bodies", name)]
 
 
-def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
-    """Return that gravity does not turn with ground, where ground turns about another direction than gravity's."""
-    gravity = np.array(state.values(resolved.gravity), dtype=float)
-    for body in resolved.bodies:
-        if body.joint_name != GROUND or not gravity.any():
-            continue
-        steps = [(s, g) for s, g in zip(body.steps, body.given, strict=True) if s.turns and g is not None]
-        moves = any(given[1] is not ZERO for _, given in steps)
-        axes = [np.array(state.values(axis), dtype=float) for step, _ in steps for axis in step.turns]
-        if moves and any(np.abs(np.cross(axis, gravity)).max() > NEGLIGIBLE * np.abs(gravity).max() for axis in axes):
-            return ["ground turns, and gravity does not turn with it: it keeps its direction among the stars, and seen "
-                    "from ground it turns the other way"]
-    return []
-
-
 def _mechanism_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
     """Return what the mechanism and its start suggest was not meant."""
-    state, base = states[0], resolved.relative or resolved
+    state, base, hints = states[0], resolved.relative or resolved, list[str]()
 
     def at_start(name: str) -> Floats:
         return np.array(state.values([resolved.symbols[symbol(name)]]), dtype=float)
 
-    hints = _gravity_hint(resolved, state)
+    gravity = np.array(state.values(resolved.gravity), dtype=float)
+    grounds = [body for body in resolved.bodies if body.joint_name == GROUND]
+    for body in grounds if gravity.any() else ():
+        steps = [(s, g) for s, g in zip(body.steps, body.given, strict=True) if s.turns and g is not None]
+        moves = any(given[1] is not ZERO for _, given in steps)
+        axes = [np.array(state.values(axis), dtype=float) for step, _ in steps for axis in step.turns]
+        if moves and any(np.abs(np.cross(axis, gravity)).max() > NEGLIGIBLE * np.abs(gravity).max() for axis in axes):
+            hints = ["ground turns, and gravity does not turn with it: it keeps its direction among the stars, and "
+                     "seen from ground it turns the other way"]
     hints += [
         f"body {name} has a negative mass: it counts as a hole, taken out of {of}"
         for name, of in holes(base, parameter_values(base, {}))

@@ -92,32 +92,27 @@ def _whole_slope(argument: Node, angle: Node) -> Degree:
     """Return |k| of k angle + constant with a whole number k; None where the argument has another form."""
     slopes: dict[Node, float | None] = {}
     for n in postorder([argument]):
-        parts = [slopes[a] for a in n.args]
+        parts, constants = [slopes[a] for a in n.args], [a.shadow for a in n.args]
+        slope: float | None = None
         if n is angle:
-            slopes[n] = 1
+            slope = 1
         elif all(part == 0 for part in parts):
-            slopes[n] = 0
-        elif None in parts:
-            slopes[n] = None
-        else:
-            slopes[n] = _slope(n, [x or 0 for x in parts])
+            slope = 0
+        elif None not in parts:
+            known = [part or 0 for part in parts]
+            if n.op == "add":
+                slope = sum(known)
+            elif n.op == "neg":
+                slope = -known[0]
+            elif n.op == "mul" and known[0] == 0 and constants[0] is not None:
+                slope = known[1] * constants[0]
+            elif n.op == "mul" and known[1] == 0 and constants[1] is not None:
+                slope = known[0] * constants[1]
+            elif n.op == "div" and constants[1]:
+                slope = known[0] / constants[1]
+        slopes[n] = slope
     slope = slopes[argument]
     return abs(int(slope)) if slope is not None and slope == int(slope) else None
-
-
-def _slope(n: Node, slopes: Sequence[float]) -> float | None:
-    if n.op == "add":
-        return sum(slopes)
-    if n.op == "neg":
-        return -slopes[0]
-    constants = [a.shadow for a in n.args]
-    if n.op == "mul" and slopes[0] == 0 and constants[0] is not None:
-        return slopes[1] * constants[0]
-    if n.op == "mul" and slopes[1] == 0 and constants[1] is not None:
-        return slopes[0] * constants[1]
-    if n.op == "div" and constants[1]:
-        return slopes[0] / constants[1]
-    return None
 
 
 # --- whether the positions of equilibrium that were found are all ----------------------------------------------------

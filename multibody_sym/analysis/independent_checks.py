@@ -19,7 +19,7 @@ from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.dynamics.theorems.balance import INTEGRAL, NEGLIGIBLE, THEOREMS
 from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.mechanics.energy import kinetic_energy
-from multibody_sym.mechanics.forces import apart, applied_forces, span
+from multibody_sym.mechanics.forces import AppliedForces, apart, applied_forces, span
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
@@ -301,9 +301,15 @@ def _inertia_force(
 def _generalized_loads(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:
     """Return Q and its absolute contributions: each load's on each body, each weight, each drive."""
     total, absolute = np.zeros(len(motion.state.u)), np.zeros(len(motion.state.u))
-    loads = motion.mechanism.loads
-    acting = [(applied_forces(motion, [x], weight=False), _cancelled(motion, x), _levers(motion, x)) for x in loads]
-    for forces, larger, levers in [*acting, (applied_forces(motion, []), 1.0, {})]:
+    acting: list[tuple[AppliedForces, float, dict[int, float]]] = []
+    for load in motion.mechanism.loads:
+        # where a load has no moment about a body's origin, that is a difference of terms as long as its distance
+        levers: dict[int, float] = {}
+        for marker in load.points:
+            distance = hypot(*pose(motion.state, marker.pose)[1])
+            levers[marker.body] = max(levers.get(marker.body, 0.0), distance)
+        acting.append((applied_forces(motion, [load], weight=False), _cancelled(motion, load), levers))
+    for forces, larger, levers in (*acting, (applied_forces(motion, []), 1.0, {})):
         drives = np.array(forces.of_speed, dtype=float)
         total, absolute = total + drives, absolute + larger * np.abs(drives)
         acted_on = [k for k, wrench in enumerate(forces.of_body) if wrench != NO_WRENCH]
@@ -313,15 +319,6 @@ def _generalized_loads(motion: Motion, partials: Sequence[Partials]) -> tuple[Fl
             part = body.sizes(pressed, max(float(np.linalg.norm(moment)), levers.get(k, 0.0) * pressed))
             total, absolute = total + body.force(force, moment)[0], absolute + larger * part
     return total, absolute
-
-
-def _levers(motion: Motion, load: Load) -> dict[int, float]:
-    """Return the distance of a load from each body's origin, where a vanishing moment is a difference of terms."""
-    found: dict[int, float] = {}
-    for marker in load.points:
-        lever = hypot(*pose(motion.state, marker.pose)[1])
-        found[marker.body] = max(found.get(marker.body, 0.0), lever)
-    return found
 
 
 def _cancelled(motion: Motion, load: Load) -> float:
@@ -418,23 +415,19 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     sizes = np.abs(jacobian * scale).sum(axis=1)
     natural = np.maximum(reference.exerted * scale.max(initial=0.0), sizes.max(initial=0.0))
     sizes = np.where(sizes <= ROUNDING * natural, natural, sizes)
-    terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ _rounded_accelerations(reference, scale)
+    # the largest udot (n) that terms of one row's gamma demand alone, which bounds its rounding
+    weighted = np.abs(jacobian) * scale * scale
+    squares = (weighted * np.abs(jacobian)).sum(axis=1)
+    there = squares > ROUNDING**2 * squares.max(initial=0.0)
+    demanded = np.divide(reference.absolute_constraint_forcing, squares, out=np.zeros(len(squares)), where=there)
+    rounded = (weighted * demanded[:, None]).max(axis=0, initial=0.0)
+    terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ rounded
     least = max(size, math.sqrt(EPSILON) * forces)
     defined = reference.coupling @ multiplier
     terms = terms + np.abs(reference.coupling) @ np.abs(multiplier)
     missed = np.abs(jacobian @ x + defined - reference.constraint_forcing)
     ratios += map(_quotient, missed.tolist(), (sizes * least + terms).tolist())
     return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
-
-
-def _rounded_accelerations(reference: Reference, scale: Floats) -> Floats:
-    """Return the largest udot (n) that terms of one row's gamma demand alone, which bounds its rounding."""
-    weighted = np.abs(reference.constraint_jacobian) * scale * scale
-    squares = (weighted * np.abs(reference.constraint_jacobian)).sum(axis=1)
-    there = squares > ROUNDING**2 * squares.max(initial=0.0)
-    asked = np.divide(reference.absolute_constraint_forcing, squares, out=np.zeros(len(squares)), where=there)
-    found: Floats = (weighted * asked[:, None]).max(axis=0, initial=0.0)
-    return found
 
 
 def _norm(x: Floats) -> float:

@@ -555,7 +555,6 @@ class _SymbolicStart:
             return
         self.u = [(closed or {}).get(k, node) for k, node in enumerate(self.u)]
 
-
     def _solved(
         self, rows: Sequence[RowMotion], missed: Sequence[Node], unknown: dict[int, int], values: Collection[float]
     ) -> dict[int, Node] | None:

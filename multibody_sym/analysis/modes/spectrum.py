@@ -75,7 +75,14 @@ def spectrum(given: Matrices) -> Spectrum:
         if len(powers) > 1:
             kept.append((tuple(powers), times))
             roots += list(_roots(powers, times))
-            signs += [] if powers[0].is_zero else _signs(powers, definite=definite)
+            if powers[0].is_zero:
+                continue
+            for e in range(1, len(powers)):  # all roots of the factor are positive
+                ratio = powers[len(powers) - 1 - e] / powers[-1]
+                signs.append(Condition(-ratio if e % 2 else ratio, strict=True))
+            if not definite and len(powers) == _QUADRATIC + 1:  # and real, as they are anyway with a definite M
+                c, b, a = powers
+                signs.append(Condition(b * b - 4 * (a * c), strict=True, under_root=True))
     roots.sort(key=lambda root: (PRECISE.re(root.value), PRECISE.im(root.value)))
     return Spectrum(tuple(roots), tuple(kept), tuple(signs))
 
@@ -137,16 +144,6 @@ def coefficients(field: Field, p: Poly, k: int) -> list[Quotient]:
     return [field.whole(field.ring.from_dict(parts.get(e, {}))) for e in range(max(parts, default=0) + 1)]
 
 
-def _signs(powers: Sequence[Quotient], *, definite: bool) -> Iterator[Condition]:
-    """Yield the conditions under which all roots of a factor are positive; with a `definite` M they are real anyway."""
-    for k in range(1, len(powers)):
-        ratio = powers[len(powers) - 1 - k] / powers[-1]
-        yield Condition(-ratio if k % 2 else ratio, strict=True)
-    if not definite and len(powers) == _QUADRATIC + 1:
-        c, b, a = powers
-        yield Condition(b * b - 4 * (a * c), strict=True, under_root=True)
-
-
 # --- roots -----------------------------------------------------------------------------------------------------------
 
 
@@ -156,7 +153,7 @@ def _roots(powers: Sequence[Quotient], times: int) -> Iterator[Root]:
     if len(samples) > 2:
         values = list(PRECISE.polyroots(samples, maxsteps=400, extraprec=400))
     try:
-        found = list(_closed_roots(powers))
+        found: list[Quotient | Node] = list(_closed_roots(powers))
     except NoClosedFormError:
         found = []
     left = list(values)

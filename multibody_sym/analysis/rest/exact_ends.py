@@ -109,7 +109,6 @@ class ExactEnd:
             found = self._equations(field, known, balance, equal)
             yield from (equation for equation in found if symbol(self.name) in equation.symbols)
 
-
     @cached_property
     def _balance(self) -> tuple[SymbolicState, Balance]:
         """The state over Nodes at the end, at rest, and the conditions there."""
@@ -133,7 +132,6 @@ class ExactEnd:
                 for name in ("equal", "limits")
             },
         )
-
 
     def _equations(
         self, field: Field, known: dict[Node, Quotient], balance: Balance, equal: Sequence[int]
