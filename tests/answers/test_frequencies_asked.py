@@ -34,6 +34,11 @@ def test_they_stand_in_expressions_and_other_answers() -> None:
     assert answers["f"].expression is not None
 
 
+def test_an_extreme_that_names_a_frequency_has_the_unit_of_its_expression() -> None:
+    answers = asked("two_free_masses", "top: {max: frequency(1)*x1}", "least: {min: period(1)*x1}").answers
+    assert [answers[name].unit for name in ("top", "least")] == ["m/s", "m*s"]
+
+
 def test_a_value_is_found_for_which_a_period_is_wanted() -> None:
     """2 pi sqrt(l/g) = 2 s: the seconds pendulum."""
     answers = asked("simple_pendulum", "T: period(1)", "l2: {find: l, so: T == 2, between: [0.1, 10]}").answers

@@ -165,7 +165,8 @@ class _Motion:
         return found
 
     def _unit_asked(self, question: Ask) -> str:
-        return self._unit_of(question.value) if question.value is not None else _unit(question)
+        asked = next((x for x in (question.value, question.max, question.min) if x is not None), None)
+        return _unit(question) if asked is None else self._unit_of(asked)
 
     @cached_property
     def modes(self) -> AskedModes:
