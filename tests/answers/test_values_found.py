@@ -190,6 +190,12 @@ ask: {km: {find: k, so: frequency(1) == 3}, mt: {find: m, so: period(1) == 2*pi}
 )
 
 
+def test_an_equation_that_names_a_formula_of_time_has_no_root():
+    solution = mbs.solve(mbs.loads(SPRING + "motion: {formula: y}, K: {find: k, so: motion == 0}}"))
+    assert solution.answers["K"].value is None
+    assert "K: it hangs on an answer that has no value" in solution.conditions
+
+
 def test_a_value_is_found_for_which_a_frequency_is_another() -> None:
     """An equation that names a frequency itself has the root that one has which names its answer: k = 9 m, m = k."""
     found = mbs.solve(mbs.loads(OSCILLATOR)).answers

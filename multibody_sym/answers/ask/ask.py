@@ -188,6 +188,9 @@ class _Motion:
         """Return the value for which an equation between answers holds."""
         assert question.so is not None
         asked = named_by(question, self.solved.system.ask, self.solved.mechanism.symbols)
+        if any(self.solved.system.ask[x].formula is not None for x in asked):
+            self.remarks.append(f"{name}: it hangs on an answer that has no value")
+            return Value(None)
         extremes = {key: self._extreme(name, each) for key, each in extremes_of(question.so).items()}
         known = {**{x: answers[x] for x in asked}, **extremes}
         value, remarks = Search(self.solved, question, known, _answers_of).found()
