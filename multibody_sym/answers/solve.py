@@ -151,9 +151,9 @@ def _answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     """Return the answers to what is asked of the motion, which brings runs and all that they take, and remarks."""
     if not solved.system.ask:
         return {}, []
-    from multibody_sym.answers.ask.ask import answered
+    from multibody_sym.answers.ask.ask import answers_of
 
-    return answered(solved)
+    return answers_of(solved)
 
 
 def _with_shared_roots(solved: Solved, found: Solution) -> Solution:

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.ask.find import zeros
+from multibody_sym.answers.ask.zeros import zeros
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 

@@ -7,7 +7,7 @@ from math import acos, asin, atan, cos, cosh, log, pi, sin, sqrt, tan
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.ask.find import zeros
+from multibody_sym.answers.ask.zeros import zeros
 
 HEAD = """
 multibody_sym: 1

@@ -26,7 +26,6 @@ from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, any
 from multibody_sym.answers.instant.instant import Solved
 from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
-from multibody_sym.model.states import VERBS, WAYS
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -35,7 +34,6 @@ from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import (
     ONE,
-    PI,
     TWO,
     ZERO,
     Node,
@@ -482,7 +480,7 @@ class WithTime:
 # ----------------------------------------------------------------------------------------------------------------------
 
 _LOOKS: Final = 41
-_FITS: Final = 1e-7
+FITS: Final = 1e-7
 """To which part of the largest value a formula is what a run shows."""
 _SIGNS: Final = 101
 _NO_SPEED: Final = 1e-9
@@ -649,49 +647,13 @@ def least_conditions(positive: Sequence[Quotient]) -> list[Condition]:
         return conditions
 
 
-def held_until(motion: Simulated) -> str:
-    """Return until when formulas of time are those of a motion in which states may change, as a run shows it."""
-    run = motion.whole
-    if not run.changes:
-        return f"of the motion without a change of state, of which there is none until t = {run.t_final:.6g} s"
-    first = float(run.changes[0]["t"])
-    begun = dict.fromkeys(_begun(each["element"], each["kind"]) for each in run.changes if float(each["t"]) == first)
-    return f"of the motion until the first change of state: {', '.join(begun)} at t = {first:.6g} s"
-
-
-def _begun(element: str, kind: str) -> str:
-    """Return what an element begins to do, for people."""
-    verb = min((verb for verb, words in VERBS.items() if kind in words), key=lambda x: len(VERBS[x]), default=kind)
-    return f"{element} {verb} {WAYS.get(kind[-1], '')}".rstrip()
-
-
-def formula_of_period(solved: Solved, coordinate: str, number: float) -> Node | None:
-    """Return 2 pi/sqrt(-A) for a coordinate with q'' = A q + c, where it has the number's value; else None."""
-    names = [c.name for c in solved.mechanism.coordinates]
-    there = anywhere(solved, solved.begin.q, solved.begin.u) if coordinate in names else None
-    if there is None or len(names) != len(solved.mechanism.speeds):
-        return None
-    q, acceleration = symbol(coordinate), there.forms.udot[names.index(coordinate)]
-    if acceleration.symbols & (there.variables - {q}):
-        return None
-    try:
-        slope = rate(acceleration, q)
-        if slope.symbols & there.variables or slope.is_zero or sign(slope) > 0:
-            return None
-        formula = multiply(multiply(TWO, PI), BUILD["sqrt"](Granted().written(-slope.power(-1))))
-        near = abs(evaluate_float([formula], solved.sample)[0] - number) <= _FITS * number
-    except (NoClosedFormError, ExpressionError, *UNDEFINED):
-        return None
-    return formula if near else None
-
-
 def _fits(formula: Node, sample: Mapping[Node, float], t: Floats, shown: Floats) -> bool:
     """Return whether a formula has the values of a run."""
     try:
         told = [evaluate_float([formula], {**sample, TIME: float(x)})[0] for x in t]
     except (ExpressionError, *UNDEFINED):
         return False
-    return bool(np.abs(np.array(told) - shown).max() <= _FITS * max(1e-300, float(np.abs(shown).max())))
+    return bool(np.abs(np.array(told) - shown).max() <= FITS * max(1e-300, float(np.abs(shown).max())))
 
 
 def _course(

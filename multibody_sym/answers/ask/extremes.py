@@ -1,31 +1,39 @@
-"""The largest and least value of an expression over a motion, and when it is reached."""
+"""`ask: {max: y}`: the largest or least value of an expression over a motion, and when it is reached."""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.ask.from_runs import ASKED, Simulated
+from multibody_sym.answers.ask.later_formulas import Course
+from multibody_sym.answers.ask.question import ROUNDING, AskedMotion, LaterQuestion, NeverError, RunNumbers
+from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
+from multibody_sym.model.states import Moment
 from multibody_sym.motion.prepare.records import Part
 from multibody_sym.motion.prepare.run_labels import Alone, Told
 from multibody_sym.motion.results.integrals import Adding, FineLeg, told
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves, postorder, table
 from multibody_sym.scalars.node import Node, negate, slot
 from multibody_sym.scalars.sign_changes import is_condition, known_zeros, switching_functions
 from multibody_sym.scalars.tabulated import Tabulated
+from multibody_sym.text.parser import of_run
+from multibody_sym.text.values import Value
 
 # ----------------------------------------------------------------------------------------------------------------------
 # When speeds, forces, inputs or an asked expression bend or jump along a run: it may have its extreme there.
@@ -192,16 +200,6 @@ _MOST_UNSURE: Final = 20
 _EXACTLY: Final = 3
 """So many of the likely times are compared by runs that end there."""
 _UNTIL: Final = "until"
-_LEFT_OUT: Final = "it has no value at some of the time, which is left out"
-
-
-@dataclass(frozen=True)
-class Extreme:
-    """An extreme value and the time at which it is reached, first if more than once; `told`: what it rests on."""
-
-    value: float
-    t: float
-    told: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -222,35 +220,93 @@ class _Place:
         return self.value + self.unsure
 
 
-def extreme(motion: Simulated, question: Ask) -> Extreme | None:
-    """Return the extreme of a question, from its `after` to its `until` or the end of the run; None if that is before.
+@dataclass(frozen=True)
+class ExtremeQuestion(LaterQuestion):
+    """The largest or the least value of an expression, from `after` (None: the start) to `until` (None: the end)."""
 
-    The samples tell where to look, a polynomial through those near by when, and the run to that time how much.
-    """
-    largest = question.max is not None
-    run, is_cut_off = _searched(motion, question)
-    begin = 0.0 if question.after is None else motion.number(question.after)
-    y = run[ASKED]
-    inside = (run.t >= begin) & np.isfinite(y)
-    if not inside.any():
-        return None
-    rounding, changes = motion.rtol * float(np.ptp(y[inside])), bends(run)
-    likely = _likely(run, y, inside, begin, list(changes))
-    found = _first(likely, _Reached(run, changes, rounding), rounding)
-    told = _cut_off(run, found.t, "largest" if largest else "least") if is_cut_off else ()
-    told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
-    return Extreme(found.value if largest else 0.0 - found.value, found.t, told)
+    expression: Node
+    is_largest: bool
+    after: Node | None
+    until: Node | Moment | None
 
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        if ask.max is not None:
+            return cls(ask.max, True, ask.after, ask.until)
+        return None if ask.min is None else cls(ask.min, False, ask.after, ask.until)
 
-def size(motion: Simulated, question: Ask) -> float:
-    """Return the largest absolute value in the run that is searched for an extreme."""
-    y = _searched(motion, question)[0][ASKED]
-    return float(np.abs(y[np.isfinite(y)]).max(initial=0.0))
+    def unit(self, motion: AskedMotion) -> str:
+        return motion.unit_of(self.expression)
 
+    def number(self, numbers: RunNumbers) -> Value:
+        """Return the value and the time at which it is reached, first if more than once.
 
-def _searched(motion: Simulated, question: Ask) -> tuple[Trajectory, bool]:
-    """Return the run that is searched for what is to be largest, and whether nothing but its time ends that."""
-    return _run(motion, question.max if question.max is not None else negate(_given(question.min)), question)
+        The samples tell where to look, a polynomial through those near by when, and the run to that time how much.
+        """
+        motion = numbers.motion
+        run, is_cut_off = self._run(motion)
+        begin = 0.0 if self.after is None else motion.number(self.after)
+        y = run[ASKED]
+        inside = (run.t >= begin) & np.isfinite(y)
+        if not inside.any():
+            raise NeverError("the motion ends before the time after which it is asked, or there is no value")
+        rounding, changes = motion.rtol * float(np.ptp(y[inside])), bends(run)
+        likely = _likely(run, y, inside, begin, list(changes))
+        t, value = _first(likely, _Reached(run, changes, rounding), rounding)
+        if is_cut_off and t >= float(run.t[-1]):
+            which, more = ("largest", "larger") if self.is_largest else ("least", "smaller")
+            end = f"the {which} value is that at the end of the run, t_end = {run.t_final:.6g} s"
+            numbers.notes.append(f"{end}: a longer one (simulation: t_end) may show a {more} one")
+        if not np.isfinite(y[run.t >= begin]).all():
+            numbers.notes.append("it has no value at some of the time, which is left out")
+        return Value(value if self.is_largest else 0.0 - value, t=t)
+
+    def rounding(self, numbers: RunNumbers) -> float:
+        y = self._run(numbers.motion)[0][ASKED]
+        return ROUNDING * float(np.abs(y[np.isfinite(y)]).max(initial=0.0))
+
+    def _run(self, motion: Simulated) -> tuple[Trajectory, bool]:
+        """Return the run that is searched for what is to be largest, and whether nothing but its time ends it."""
+        asked, until = self.expression if self.is_largest else negate(self.expression), self.until
+        if isinstance(until, Node) and not is_condition(until):
+            return motion.along(asked, motion.number(until)), False
+        if until is None or isinstance(until, Node):
+            run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: until}))
+            return run, run.stop is None
+        time = motion.moment(until) or None  # a state that is there from the start ends nothing
+        return motion.along(asked, time), time is None
+
+    def time(self, _numbers: RunNumbers, number: Value) -> float:
+        assert number.t is not None
+        return number.t
+
+    # --- in closed form -------------------------------------------------------------------------------------------
+
+    def start_value(self) -> Node:
+        return self.expression
+
+    def is_of_run(self) -> bool:
+        return of_run(self.expression)
+
+    def formula(self, course: Course, time: float) -> Quotient:
+        along = course.along(self.expression)
+        return course.value(along, self._place(course, along, time))
+
+    def _place(self, course: Course, along: Node, time: float) -> Node:
+        """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
+        until = self.until
+        end = until if isinstance(until, Node) and not is_condition(until) else None
+        for given in (self.after, end):
+            if given is not None and abs(course.there.solved.number(given) - time) <= AGREEMENT * time:
+                return course.place_after(given)
+        if course.turning is not None:
+            return course.place(course.turning)
+        try:
+            return course.place(derivative(along, course.variable))
+        except NoClosedFormError:
+            if until is None or end is not None:
+                raise  # an end that is a time is none at which the extreme is, as it was compared before
+            return course.place_when(until)
 
 
 class _Reached:
@@ -282,8 +338,8 @@ class _Reached:
         return t, max(at, beside) if abs(at - beside) <= _SAME * self._rounding else beside
 
 
-def _first(likely: list[_Place], reached: _Reached, rounding: float) -> Extreme:
-    """Return the largest value, and the first of the `likely` times that have it.
+def _first(likely: list[_Place], reached: _Reached, rounding: float) -> tuple[float, float]:
+    """Return the first of the `likely` times that have the largest value, and this value.
 
     Where a mode ends a run is a little beyond what ends it: of values that differ by no more than `rounding` those
     within a mode count before those with which one begins, and these before those with which one ends.
@@ -292,43 +348,13 @@ def _first(likely: list[_Place], reached: _Reached, rounding: float) -> Extreme:
     best += [*sorted(likely, key=lambda each: -each.most)[:_EXACTLY], likely[-1]]
     largest = max(reached(place)[1] for place in best)
     alike = [place for place in best if reached(place)[1] >= largest - rounding]
-    clear = max(alike, key=lambda place: (_clearness(place, reached.states), reached(place)[1]))
-    value = reached(clear)[1]
+    clearness = {place: 2 if place.t not in reached.states else max(place.side, 0) for place in alike}
+    value = reached(max(alike, key=lambda place: (clearness[place], reached(place)[1])))[1]
     for place in likely:
         t, here = reached(place)
         if here >= largest - _SAME * rounding:
-            return Extreme(here if here > largest else value, t)
+            return t, here if here > largest else value
     raise AssertionError("one of the best is among them")
-
-
-def _clearness(place: _Place, states: Collection[float]) -> int:
-    return 2 if place.t not in states else max(place.side, 0)
-
-
-def _cut_off(run: Trajectory, time: float, which: str) -> tuple[str, ...]:
-    """Return what is to be said of an extreme at the end of a run that nothing ended but its time."""
-    if time < float(run.t[-1]):
-        return ()
-    more = "larger" if which == "largest" else "smaller"
-    end = f"the {which} value is that at the end of the run, t_end = {run.t_final:.6g} s"
-    return (f"{end}: a longer one (simulation: t_end) may show a {more} one",)
-
-
-def _given(node: Node | None) -> Node:
-    assert node is not None
-    return node
-
-
-def _run(motion: Simulated, asked: Node, question: Ask) -> tuple[Trajectory, bool]:
-    """Return the run that is searched, and whether nothing but its time ends it."""
-    until = question.until
-    if isinstance(until, Node) and not is_condition(until):
-        return motion.along(asked, motion.number(until)), False
-    if until is None or isinstance(until, Node):
-        run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: until}))
-        return run, run.stop is None
-    time = motion.moment(until) or None  # a state that is there from the start ends nothing
-    return motion.along(asked, time), time is None
 
 
 def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float, changes: list[float]) -> list[_Place]:

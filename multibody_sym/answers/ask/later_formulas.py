@@ -14,27 +14,22 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, reduce
-from typing import Final, NoReturn
-
-import numpy as np
+from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import surely_positive
 from multibody_sym.algebra.quotient_functions import doubled, exact
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored, why_none
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import InTime, least_conditions
-from multibody_sym.answers.ask.from_runs import Simulated
-from multibody_sym.answers.ask.linear_systems import Courses, shortest_course
-from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, anywhere, put_in
-from multibody_sym.answers.instant.instant import AGREEMENT, Solved
+from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, put_in
+from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.fields import AXES
-from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import VERBS, Moment, StateCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
@@ -56,14 +51,12 @@ from multibody_sym.scalars.node import (
     symbol,
 )
 from multibody_sym.scalars.sign_changes import is_condition, switching_function
-from multibody_sym.text.parser import of_run
-from multibody_sym.text.printer import text
-from multibody_sym.text.values import Value
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Coordinates and speeds as formulas of one variable, and where on such a course something happens.
 
 
+NO_TIME: Final = "the time has no formula"
 _POLISHED: Final = 4
 _ZERO: Final = 1e-14
 _NEAR: Final = 1e-6
@@ -125,6 +118,32 @@ class Course:
             if abs(evaluate_float([root], solved.sample)[0] - at) <= AGREEMENT * max(1.0, abs(at)):
                 return root
         raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
+
+    def place_after(self, time: Node) -> Node:
+        """Return the variable's value after a time. Raises NoClosedFormError."""
+        if self.variable is not TIME:
+            raise NoClosedFormError(NO_TIME)
+        return time
+
+    def place_when(self, moment: Moment) -> Node:
+        """Return the variable's value at a moment. Raises NoClosedFormError."""
+        if isinstance(moment, Mapping):
+            ((coordinate, value),) = moment.items()
+            zero = subtract(symbol(coordinate), value)
+            return value if self.variable is symbol(coordinate) else self.place(self.along(zero))
+        for vanishing in self._boundaries(moment):
+            try:
+                return self.place(self.put_in(vanishing))
+            except NoClosedFormError:
+                continue
+        raise NoClosedFormError("the moment has no formula")
+
+    def _boundaries(self, moment: Node | StateCondition) -> Iterator[Quotient]:
+        """Yield what vanishes when a condition becomes true, or a state begins. Raises NoClosedFormError."""
+        if isinstance(moment, StateCondition):
+            yield from self.there.forms.of(begins_where(ActingForces.at(self.there.instant), moment))
+        else:
+            yield from map(self.there.of, boundaries(moment))
 
     def _polished(self, zero: Node) -> float:
         """Return the root near `at`, to rounding."""
@@ -316,179 +335,10 @@ class _Curve:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-
-_BESIDE: Final = 0.9
-"""The part of the time to a moment at which a state is regular in which the motion may turn there."""
-_TURNS: Final = 1e-7
-"""The part of its largest value below which a speed is zero."""
-FOUND: Final = 1e-8
-"""How near, relative to it, a closed form must come to a number of runs."""
-_LONGEST: Final = 400
-"""Letters of a formula that tells more than its number does."""
-_SHORT: Final = 60
-"""Letters of a formula for which it is looked for no shorter one."""
+# What is asked for, and what vanishes at a moment.
 
 
-@dataclass(frozen=True, eq=False)
-class LaterForms:
-    """Closed forms of answers that runs of a solved system gave; `told` collects what they take for granted."""
-
-    solved: Solved
-    motion: Simulated
-    courses: Courses
-    told: list[str] = field(default_factory=list)
-
-    def of(self, question: Ask, number: Value, time: float) -> Node | None:
-        """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
-        if number.value is None or self.motion.changes_before(time * (1.0 - FOUND)) is not None:
-            return None
-        if any(of_run(node) for node in (question.value, question.max, question.min) if node is not None):
-            return None
-        if time == 0.0 and number.t is not None:
-            return self._at_start(question)
-        shortest: tuple[Node, list[str]] | None = None
-        for course in self._courses(time):
-            try:
-                found = self._confirmed(self._closed(course, question, time), number.value)
-                found = self._shorter(found, course, question)
-            except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
-                self.solved.reasons.setdefault(why_none(reason))
-                continue
-            if found is not None and (shortest is None or len(text(found)) < len(text(shortest[0]))):
-                shortest = found, list(course.granted())
-            if shortest is not None and len(text(shortest[0])) <= _SHORT:
-                break
-        if shortest is None:
-            return None
-        if len(text(shortest[0])) > _LONGEST:
-            self.solved.reasons.setdefault("the closed form is too long")
-            return None
-        self.told.extend(shortest[1])
-        return shortest[0]
-
-    def _at_start(self, question: Ask) -> Node | None:
-        """Return the extreme that is the value at the start."""
-        asked = _asked(question)
-        assert asked is not None
-        return self.solved.values(self.solved.asked(asked), {})[""].expression
-
-    def _courses(self, time: float) -> Iterator[Course]:
-        """Yield the courses that are known, at a time."""
-        mechanism, run = self.solved.mechanism, self.motion.until(time)
-        q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
-        there = anywhere(self.solved, q, u)
-        if there is None:
-            return
-        if self.courses.alone or len(q) > 1:
-            yield Course(there, TIME, self.courses.of, time)
-        fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
-        u = [0.0 if abs(x) <= _TURNS * most else x for x, most in zip(u, fastest, strict=True)]
-        if len(q) == len(u) == 1:
-            course = course_of_energy(there, q[0], u[0])
-            if course is not None:
-                yield course
-        elif len(q) == len(u) and mechanism.rows:
-            place = int(_BESIDE * (len(run.t) - 1))
-            before = [[float(run[x.name][place]) for x in group] for group in (mechanism.coordinates, mechanism.speeds)]
-            yield from courses_on_curve(there, (q, u), (before[0], before[1]))
-
-    def _closed(self, course: Course, question: Ask, time: float) -> Quotient:
-        if question.of is not None and question.after is not None and question.along is not None:
-            return self._displacement(course, _component("position", question.of, question.along), question.after)
-        asked = _asked(question)
-        if question.max is not None or question.min is not None:
-            assert asked is not None
-            along = course.along(asked)
-            return course.value(along, self._extreme_place(course, question, along, time))
-        place = self._place(course, question.when if question.when is not None else question.at, question.after)
-        if asked is None:
-            return course.value(TIME, place) if course.variable is TIME else _no_time()
-        return course.value(course.along(asked), place)
-
-    def _shorter(self, found: Node | None, course: Course, question: Ask) -> Node | None:
-        """Return the formula of time, as a book writes it, with the time put in where that is shorter."""
-        asked, after = question.value, question.after
-        if found is None or len(text(found)) <= _SHORT or course.variable is not TIME:
-            return found
-        if asked is None or after is None or after.shadow is not None:
-            return found
-        letters, number = self.solved.symbolic.letters, evaluate_float([found], self.solved.sample)[0]
-        written = put_in(shortest_course(course.along(asked), letters, TIME), {TIME: after})
-        near = abs(evaluate_float([written], self.solved.sample)[0] - number) <= AGREEMENT * abs(number)
-        return written if near and len(text(written)) < len(text(found)) else found
-
-    def _displacement(self, course: Course, component: Node, time: Node) -> Quotient:
-        along = course.along(component)
-        moved = subtract(along, put_in(along, {course.variable: ZERO}))
-        return course.value(moved, self._place(course, None, time))
-
-    def _place(self, course: Course, moment: Moment | None, time: Node | None) -> Node:
-        """Return the value of the variable at a moment, or a time."""
-        if time is not None:
-            return time if course.variable is TIME else _no_time()
-        if isinstance(moment, Mapping):
-            ((coordinate, value),) = moment.items()
-            zero = subtract(symbol(coordinate), value)
-            return value if course.variable is symbol(coordinate) else course.place(course.along(zero))
-        for vanishing in self._boundaries(course.there, moment):
-            try:
-                return course.place(course.put_in(vanishing))
-            except NoClosedFormError:
-                continue
-        raise NoClosedFormError("the moment has no formula")
-
-    @staticmethod
-    def _boundaries(there: Anywhere, moment: Moment | None) -> Iterator[Quotient]:
-        """Yield what vanishes when a condition becomes true, or a state begins. Raises NoClosedFormError."""
-        if isinstance(moment, StateCondition):
-            yield from there.forms.of(begins_where(ActingForces.at(there.instant), moment))
-        elif isinstance(moment, Node):
-            yield from map(there.of, boundaries(moment))
-
-    def _extreme_place(self, course: Course, question: Ask, along: Node, time: float) -> Node:
-        """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
-        ends = [x for x in (question.after, question.until) if x is not None]
-        for end in ends:
-            timed = isinstance(end, Node) and not is_condition(end)
-            if isinstance(end, Node) and timed and abs(self.solved.number(end) - time) <= AGREEMENT * time:
-                return self._place(course, None, end)
-        if course.turning is not None:
-            return course.place(course.turning)
-        try:
-            return course.place(derivative(along, course.variable))
-        except NoClosedFormError:
-            if question.until is None or (isinstance(question.until, Node) and not is_condition(question.until)):
-                raise  # an end that is a time is none at which the extreme is, as it was compared before
-            return self._place(course, question.until, None)
-
-    def _confirmed(self, closed: Quotient, number: float) -> Node | None:
-        """Return a closed form as an expression where it is the number that was found, else None."""
-        if abs(float(closed.sample) - number) > FOUND * abs(number):
-            return None
-        value = self.solved.value_of(closed)
-        return None if value is None else value.expression
-
-
-def _no_time() -> NoReturn:
-    raise NoClosedFormError("the time has no formula")
-
-
-def _asked(question: Ask) -> Node | None:
-    """Return the expression that is asked for at a moment, None for the moment itself."""
-    for node in (question.value, question.max, question.min):
-        if node is not None:
-            return node
-    if question.of is None:
-        return None
-    if question.at is None:
-        raise NoClosedFormError("a path has no formula")
-    if question.along is not None:
-        return _component("velocity", question.of, question.along)
-    parts = [quantity("velocity", (question.of, axis)) for axis in AXES]
-    return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in parts)))
-
-
-def _component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
+def component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
     """Return the component of a quantity of a point along a direction of any length."""
     parts = [multiply(x, quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
     return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))

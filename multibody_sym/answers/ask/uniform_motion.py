@@ -16,7 +16,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import absolute, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.ask.named_answers import TIME
-from multibody_sym.answers.instant.instant import AGREEMENT, Solved
+from multibody_sym.answers.instant.instant import Solved
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -25,7 +25,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import AXES
-from multibody_sym.model.settings import Ask
+from multibody_sym.model.states import Moment
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
@@ -35,7 +35,6 @@ _DISPLACED: Final = 3
 _FAR: Final = 1e-3
 _SAME: Final = 1e-7
 _MOMENTS: Final = 1001
-_TINY: Final = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +49,22 @@ class UniformMotion:
 
     # --- coordinates ----------------------------------------------------------------------------------------------
 
-    def time(self, coordinate: str, value: Node) -> Quotient | None:
+    def time_of(self, moment: Moment) -> Quotient | None:
         """Return the first time > 0 at which a coordinate has a value, 0 if it keeps it, None if it never has."""
-        k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+        assert isinstance(moment, Mapping)
+        ((coordinate, value),) = moment.items()
+        k = self.place(coordinate)
         (u,) = self.forms.of([as_node(self.solved.nodes.motion.state.u[k])])
         return _first_time(self.way(coordinate, value), u, self.forms.udot[k])
 
     def way(self, coordinate: str, value: Node) -> Quotient:
         """Return how far a value is from that of a coordinate at the start."""
-        k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
-        (q,) = self.forms.of([as_node(self.solved.nodes.motion.state.q[k])])
+        (q,) = self.forms.of([as_node(self.solved.nodes.motion.state.q[self.place(coordinate)])])
         return self.given(value) - q
+
+    def place(self, coordinate: str) -> int:
+        """Return the place of a coordinate among those of the mechanism."""
+        return [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
 
     def given(self, value: Node) -> Quotient:
         """Return an expression of parameters in closed form."""
@@ -93,26 +97,6 @@ class UniformMotion:
         except (ExpressionError, *UNDEFINED):
             return nan
 
-    def confirms(self, question: Ask, time: float, answer: float) -> bool:
-        """Return whether the same answer follows from the accelerations in floats."""
-        numbers = self.solved.numbers
-        if question.of is None:
-            assert isinstance(question.when, Mapping)
-            ((coordinate, value),) = question.when.items()
-            k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
-            way = self.solved.number(value) - self.solved.begin.q[k]
-            gone = [self.solved.begin.u[k] * time, numbers.udot[k] * time * time / 2]
-            return bool(abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone)))
-        v, a = (
-            np.array([self.solved.number(quantity(f, (question.of, axis))) for axis in AXES])
-            for f in ("velocity", "acceleration")
-        )
-        if question.at is not None:
-            return bool(abs(float(np.linalg.norm(v + a * time)) - answer) <= AGREEMENT * answer)
-        turn = min(max(-float(v @ a) / max(float(a @ a), _TINY), 0.0), time)
-        there, end = (v * t + a * t * t / 2 for t in (turn, time))
-        return abs(float(np.linalg.norm(there) + np.linalg.norm(end - there)) - answer) <= AGREEMENT * answer
-
     # --- points ---------------------------------------------------------------------------------------------------
 
     def path(self, point: str, duration: Quotient) -> Quotient | None:
@@ -136,6 +120,14 @@ class UniformMotion:
         """Return the speed of a point at a time, None where it is not uniformly accelerated."""
         v, a = self._along(point)
         return None if a is None else _length([x + y * time for x, y in zip(v, a, strict=True)])
+
+    def rates(self, point: str) -> tuple[Floats, Floats]:
+        """Return the velocity and acceleration of a point at the start in floats."""
+        v, a = (
+            np.array([self.solved.number(quantity(f, (point, axis))) for axis in AXES])
+            for f in ("velocity", "acceleration")
+        )
+        return v, a
 
     def _along(self, point: str) -> tuple[list[Quotient], list[Quotient] | None]:
         """Return a point's velocity at the start and its acceleration, None for that where it changes."""
