@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -69,7 +69,7 @@ Values = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True, eq=False)
-class Pull:
+class ForceArrow:
     """A force or couple (`turns`) on a body at a place: `value` times `way` (world), which is the way of its letter.
 
     `path` is where it is declared. `both`: a figure of the whole has it at both ends, as it has pulls of ropes. `open`:
@@ -145,32 +145,24 @@ def sums(instant: Instant, several: Collection[Component], touching: Motion) -> 
     acting = OneWayForces(instant.motion, instant.multipliers)
     found = {}
     for name, corners in asked.items():
-        rows = set(_rows(corner for corner in corners if (corner.name, "friction") in several))
+        rubbing = (part for x in corners if (x.name, "friction") in several for part in x.frictions[:1])
+        rows = {row.name for part in rubbing for row in part.rows}
         left = (sum(share for row, share in zip(names, each, strict=True) if row in rows) for each in idle)
         if rows <= set(names) and all(abs(float(x)) <= NEGLIGIBLE for x in left):
             found[name] = {"friction": float(acting.asked(name, "friction"))}
     return found
 
 
-def _rows(corners: Iterable[LawElement]) -> Iterator[str]:
-    """Yield the rows of what rubs first at each corner."""
-    for corner in corners:
-        yield from (row.name for part in corner.frictions[:1] for row in part.rows)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
-def values_of(solution: Solution) -> Values:
-    """Return the reactions of a solution, nan where it has no value."""
-    return {
+def at_start(solution: Solution) -> tuple[Values, frozenset[str], frozenset[Component]]:
+    """Return the reactions of a solution (nan where one has no value), what slides, and what is not unique."""
+    values = {
         name: {part: np.nan if x.value is None else float(x.value) for part, x in parts.items()}
         for name, parts in solution.reactions.items()
     }
-
-
-def sliding_of(solution: Solution) -> frozenset[str]:
-    """Return the elements that slide at a solved start."""
-    return frozenset(name for name, word in solution.states.items() if word.startswith("slide"))
+    sliding = frozenset(name for name, word in solution.states.items() if word.startswith("slide"))
+    return values, sliding, open_of(solution)
 
 
 def open_of(solution: Solution) -> frozenset[Component]:
@@ -203,7 +195,7 @@ def at_end(run: Trajectory) -> tuple[Values, frozenset[str], frozenset[Component
 
 
 def _values(run: Trajectory, instant: Instant) -> dict[str, Mapping[str, float]]:
-    """Return the forces at an instant; those of joints are what the run tells of them."""
+    """Return the forces at an instant but ambiguous ones; those of joints are what the run tells of them."""
     mechanism, several = instant.motion.mechanism, run.redundancy.ambiguous
     acting = OneWayForces(instant.motion, instant.multipliers)
     found: dict[str, dict[str, Any]] = {
@@ -219,16 +211,12 @@ def _values(run: Trajectory, instant: Instant) -> dict[str, Mapping[str, float]]
     for element in mechanism.one_way:
         if not isinstance(element.normals[0], RopeRow):
             found[element.name] = acting.of(element)
-    return {name: _unique(_floats(parts), several.get(name)) for name, parts in found.items()}
-
-
-def _unique(parts: dict[str, float], ambiguous: Sequence[str] | None) -> dict[str, float]:
-    """Return the forces of an element but its `ambiguous` components; none where it has no components."""
-    return {name: x for name, x in parts.items() if ambiguous is None or (ambiguous and name not in ambiguous)}
-
-
-def _floats(parts: Mapping[str, Any]) -> dict[str, float]:
-    return {name: float(x) for name, x in parts.items()}
+    kept: dict[str, Mapping[str, float]] = {}
+    for name, parts in found.items():
+        ambiguous = several.get(name)  # no components: the element as a whole
+        left = [c for c in parts if ambiguous is None or (ambiguous and c not in ambiguous)]
+        kept[name] = {c: float(parts[c]) for c in left}
+    return kept
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -336,7 +324,7 @@ class CutFree:
         """The numbers of what is declared."""
         return Stage(self.system, self.scene.mechanism, self.scene.begin)
 
-    def pulls(self) -> Iterator[Pull]:
+    def pulls(self) -> Iterator[ForceArrow]:
         """Yield all forces and couples on all bodies; what acts between two is there for both, the child first."""
         yield from self._weights()
         for load in self.scene.mechanism.loads:
@@ -361,14 +349,14 @@ class CutFree:
 
     # --- what is applied -------------------------------------------------------------------------------------------
 
-    def _weights(self) -> Iterator[Pull]:
+    def _weights(self) -> Iterator[ForceArrow]:
         gravity = np.asarray(self.scene.gravity)
         for k, mass in enumerate(self.motion.masses):
             name = self.scene.mechanism.bodies[k].name
             at = np.array([float(x) for x in mass.com])
             yield from self._force(("weight", name), ("bodies", name), k, float(mass.mass) * gravity, at, 1.0)
 
-    def _load(self, load: Load) -> Iterator[Pull]:
+    def _load(self, load: Load) -> Iterator[ForceArrow]:
         wrenches = applied_forces(self.motion, [load], weight=False).of_body
         places = {marker.body: self._point(marker.body, marker.pose.position) for marker in load.points}
         for k, wrench in enumerate(wrenches):
@@ -376,7 +364,7 @@ class CutFree:
 
     # --- joints ----------------------------------------------------------------------------------------------------
 
-    def _joints(self) -> Iterator[Pull]:
+    def _joints(self) -> Iterator[ForceArrow]:
         for name, joint in self.system.joints.items():
             if name not in self.values:
                 continue
@@ -425,7 +413,7 @@ class CutFree:
 
     # --- ropes -----------------------------------------------------------------------------------------------------
 
-    def _rope(self, placed: PlacedStrand, number: int) -> Iterator[Pull]:
+    def _rope(self, placed: PlacedStrand, number: int) -> Iterator[ForceArrow]:
         """Yield the pull of each straight piece of a rope on what is at its ends."""
         runs = self.scene.ropes[number]
         bends = [bend for k, run in enumerate(runs) for bend in run.path[bool(k) :]]
@@ -454,7 +442,7 @@ class CutFree:
 
     # --- rows ------------------------------------------------------------------------------------------------------
 
-    def _rows(self) -> Iterator[Pull]:
+    def _rows(self) -> Iterator[ForceArrow]:
         """Yield the forces of rows but ropes' and joints': rods, contacts, stops, friction."""
         names = {*self.system.joints, *self.system.contacts}
         for row in self.scene.mechanism.rows:
@@ -466,7 +454,7 @@ class CutFree:
             if element.kind in ("contact", "stop"):
                 yield from self._of_element(element)
 
-    def _of_element(self, element: LawElement) -> Iterator[Pull]:
+    def _of_element(self, element: LawElement) -> Iterator[ForceArrow]:
         places = self._touched(list(element.rows))
         if element.unilateral:
             row = element.normals[0]
@@ -475,7 +463,7 @@ class CutFree:
         for part in element.frictions:
             yield from self._friction(element, part, places)
 
-    def _friction(self, element: LawElement, part: FrictionPart, places: Mapping[Body, Floats]) -> Iterator[Pull]:
+    def _friction(self, element: LawElement, part: FrictionPart, places: Mapping[Body, Floats]) -> Iterator[ForceArrow]:
         """Yield friction along one row as the equations have it; in space both parts together, as a force."""
         several, words = len(part.rows) > 1, component_names(element, part)
         total = self._value(element.group, words[0])
@@ -489,14 +477,14 @@ class CutFree:
 
     def _single(
         self, element: LawElement, row: Row, component: str, places: Mapping[Body, Floats], slides: str = ""
-    ) -> Iterator[Pull]:
+    ) -> Iterator[ForceArrow]:
         """Yield the force of one row, of one that is open without a value by its way."""
         value, is_open = self._value(element.name, component), (element.name, component) in self.open
         known = 1.0 if is_open and not np.isfinite(value) else value
         for pull in self._exerted(row, known, ("row", row.name), element.path, places, slides=slides):
             yield replace(pull, value=pull.value if np.isfinite(value) else value, open=True) if is_open else pull
 
-    def _together(self, element: LawElement, part: FrictionPart, total: float) -> Iterator[Pull]:
+    def _together(self, element: LawElement, part: FrictionPart, total: float) -> Iterator[ForceArrow]:
         """Yield the friction of all corners of a contact, where only that is determined, once: where they press."""
         corners = [each for each in self.scene.mechanism.one_way if each.group == element.group]
         if corners[0] is not element:
@@ -516,7 +504,7 @@ class CutFree:
             forces = [(np.array(f, dtype=float), np.array(m, dtype=float)) for f, m in (one[k] for one in each)]
             forces = [(f, m) for f, m in forces if np.linalg.norm(f) > 0.0]
             if forces:
-                matrix = np.vstack([-_crossing(f) for f, _ in forces])
+                matrix = np.vstack([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]] for (x, y, z), _ in forces])  # r x f
                 found[k] = least_squares(matrix, np.concatenate([m for _, m in forces]))
         return found
 
@@ -531,7 +519,7 @@ class CutFree:
     def _exerted(
         self, row: Row, value: float, key: Key, path: tuple[str, ...], places: Mapping[Body, Floats] | None,
         slides: str = "",
-    ) -> Iterator[Pull]:  # fmt: skip
+    ) -> Iterator[ForceArrow]:  # fmt: skip
         """Yield a row's force on each body; what slides points as it acts, since its letter is never negative."""
         if not np.isfinite(value):
             return
@@ -545,7 +533,7 @@ class CutFree:
 
     def _wrench(
         self, key: Key, path: tuple[str, ...], body: Body, wrench: Wrench, value: float, place: Floats | None
-    ) -> Iterator[Pull]:
+    ) -> Iterator[ForceArrow]:
         """Yield a wrench (body axes, about its origin) as a force at a place, and as a couple what is left there."""
         force, moment = (np.array([float(x) for x in part]) for part in wrench)
         if place is None and force.any():
@@ -560,15 +548,15 @@ class CutFree:
 
     def _force(
         self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float, *, both: bool = False
-    ) -> Iterator[Pull]:
+    ) -> Iterator[ForceArrow]:
         if way.any():
-            yield Pull(key, path, Anchor(body, vector(at)), way, value, turns=False, both=both)
+            yield ForceArrow(key, path, Anchor(body, vector(at)), way, value, turns=False, both=both)
 
     def _couple(
         self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float
-    ) -> Iterator[Pull]:
+    ) -> Iterator[ForceArrow]:
         if way.any():
-            yield Pull(key, path, Anchor(body, vector(at)), way, value, turns=True)
+            yield ForceArrow(key, path, Anchor(body, vector(at)), way, value, turns=True)
 
     def _point(self, body: Body, point: Sequence[object]) -> Floats:
         return np.array([float(x) for x in self.motion.state.values(list(point))])  # type: ignore[arg-type]
@@ -578,12 +566,6 @@ class CutFree:
         pose = self.placed.poses[body]
         found: Floats = pose[:, :3].T @ (place - pose[:, 3])
         return found
-
-
-def _crossing(a: Floats) -> Floats:
-    """Return the matrix of a x b by b."""
-    x, y, z = a
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -601,13 +583,17 @@ def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -
     joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
     found = {key: label.text for key, label in spell_forces(mechanism, lettered, joints).items()}
     book = letters_of(system.parameters)
-    return {key: found.get(key) or in_letters(_own(system, key), book) for key in acting}
+    return {key: found.get(key) or in_letters(_own_name(system, key), book) for key in acting}
 
 
 def _lettered(mechanism: Mechanism) -> Iterator[LetteredForce]:
     """Yield all forces of rows, joints that guide, springs and ropes, in the order of the equations."""
-    rubbing = [row for row in ropes(mechanism) if row.rubs]
     one_way = {row.name for element in mechanism.one_way for row in element.rows}
+    smooth = {
+        row.name: LetteredForce(("tension", row.asked[0]), TENSION, row.told[0], own_letter(row))
+        for row in ropes(mechanism)
+        if not row.rubs
+    }
     for row in mechanism.rows:
         letter = row_letter(row, mechanism)
         if not letter or row.name in one_way:
@@ -615,7 +601,7 @@ def _lettered(mechanism: Mechanism) -> Iterator[LetteredForce]:
         if not isinstance(row, RopeRow):
             yield LetteredForce(("row", row.name), letter, row.name)
         elif not row.rubs:
-            yield _tension(row)
+            yield smooth[row.name]
     for body in mechanism.bodies:
         guide = _guide(body)
         if guide:
@@ -623,12 +609,21 @@ def _lettered(mechanism: Mechanism) -> Iterator[LetteredForce]:
     for load in mechanism.loads:
         if isinstance(load, (PointSpring, PointPull)) and load.line is not None:
             yield LetteredForce(("load", load.name), SPRING, load.name)
-    for row in rubbing:
+    for row in (row for row in ropes(mechanism) if row.rubs):
         for k, asked in enumerate(row.asked):
             own = f"{row.label}{row.run + k}" if row.label else ""
             yield LetteredForce(("tension", asked), TENSION, row.told[0], own)
     for element in mechanism.one_way:
-        yield from _of_element(mechanism, element)
+        row = element.normals[0]
+        if isinstance(row, RopeRow):
+            if not row.rubs:
+                yield smooth[row.name]
+        elif element.unilateral:
+            yield LetteredForce(("row", row.name), NORMAL, element.name)
+        for part in (part for part in element.frictions if part.rubs):
+            for each in part.rows:
+                letter = MOMENT if force_unit(each, mechanism) == "N*m" else FRICTION
+                yield LetteredForce(("row", each.name), letter, part.name)
 
 
 def _guide(body: TreeBody) -> Key:
@@ -637,42 +632,20 @@ def _guide(body: TreeBody) -> Key:
     return () if across is None else ("joint", body.joint_name, COMPONENTS[across])
 
 
-def _of_element(mechanism: Mechanism, element: LawElement) -> Iterator[LetteredForce]:
-    row = element.normals[0]
-    if isinstance(row, RopeRow):
-        if not row.rubs:
-            yield _tension(row)
-    elif element.unilateral:
-        yield LetteredForce(("row", row.name), NORMAL, element.name)
-    for part in (part for part in element.frictions if part.rubs):
-        for each in part.rows:
-            letter = MOMENT if force_unit(each, mechanism) == "N*m" else FRICTION
-            yield LetteredForce(("row", each.name), letter, part.name)
-
-
-def _tension(row: RopeRow) -> LetteredForce:
-    return LetteredForce(("tension", row.asked[0]), TENSION, row.told[0], own_letter(row))
-
-
-def _own(system: System, key: Key) -> str:
-    """Return what forces are called that the equations have no letter for."""
+def _own_name(system: System, key: Key) -> str:
+    """Return the name of a force that the equations have no letter for; of a weight m*g where both are letters."""
     kind, name = key[0], key[1]
     if kind == "weight":
-        return _weight(system, name)
+        given: list[Any] = [node for node in system.gravity if node.shadow != 0]
+        mass = text(mass_of(system.bodies[name]).mass) if name in system.bodies else ""
+        g = text(given[0]).removeprefix("-") if len(given) == 1 else ""
+        is_short = g.isidentifier() and all(each.isidentifier() for each in mass.split("*"))
+        return f"{mass}*{g}" if is_short else f"G_{name}"
     if kind == "friction":
         return f"{FRICTION}_{name}"
     if kind in ("load", "drive"):
         return letter_of(name, getattr(system.forces.get(name), "value", ()))
     return f"lambda_{re.sub(r'[^A-Za-z0-9_]+', '_', name)}" if kind == "row" else name
-
-
-def _weight(system: System, body: str) -> str:
-    """Return m*g where both are letters, else G with the body's name."""
-    given: list[Any] = [node for node in system.gravity if node.shadow != 0]
-    mass = text(mass_of(system.bodies[body]).mass) if body in system.bodies else ""
-    g = text(given[0]).removeprefix("-") if len(given) == 1 else ""
-    factors = mass.split("*")
-    return f"{mass}*{g}" if g.isidentifier() and all(each.isidentifier() for each in factors) else f"G_{body}"
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -707,7 +680,7 @@ def applied_arrows(cut: CutFree) -> tuple[ArrowItem, ...]:
     return tuple(_arrows(cut, [p for p in pulls if p.at.body not in cut.ground], lambda pull: pull.vector))
 
 
-def _arrows(cut: CutFree, pulls: Sequence[Pull], drawn: Callable[[Pull], Floats]) -> list[ArrowItem]:
+def _arrows(cut: CutFree, pulls: Sequence[ForceArrow], drawn: Callable[[ForceArrow], Floats]) -> list[ArrowItem]:
     """Return arrows of what is more than rounding, couples also of the moments that forces have; what is open, of all.
 
     That points as its possible value does, where this is none the way in which its letter counts.
@@ -718,19 +691,13 @@ def _arrows(cut: CutFree, pulls: Sequence[Pull], drawn: Callable[[Pull], Floats]
     seen = [pull.size > _NEGLIGIBLE * largest[pull.turns] for pull in pulls]
     pairs = zip(pulls, seen, strict=True)
     kept = [pull if large else replace(pull, value=1.0) for pull, large in pairs if large or pull.open]
-    names = force_names(cut.system, cut.scene.mechanism, [*_acting(kept), *cut.lasting()])
-    return [
-        ArrowItem(_role(pull), pull.path[1], names[pull.key], pull.path, pull.at, vector(drawn(pull)), open=pull.open)
-        for pull in kept
-        if np.isfinite(pull.vector).all()
-    ]
-
-
-def _acting(pulls: Iterable[Pull]) -> list[tuple[str, ...]]:
-    return list(dict.fromkeys(pull.key for pull in pulls))
-
-
-def _role(pull: Pull) -> Literal["force", "torque", "reaction", "couple"]:
-    if pull.is_applied:
-        return "torque" if pull.turns else "force"
-    return "couple" if pull.turns else "reaction"
+    names = force_names(cut.system, cut.scene.mechanism, [*dict.fromkeys(pull.key for pull in kept), *cut.lasting()])
+    found = []
+    for pull in kept:
+        if np.isfinite(pull.vector).all():
+            role: Literal["force", "torque", "reaction", "couple"] = "couple" if pull.turns else "reaction"
+            if pull.is_applied:
+                role = "torque" if pull.turns else "force"
+            name, way = names[pull.key], vector(drawn(pull))
+            found.append(ArrowItem(role, pull.path[1], name, pull.path, pull.at, way, open=pull.open))
+    return found

@@ -191,27 +191,31 @@ class ImpactFound:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `solve --json` prints under `impact`."""
-        impulses = {name: {**_told(parts), "state": self.states.get(name, "")} for name, parts in self.impulses.items()}
+        impulses: dict[str, dict[str, Any]] = {}
+        for name, parts in self.impulses.items():
+            own = impulses[name] = {**_json(parts), "state": self.states.get(name, "")}
+            if "friction_1" in own:  # that of a contact in space as a list of two
+                own["friction"] = [own.pop("friction_1"), own.pop("friction_2")]
         return {
             "law": self.law,
             "sequence": self.sequence,
-            "impulses": {name: _with_pairs(parts) for name, parts in impulses.items()},
-            "jumps": _told(self.jumps),
-            "after": _told(self.after),
-            "joint_impulses": {name: _told(parts) for name, parts in self.joint_impulses.items()},
-            "apparent_mass": _told(self.apparent_mass),
-            "closing": _told(self.closing),
-            "opening": _told(self.opening),
+            "impulses": impulses,
+            "jumps": _json(self.jumps),
+            "after": _json(self.after),
+            "joint_impulses": {name: _json(parts) for name, parts in self.joint_impulses.items()},
+            "apparent_mass": _json(self.apparent_mass),
+            "closing": _json(self.closing),
+            "opening": _json(self.opening),
             "energy_lost": self.energy_lost.as_json(),
             "energy_given": None if self.energy_given is None else self.energy_given.as_json(),
-            "needed": _told(self.needed),
-            "lost_by": _told(self.lost_by),
-            "kinetic_energy": _told(self.kinetic_energy),
+            "needed": _json(self.needed),
+            "lost_by": _json(self.lost_by),
+            "kinetic_energy": _json(self.kinetic_energy),
             "instantaneous_centres": {
                 name: list(x["centre"]) if "centre" in x else {"direction": list(x["direction"])}
                 for name, x in self.instantaneous_centres.items()
             },
-            "centre_of_percussion": _told(self.centres_of_percussion),
+            "centre_of_percussion": _json(self.centres_of_percussion),
             "conditions": list(self.conditions),
             "limits": dict(self.limits),
             "not_unique": self.not_unique,
@@ -234,18 +238,6 @@ def _with_values(part: Any, new: Iterator[Value]) -> Any:
     return {name: _with_values(x, new) for name, x in part.items()} if isinstance(part, Mapping) else part
 
 
-def _told(values: Mapping[str, Value]) -> dict[str, Any]:
-    return {name: value.as_json() for name, value in values.items()}
-
-
-def _with_pairs(parts: dict[str, Any]) -> dict[str, Any]:
-    """Return the impulses of a contact with friction in space as a list of two."""
-    if "friction_1" not in parts:
-        return parts
-    pair = [parts.pop("friction_1"), parts.pop("friction_2")]
-    return {**parts, "friction": pair}
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 RowKind = Literal["rope", "rod", "force", "multiplier", "contact", "stop", "friction"]
@@ -253,9 +245,6 @@ RowKind = Literal["rope", "rod", "force", "multiplier", "contact", "stop", "fric
 
 Contacts, stops and friction in joints have forces of several names.
 """
-
-
-"""Where a normal force acts."""
 
 
 @dataclass(frozen=True)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import islice
 from typing import Any
 
 from multibody_sym.algebra.roots import values_with_shared_roots
 from multibody_sym.answers.instant.conditions import validity
-from multibody_sym.answers.instant.instant import Solved, solved_start
+from multibody_sym.answers.instant.instant import SolvedInstant, solved_start
+from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.reactions import (
-    definitions,
+    is_lettered,
     place_of,
     reactions_of,
-    told,
-    told_of_state,
     unique_sums,
+    with_letters,
 )
 from multibody_sym.answers.instant.states import beyond_limits, left_out, state_found
 from multibody_sym.answers.records import OtherState, RowKind, Solution
@@ -24,7 +24,7 @@ from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
 from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.gears import reasons
-from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.mechanics.mechanism import Coordinate, Speed
 from multibody_sym.mechanics.mode_words import mode_words
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
@@ -57,28 +57,23 @@ def solve(
     with numbers_of(asked):
         if asked.impact is not None:
             return solution_of_impact(asked, formalism, steps=flag("steps", steps))
-        solved = exactly_solved_start(asked, formalism)
+        solved = solved_start(asked, formalism)
+        if beyond := beyond_limits(solved):  # floats cannot tell the state that exact numbers have
+            solved = solved_start(asked, formalism, beyond)
         found = solution_of(solved)
         if not flag("steps", steps):
             return found
-        from multibody_sym.answers.worked.worked import worked
+        from multibody_sym.answers.worked.worked import worked_steps
 
-        return replace(found, steps=worked(solved, found))
-
-
-def exactly_solved_start(system: System, formalism: str | None) -> Solved:
-    """Return the system solved at its start, in the state of exact numbers where floats cannot tell it."""
-    solved = solved_start(system, formalism)
-    beyond = beyond_limits(solved)
-    return solved_start(system, formalism, beyond) if beyond else solved
+        return replace(found, steps=worked_steps(solved, found))
 
 
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
     """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
-    from multibody_sym.answers.impact.answer import answered_after, impact_found  # which few systems need
+    from multibody_sym.answers.impact.answer import answers_after, impact_found  # which few systems need
 
     found, solved = impact_found(system, formalism)
-    answers = answered_after(solved)
+    answers = answers_after(solved)
     values = [*found.values, *answers.values()]
     shared = iter(values_with_shared_roots(values, solved.symbolic.letters))
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
@@ -107,25 +102,38 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     )
 
 
-def solution_of(solved: Solved) -> Solution:
+def solution_of(solved: SolvedInstant) -> Solution:
     """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
     names, measures = acceleration_names(resolved), MechanismUnits(resolved)
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
-    accelerations = told(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
+    accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
-    answers, remarks = _answered(solved)
+    answers, remarks = dict[str, Value](), list[str]()
+    if solved.system.ask:
+        from multibody_sym.answers.ask.ask import answers_of  # which brings runs and all that they take
+
+        answers, remarks = answers_of(solved)
     valid, state = validity(solved, reactions), state_found(solved)
+    places = {place_of(row)[0]: row for row in resolved.rows}
+    kinds: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}
+    for element in resolved.one_way:
+        own = element.name if element.kind == "stop" else element.group  # a stop's group is its joint
+        kinds |= {name: element.kind for name in (own, element.name) if name in reactions}
+    notes = [*slipped_wheels(resolved, begin.parameters), *left_out(solved)]
+    if solved.beyond:
+        notes.append(f"forces that are not unique have no value: in those of least norm {solved.beyond}")
+    notes += [f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons]
     found = Solution(
         name=resolved.name,
         coordinates=dict(zip((c.name for c in resolved.coordinates), begin.q, strict=True)),
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
         accelerations=accelerations,
         reactions=reactions,
-        kinds=_kinds(resolved, reactions),
+        kinds=kinds,
         conditions=(*valid.conditions, *remarks),
         answers=answers,
-        notes=(*slipped_wheels(resolved, begin.parameters), *left_out(solved), *_without_values(solved)),
+        notes=tuple(notes),
         assembled=_assembled(solved),
         shifts=dict(begin.shifts),
         withheld={name: each.components for name, each in resolved.withheld.items()},
@@ -139,7 +147,14 @@ def solution_of(solved: Solved) -> Solution:
         at_limit=state.at_limit,
         needed=state.needed,
         sums=unique_sums(solved, reactions),
-        others=_others(solved, names),
+        others=tuple(
+            OtherState(
+                mode_words(resolved.one_way, mode),
+                {name: x.value or 0.0 for name, x in zip(names, udot, strict=True)},
+                {name: x.error for name, x in zip(names, udot, strict=True)},
+            )
+            for mode, udot in solved.decided.others
+        ),
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
         labels=letters_of(solved.system.parameters),
@@ -147,24 +162,18 @@ def solution_of(solved: Solved) -> Solution:
     return _with_shared_roots(solved, found)
 
 
-def _answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
-    """Return the answers to what is asked of the motion, which brings runs and all that they take, and remarks."""
-    if not solved.system.ask:
-        return {}, []
-    from multibody_sym.answers.ask.ask import answers_of
-
-    return answers_of(solved)
-
-
-def _with_shared_roots(solved: Solved, found: Solution) -> Solution:
+def _with_shared_roots(solved: SolvedInstant, found: Solution) -> Solution:
     """Return a solution with one form of each root in all that it gives formulas for."""
     every = [found.answers, found.accelerations, *found.reactions.values(), found.assembled]
     shared = iter(values_with_shared_roots([x for part in every for x in part.values()], solved.symbolic.letters))
     answers, accelerations, *reactions, assembled = [{name: next(shared) for name in part} for part in every]
     values = (*answers.values(), *accelerations.values(), *(x for part in reactions for x in part.values()))
+    every_value = (*values, *assembled.values())
+    forms = [x.expression for x in every_value if x.expression is not None and is_lettered(solved, x)]
+    letters = solved.lettered.found if forms else None
     return replace(
         found,
-        where=definitions(solved, (*values, *assembled.values())),
+        where={} if letters is None else {str(node.data): one for node, one in letters.needed(forms).items()},
         answers=answers,
         accelerations=accelerations,
         reactions=dict(zip(found.reactions, reactions, strict=True)),
@@ -172,35 +181,7 @@ def _with_shared_roots(solved: Solved, found: Solution) -> Solution:
     )
 
 
-def _without_values(solved: Solved) -> Iterator[str]:
-    """Yield why forces of least norm that are asked for have no value, and why something has no closed form."""
-    if solved.beyond:
-        yield f"forces that are not unique have no value: in those of least norm {solved.beyond}"
-    yield from (f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons)
-
-
-def _others(solved: Solved, names: Sequence[str]) -> tuple[OtherState, ...]:
-    """Return the states beside the one that was solved, accelerations by these names."""
-    elements = solved.mechanism.one_way
-    found = []
-    for mode, udot in solved.decided.others:
-        values, errors = [x.value or 0.0 for x in udot], [x.error for x in udot]
-        told = (dict(zip(names, numbers, strict=True)) for numbers in (values, errors))
-        found.append(OtherState(mode_words(elements, mode), *told))
-    return tuple(found)
-
-
-def _kinds(resolved: Mechanism, reactions: Mapping[str, Mapping[str, Value]]) -> dict[str, RowKind]:
-    """Return what each constraint's forces are, and those of what holds one way only."""
-    places = {place_of(row)[0]: row for row in resolved.rows}
-    found: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}
-    for element in resolved.one_way:
-        own = element.name if element.kind == "stop" else element.group  # a stop's group is its joint
-        found |= {name: element.kind for name in (own, element.name) if name in reactions}
-    return found
-
-
-def _assembled(solved: Solved) -> dict[str, Value]:
+def _assembled(solved: SolvedInstant) -> dict[str, Value]:
     """Return the start values that constraints determined, but for given ones that were right and speeds that vanish.
 
     Those that formulas name have no expression of their own.
@@ -213,15 +194,9 @@ def _assembled(solved: Solved) -> dict[str, Value]:
         letter = as_node(node) is symbol(each.name)
         if each.name in begin.assembled and (letter or each.name in begin.shifts or not (each.given or number == 0.0)):
             value = Value(number) if letter else solved.value(as_node(node), number)
-            value = told_of_state(solved, each.name, value)
+            letters = solved.lettered.found if value.expression is None and value.value else None
+            known = None if letters is None else letters.definitions.get(symbol(each.name))
+            if known is not None and known.expression is not None:
+                value = replace(value, expression=known.expression)
             found[each.name] = replace(value, unit=each.unit)
     return found
-
-
-def acceleration_names(resolved: Mechanism) -> list[str]:
-    """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
-    names = [speed.name for speed in resolved.speeds]
-    for body in resolved.bodies:
-        for q, u in body.rate_pairs:
-            names[u] = resolved.coordinates[q].name
-    return names

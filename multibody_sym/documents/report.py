@@ -16,7 +16,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from multibody_sym.analysis.check import CheckReport, check
-from multibody_sym.answers.free_bodies import CutFree, all_arrows, open_of, shown_components, sliding_of, values_of
+from multibody_sym.answers.free_bodies import CutFree, all_arrows, at_start, open_of, shown_components
 from multibody_sym.answers.records import Solution
 from multibody_sym.answers.solve import solve
 from multibody_sym.derivation.derive import derive
@@ -68,8 +68,7 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
         return {}
     scene = scene_of(system)
     solution = solve(system)
-    known = values_of(solution), sliding_of(solution), open_of(solution)
-    arrows = all_arrows(CutFree(system, scene, scene.motion(), *known))
+    arrows = all_arrows(CutFree(system, scene, scene.motion(), *at_start(solution)))
     undrawn = _undrawn(scene, solution)
     figures = {}
     for k, body in enumerate(scene.mechanism.bodies):

@@ -18,10 +18,9 @@ from multibody_sym.answers.free_bodies import (
     CutFree,
     all_arrows,
     at_end,
+    at_start,
     force_names,
     reaction_arrows,
-    sliding_of,
-    values_of,
 )
 from multibody_sym.cli.main import main
 from multibody_sym.derivation.force_letters import component_label
@@ -159,7 +158,7 @@ def test_friction_of_a_box_at_rest_is_what_pulls_at_it_backwards() -> None:
     asked = replace(system, outputs={"f": "reaction(c, friction)"})
     assert mbs.simulate(asked, t_end=1e-9, samples=2)["f"] == pytest.approx([-10.0, -10.0])
     scene = scene_of(system)
-    cut = CutFree(system, scene, scene.motion(), values_of(mbs.solve(system)))
+    cut = CutFree(system, scene, scene.motion(), at_start(mbs.solve(system))[0])
     (friction,) = [pull for pull in cut.pulls() if pull.key == ("friction", "c")]
     assert friction.vector == pytest.approx([-10.0, 0.0, 0.0])
     for free in (cut, cut_free(system)):
@@ -237,7 +236,7 @@ def verify_letters(system: mbs.System) -> None:
     """All letters are those of the steps, but sums of friction and couples of joints that are no unknowns there."""
     solution = mbs.solve(system, steps=True)
     scene = scene_of(system)
-    cut = CutFree(system, scene, scene.motion(), values_of(solution), sliding_of(solution))
+    cut = CutFree(system, scene, scene.motion(), *at_start(solution)[:2])
     assert solution.steps is not None
     spelt = {label.text for label in solution.steps.notation.spelling.values()}
     alone = {

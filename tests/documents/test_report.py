@@ -13,7 +13,7 @@ import pytest
 from writing_pages import Page
 
 import multibody_sym as mbs
-from multibody_sym.answers.free_bodies import CutFree, values_of
+from multibody_sym.answers.free_bodies import CutFree, at_start
 from multibody_sym.cli.main import main
 from multibody_sym.pictures.scene.scene import scene_of
 
@@ -63,7 +63,7 @@ def test_forces_on_bodies_cut_free_are_their_masses_times_accelerations(name: st
     """By a second route: a_C from the accelerations of a run, which no reaction enters."""
     system = mbs.load(EXAMPLES / f"{name}.yaml")
     scene = scene_of(system)
-    free = CutFree(system, scene, scene.motion(), values_of(mbs.solve(system)))
+    free = CutFree(system, scene, scene.motion(), at_start(mbs.solve(system))[0])
     pulls = [pull for pull in free.pulls() if pull.at.body >= 0]
     for k, body in enumerate(scene.mechanism.bodies):
         forces = sum(pull.vector for pull in pulls if pull.at.body == k and not pull.turns)

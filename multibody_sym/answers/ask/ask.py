@@ -14,7 +14,7 @@ from multibody_sym.answers.ask.formula import FormulaQuestion
 from multibody_sym.answers.ask.linear_systems import modes_named
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.question import AskedMotion, Question
-from multibody_sym.answers.instant.instant import Solved, solved_start, with_outputs_put_in
+from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
 from multibody_sym.answers.instant.reactions import is_lettered
 from multibody_sym.dynamics.start.number_checks import verify_asked
 from multibody_sym.errors import ModelError, NoSolutionError, at
@@ -28,7 +28,7 @@ from multibody_sym.text.values import Value
 QUESTIONS: Final[tuple[type[Question], ...]] = (*NUMBER_QUESTIONS, FormulaQuestion, FindQuestion)
 
 
-def answers_of(solved: Solved) -> tuple[dict[str, Value], list[str]]:
+def answers_of(solved: SolvedInstant) -> tuple[dict[str, Value], list[str]]:
     """Return the answers to all questions of a system, and remarks on them.
 
     A question whose simulation fails has no answer, and a remark tells why. Raises ModelError for unknown names.
@@ -62,7 +62,7 @@ def answers_of(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     return {name: given.get(name, answers[name]) for name in solved.system.ask}, remarks
 
 
-def _answers_of_system(system: System) -> tuple[Solved, Mapping[str, Value], list[str]]:
+def _answers_of_system(system: System) -> tuple[SolvedInstant, Mapping[str, Value], list[str]]:
     solved = solved_start(system)
     return solved, *answers_of(solved)
 
@@ -107,7 +107,7 @@ def _answer_with_modes(motion: AskedMotion, ask: Ask, notes: list[str]) -> tuple
 class _Reasons:
     """Why answers have no formulas: what is added to a system's reasons meanwhile, with the answers' names."""
 
-    def __init__(self, solved: Solved) -> None:
+    def __init__(self, solved: SolvedInstant) -> None:
         self._shared, self._before = solved.reasons, dict(solved.reasons)
         self._names: dict[str, list[str]] = {}
 

@@ -22,8 +22,9 @@ from multibody_sym.algebra.quotient_functions import sign, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factored
 from multibody_sym.algebra.roots import rate
 from multibody_sym.answers.ask.from_runs import Simulated
-from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, anywhere, at_start, put_in
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.ask.named_answers import Anywhere, Granted, anywhere
+from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.instant.letters import TIME, at_start, put_in
 from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
 from multibody_sym.motion.results.trajectory import Trajectory
@@ -60,7 +61,7 @@ _HIGHEST_POWER: Final = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Linear:
+class LinearMotion:
     """x'' = a x + b x' + `rest`, of time alone; what its solutions take for granted is noted in `granted`."""
 
     there: Anywhere
@@ -150,7 +151,9 @@ class Linear:
         for k, letter in enumerate(tuple(self.rest.field.letters)):
             node = letter.node
             known = node is not None and node.op in (*_WAVES, "exp")
-            if node is not None and known and TIME in _symbols(node) and _uses(self.rest, k):
+            parts = (self.rest.above, self.rest.below)
+            used = any(m[k] for p in parts for m in self.rest.field.in_ring(p))
+            if node is not None and known and TIME in _symbols(node) and used:
                 if _symbols(derivative(node.args[0], TIME)) & self.there.variables:
                     raise NoClosedFormError("the pace of the force is not constant")
                 yield node, k
@@ -238,10 +241,6 @@ class Linear:
 
 def _symbols(node: Node) -> frozenset[Node]:
     return frozenset(leaves([node], "symbol"))
-
-
-def _uses(a: Quotient, k: int) -> bool:
-    return any(m[k] for p in (a.above, a.below) for m in a.field.in_ring(p))
 
 
 def _coefficients(a: Quotient, k: int) -> dict[int, Quotient]:
@@ -335,7 +334,7 @@ class BySpeed:
         """
         pace, final = sqrt(_positive(d * s)), sqrt(_positive(d / s))
         falls = sign(d * s) < 0
-        most = self.granted.written(final if sign(d) > 0 else -final)
+        most, is_coth = self.granted.written(final if sign(d) > 0 else -final), False
         if not falls:
             odd, even, inverse = BUILD["tan"], BUILD["cos"], BUILD["atan"](divide(w, most))
         else:
@@ -344,11 +343,15 @@ class BySpeed:
             if self.granted.vanishes(room):
                 return multiply(w, TIME), w
             below = room.is_zero or sign(room) < 0
-            odd, even = (BUILD["tanh"], BUILD["cosh"]) if below else (_coth, BUILD["sinh"])
-            inverse = _artanh(divide(w, most) if below else divide(most, w))
+            odd, even = BUILD["tanh"], BUILD["cosh" if below else "sinh"]
+            x = divide(w, most) if below else divide(most, w)
+            is_coth, inverse = not below, ZERO
+            if x is not ZERO:
+                inverse = divide(BUILD["log"](divide(add(ONE, x), subtract(ONE, x))), TWO)  # artanh x
         phase = add(inverse, multiply(self.granted.written(pace), TIME))
         gone = BUILD["log"](divide(even(phase), even(inverse)))
-        return multiply(self.granted.written(-s.power(-1)), gone), multiply(most, odd(phase))
+        ratio = divide(ONE, odd(phase)) if is_coth else odd(phase)
+        return multiply(self.granted.written(-s.power(-1)), gone), multiply(most, ratio)
 
     # --- s u^n ----------------------------------------------------------------------------------------------------
 
@@ -375,16 +378,6 @@ def _whole(base: Node, exponent: int) -> Node:
 def _positive(a: Quotient) -> Quotient:
     """Return |a| by its sign at the sample."""
     return a if sign(a) > 0 else -a
-
-
-def _artanh(x: Node) -> Node:
-    if x is ZERO:
-        return ZERO
-    return divide(BUILD["log"](divide(add(ONE, x), subtract(ONE, x))), TWO)
-
-
-def _coth(x: Node) -> Node:
-    return divide(ONE, BUILD["tanh"](x))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -532,17 +525,17 @@ def formulas_of_time(there: Anywhere) -> Mapping[Node, InTime]:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownMotion:
     """A `run` up to its sample `last`, where a state changes first, and the equations `there` as they begin."""
 
-    solved: Solved
+    solved: SolvedInstant
     run: Trajectory
     last: int
     there: Anywhere | None
     _differ: dict[Quotient, bool] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, solved: Solved, motion: Simulated) -> Shown:
+    def of(cls, solved: SolvedInstant, motion: Simulated) -> ShownMotion:
         """Return what a run shows of a solved system: its equations half way, or earlier where signs differ."""
         run = motion.whole
         until = min((float(change["t"]) for change in run.changes), default=run.t_final)
@@ -622,7 +615,12 @@ class Shown:
             last = self.last if until is None else int(np.searchsorted(self.run.t, until)) - 1
             looked = np.unique(np.linspace(0, max(last, 0), _LOOKS).astype(int))
             shown = self.run[str(node.data)][looked]
-            if _fits(each.formula, self.solved.sample, self.run.t[looked], shown):
+            known = self.solved.sample
+            try:
+                told = [evaluate_float([each.formula], {**known, TIME: float(x)})[0] for x in self.run.t[looked]]
+            except (ExpressionError, *UNDEFINED):
+                continue
+            if np.abs(np.array(told) - shown).max() <= FITS * max(1e-300, float(np.abs(shown).max())):
                 found[node] = replace(each, until=until, ending=ending)
         return found
 
@@ -647,15 +645,6 @@ def least_conditions(positive: Sequence[Quotient]) -> list[Condition]:
         return conditions
 
 
-def _fits(formula: Node, sample: Mapping[Node, float], t: Floats, shown: Floats) -> bool:
-    """Return whether a formula has the values of a run."""
-    try:
-        told = [evaluate_float([formula], {**sample, TIME: float(x)})[0] for x in t]
-    except (ExpressionError, *UNDEFINED):
-        return False
-    return bool(np.abs(np.array(told) - shown).max() <= FITS * max(1e-300, float(np.abs(shown).max())))
-
-
 def _course(
     there: Anywhere, granted: Granted, k: int, own: tuple[Node, Node], start: tuple[Node, Node]
 ) -> dict[Node, InTime]:
@@ -668,25 +657,17 @@ def _course(
     if there.constant(by_u) and there.constant(by_q):
         rest = acceleration - by_q * there.letter(q) - by_u * there.letter(u)
         with suppress(NoClosedFormError):
-            way = Linear(there, granted, by_q, by_u, rest).course(*start)
+            way = LinearMotion(there, granted, by_q, by_u, rest).course(*start)
             course = None if way is None else (way, derivative(way, TIME))
     elif by_q.is_zero and TIME not in acceleration.symbols:
         course = BySpeed(there, granted, u, *start).course(acceleration)
     if course is not None:
         return {node: InTime(formula, granted) for node, formula in zip(own, course, strict=True)}
-    return _course_with_time(there, granted, own, start, acceleration) if by_q.is_zero else {}
-
-
-def _course_with_time(
-    there: Anywhere, granted: Granted, own: tuple[Node, Node], start: tuple[Node, Node], acceleration: Quotient
-) -> dict[Node, InTime]:
-    """Return a speed as a formula of time, and its coordinate where the integral is known."""
-    q, u = own
-    speed = WithTime(there, granted, u, *start).speed(acceleration)
+    speed = WithTime(there, granted, u, *start).speed(acceleration) if by_q.is_zero else None
     if speed is None:
         return {}
     found = {u: InTime(speed, granted)}
     more = replace(granted, equal=[*granted.equal], unequal=[*granted.unequal])
-    with suppress(NoClosedFormError):
+    with suppress(NoClosedFormError):  # where the integral of the speed is not known
         found[q] = InTime(WithTime(there, more, u, *start).way(speed), more)
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from itertools import pairwise
 from typing import Final, Self
@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.ask.from_runs import ASKED, Simulated
-from multibody_sym.answers.ask.later_formulas import Course
+from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.question import ROUNDING, AskedMotion, LaterQuestion, NeverError, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.mechanics.mechanism import TIME
@@ -58,10 +58,12 @@ def bends(run: Trajectory) -> dict[float, Crossing | None]:
     Those of impacts and changes of state are known, those that follow from time and parameters alone are exact, others
     have a crossing: they are as good as a cubic through four samples.
     """
-    mechanism = run.ready.mechanism
+    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
     asked = [mechanism.outputs[ASKED]] if ASKED in mechanism.outputs else []
-    functions = dict.fromkeys([*mechanism.kinks, *switching_functions(asked), *_knots(mechanism.inputs.values())])
-    known = {slot("parameters", k): float(x) for k, x in enumerate(run.parameters)}
+    splines = (n for n in postorder(mechanism.inputs.values()) if n.op == "table" and n.data[0].kind == "cubic")
+    knots = (table(Tabulated(n.data[0].name, n.data[0].rows, "knots"), 0, n.args[0]) for n in splines)
+    functions = dict.fromkeys([*mechanism.kinks, *switching_functions(asked), *knots])  # signs that change at bends
+    known = {slot("parameters", k): float(x) for k, x in enumerate(parameters)}
     begin, end = float(run.t[0]), float(run.t[-1])
     found: dict[float, Crossing | None] = {}
     moving = []
@@ -72,27 +74,12 @@ def bends(run: Trajectory) -> dict[float, Crossing | None]:
             found.update((t, None) for t in zeros if begin < t < end)
         elif not leaves([g], "quantity"):
             moving.append(g)
-    for g, values in zip(moving, _along(run, moving), strict=True):
+    states = zip(run.t.tolist(), run.q.tolist(), run.u.tolist(), strict=True) if moving else ()
+    rows = [state_of(mechanism, float, t, q, u, parameters).values(moving) for t, q, u in states]
+    for g, values in zip(moving, np.array(rows, dtype=float).T, strict=True):
         found = {**{t: Crossing(g, t, between) for t, between in _changes_of_sign(run.t, values)}, **found}
     found.update((float(change["t"]), None) for change in run.changes)
     return dict(sorted(found.items()))
-
-
-def _knots(inputs: Iterable[Node]) -> Iterator[Node]:
-    """Yield the functions that change their signs at knots of splines, at which accelerations that they drive bend."""
-    for n in postorder(inputs):
-        if n.op == "table" and n.data[0].kind == "cubic":
-            yield table(Tabulated(n.data[0].name, n.data[0].rows, "knots"), 0, n.args[0])
-
-
-def _along(run: Trajectory, functions: Sequence[Node]) -> Iterator[Floats]:
-    """Yield functions of the state at the samples of a run."""
-    if not functions:
-        return
-    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
-    states = zip(run.t.tolist(), run.q.tolist(), run.u.tolist(), strict=True)
-    rows = [state_of(mechanism, float, t, q, u, parameters).values(functions) for t, q, u in states]
-    yield from np.array(rows, dtype=float).T
 
 
 def _changes_of_sign(t: Floats, y: Floats) -> Iterator[tuple[float, tuple[float, float]]]:
@@ -288,11 +275,11 @@ class ExtremeQuestion(LaterQuestion):
     def is_of_run(self) -> bool:
         return of_run(self.expression)
 
-    def formula(self, course: Course, time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, time: float) -> Quotient:
         along = course.along(self.expression)
         return course.value(along, self._place(course, along, time))
 
-    def _place(self, course: Course, along: Node, time: float) -> Node:
+    def _place(self, course: MotionFormulas, along: Node, time: float) -> Node:
         """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
         until = self.until
         end = until if isinstance(until, Node) and not is_condition(until) else None

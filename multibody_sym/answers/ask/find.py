@@ -18,7 +18,7 @@ from multibody_sym.answers.ask.extremes import ExtremeQuestion
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import AskedModes
 from multibody_sym.answers.ask.moment import TimeQuestion
-from multibody_sym.answers.ask.named_answers import put_in, with_answers
+from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.path import PathQuestion
 from multibody_sym.answers.ask.period import PeriodQuestion
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, Question, RunNumbers
@@ -26,8 +26,8 @@ from multibody_sym.answers.ask.speed import SpeedQuestion
 from multibody_sym.answers.ask.value import StartValueQuestion, ValueAfterQuestion, ValueWhenQuestion
 from multibody_sym.answers.ask.zeros import ANYWHERE, TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.instant.conditions import conditions_of_mode
-from multibody_sym.answers.instant.instant import AGREEMENT, Solved
-from multibody_sym.answers.instant.letters import free_name
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
+from multibody_sym.answers.instant.letters import free_name, put_in
 from multibody_sym.derivation.symbolic_start import WORK, limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
@@ -101,7 +101,7 @@ class FindQuestion(Question):
             extreme = number_question(each)
             assert extreme is not None
             known[name] = extreme.answer(motion, notes)
-        value, more = Search(motion, self, known).found()
+        value, more = ValueSearch(motion, self, known).found()
         notes.extend(more)
         return value
 
@@ -113,7 +113,7 @@ class FindQuestion(Question):
 
 
 @dataclass(frozen=True)
-class Search:
+class ValueSearch:
     """The search for a value of which a motion starts; `known`: the answers that the equation names, by their names."""
 
     motion: AskedMotion
@@ -177,7 +177,7 @@ class Search:
     # --- what is looked for ---------------------------------------------------------------------------------------
 
     @property
-    def solved(self) -> Solved:
+    def solved(self) -> SolvedInstant:
         """The start from which the value that the model has is known."""
         return self.motion.solved
 
@@ -244,7 +244,10 @@ class Search:
         return ["; ".join((*told, first)), *self._range(value, found[0])]
 
     def _others(self, value: Value, found: list[Zero], others: list[Value]) -> list[str]:
-        told = [_place(*pair) for pair in zip(others, found[1:], strict=True)]
+        told = [
+            f"{value}" if zero.through is None else f"{value} to {zero.through:.6g}"
+            for value, zero in zip(others, found[1:], strict=True)
+        ]
         return [*self._range(value, found[0]), *([f"others are {', '.join(told)}"] if told else [])]
 
     def _range(self, value: Value, zero: Zero) -> list[str]:
@@ -435,7 +438,7 @@ class Search:
         return next((root for root in roots if root is not None), None)
 
     def _root_near(
-        self, node: Node, unknown: Node, value: float, beside: float, solved: Solved, part: float
+        self, node: Node, unknown: Node, value: float, beside: float, solved: SolvedInstant, part: float
     ) -> Node | None:
         """Return the root of a formula that is a value, to a `part` of it, as an expression."""
 
@@ -455,7 +458,7 @@ class Search:
         more = Names({**self._posed.parameters, name: Parameter(value=real(value))})
         return Overrides(initial={self.name: symbol(name)}).of(replace(self._posed, parameters=more)), symbol(name)
 
-    def _root(self, node: Node, unknown: Node, value: float, solved: Solved) -> Node | None:
+    def _root(self, node: Node, unknown: Node, value: float, solved: SolvedInstant) -> Node | None:
         """Return the root as an expression, None where there is none whose value it is."""
         letters = dict(solved.symbolic.letters)
         letters[unknown] = Letter(unknown, PRECISE.mpf(value), letters[unknown].positive)
@@ -469,8 +472,3 @@ class Search:
         except (NoClosedFormError, InputError, *UNDEFINED) as reason:
             self.solved.reasons[why_none(reason)] = None
         return None
-
-
-def _place(value: Value, zero: Zero) -> str:
-    """Return where a function vanishes, for people."""
-    return str(value) if zero.through is None else f"{value} to {zero.through:.6g}"

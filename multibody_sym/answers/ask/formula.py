@@ -6,8 +6,8 @@ from typing import Self
 
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import shortest_course
-from multibody_sym.answers.ask.named_answers import TIME
 from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import VERBS, WAYS
 from multibody_sym.records import dataclass

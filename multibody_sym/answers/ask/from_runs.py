@@ -77,8 +77,15 @@ class Simulated:
         run = self._run(point, duration)
         v, a = _vectors(run, "velocity"), _vectors(run, "acceleration")
         changes = [float(change["t"]) for change in run.changes]
-        pairs = zip(pairwise(run.t.tolist()), range(len(v)), strict=False)
-        way = float(sum(_way_past(changes, times, v[k : k + 2], a[k : k + 2]) for times, k in pairs))
+        way = 0.0
+        for k, (begin, end) in enumerate(pairwise(run.t.tolist())):
+            change = next((t for t in changes if begin < t < end), None)
+            if change is None:
+                way += _way(v[k : k + 2], a[k : k + 2], end - begin)
+                continue
+            (v0, v1), (a0, a1), before, after = v[k : k + 2], a[k : k + 2], change - begin, end - change
+            there = _way(np.array([v0, v0 + a0 * before]), np.array([a0, a0]), before)
+            way += there + _way(np.array([v1 - a1 * after, v1]), np.array([a1, a1]), after)
         return way if way > _ATOL * max(1.0, duration) else 0.0
 
     def time(self, coordinate: str, value: float) -> float | None:
@@ -309,17 +316,6 @@ def _along(function: str, point: str, direction: Sequence[float]) -> Node:
 
 def _vectors(run: Trajectory, function: str) -> Floats:
     return np.array([run[f"{function} {axis}"] for axis in AXES]).T
-
-
-def _way_past(changes: Sequence[float], times: tuple[float, float], v: Floats, a: Floats) -> float:
-    """Return the integral of |v| over a step; where a state changes in it, of what leads there and back from behind."""
-    begin, end = times
-    change = next((t for t in changes if begin < t < end), None)
-    if change is None:
-        return _way(v, a, end - begin)
-    before, after = change - begin, end - change
-    there = _way(np.array([v[0], v[0] + a[0] * before]), np.array([a[0], a[0]]), before)
-    return there + _way(np.array([v[1] - a[1] * after, v[1]]), np.array([a[1], a[1]]), after)
 
 
 def _way(v: Floats, a: Floats, step: float) -> float:

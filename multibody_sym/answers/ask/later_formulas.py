@@ -22,12 +22,12 @@ from multibody_sym.algebra.quotient_functions import doubled, exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import InTime, least_conditions
-from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, put_in
+from multibody_sym.answers.ask.named_answers import Anywhere, Granted
 from multibody_sym.answers.instant.instant import AGREEMENT
+from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.states import VERBS, Moment, StateCondition
@@ -64,7 +64,7 @@ _NEAR: Final = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class MotionFormulas:
     """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
 
     `known` gives the formula of each, None where it has none. `turning` vanishes where the speed does, if that is so at
@@ -99,7 +99,7 @@ class Course:
                 raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
             self.used[node] = formula
         known = put_in(found, {node: each.formula for node, each in self.used.items()})
-        return known if self.beside is None else simplified(self.there, known, {self.variable: self.beside})
+        return known if self.beside is None else in_book_form(self.there, known, {self.variable: self.beside})
 
     def granted(self) -> Iterator[str]:
         """Yield what the formulas of time that were used take for granted of parameters, each once."""
@@ -142,8 +142,14 @@ class Course:
         """Yield what vanishes when a condition becomes true, or a state begins. Raises NoClosedFormError."""
         if isinstance(moment, StateCondition):
             yield from self.there.forms.of(begins_where(ActingForces.at(self.there.instant), moment))
-        else:
-            yield from map(self.there.of, boundaries(moment))
+            return
+        waiting = [moment]
+        while waiting:
+            node = waiting.pop()
+            if node.op in ("min", "max") and is_condition(node):
+                waiting.extend(node.args)
+            else:
+                yield self.there.of(switching_function(node))
 
     def _polished(self, zero: Node) -> float:
         """Return the root near `at`, to rounding."""
@@ -169,7 +175,7 @@ class Course:
         return found
 
 
-def simplified(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Node:
+def in_book_form(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Node:
     """Return an expression of parameters and of what has values near by in its book form. Raises NoClosedFormError."""
     return book_form(doubled(in_letters(there, node, values)))
 
@@ -195,7 +201,7 @@ _SAME: Final = 1e-6
 State = tuple[Sequence[float], Sequence[float]]
 
 
-def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
+def course_of_energy(there: Anywhere, q: float, u: float) -> MotionFormulas | None:
     """Return the speed of the one freedom by its coordinate, with the sign of u; None where energy does not tell it."""
     mechanism = there.solved.mechanism
     if len(mechanism.coordinates) != 1 or len(mechanism.speeds) != 1 or mechanism.drives:
@@ -213,7 +219,7 @@ def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
     square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
     along = _root(square, u)
     known = {speed: InTime(along, granted)}
-    return Course(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
+    return MotionFormulas(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
 
 
 def _root(square: Node, u: float) -> Node:
@@ -239,7 +245,7 @@ def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
     return None if zero is None else granted
 
 
-def courses_on_curve(there: Anywhere, at: State, beside: State) -> Iterator[Course]:
+def courses_on_curve(there: Anywhere, at: State, beside: State) -> Iterator[MotionFormulas]:
     """Yield the courses by each coordinate where constraints leave one freedom to several.
 
     `at`: coordinates and speeds (n each) at the moment, `beside` those a little before, where all are regular.
@@ -298,7 +304,7 @@ class _Curve:
                 return root
         raise NoClosedFormError("a coordinate that constraints hold has no formula of another")
 
-    def course(self, q: float, u: float) -> Course | None:
+    def course(self, q: float, u: float) -> MotionFormulas | None:
         """Return the course of all by the variable, which has the value q and the rate u at the moment."""
         there, (coordinates, speeds) = self.there, self.names
         speed = speeds[coordinates.index(self.variable)]
@@ -316,12 +322,12 @@ class _Curve:
         mass = multiply(TWO, put_in(put_in(moving, held), {speed: ONE}))
         energy = add(as_node(kinetic_energy(start)), as_node(potential_energy(start)))
         near = {self.variable: self.values[self.variable]}
-        square = simplified(there, divide(multiply(TWO, subtract(energy, put_in(stored, held))), mass), near)
+        square = in_book_form(there, divide(multiply(TWO, subtract(energy, put_in(stored, held))), mass), near)
         along = _root(square, u)
         formulas = {speed: along, **self.places, **{x: put_in(rate, {speed: along}) for x, rate in rates.items()}}
         known = {x: InTime(formula, Granted()) for x, formula in formulas.items()}
         turning = square if u == 0.0 else None
-        return Course(there, self.variable, known.get, q, turning, near[self.variable], used=dict(known))
+        return MotionFormulas(there, self.variable, known.get, q, turning, near[self.variable], used=dict(known))
 
     def _keeps(self, energy: Node, held: Mapping[Node, Node], speed: Node) -> bool:
         """Return whether the energy never changes on the curve, for whatever parameters and at any time."""
@@ -350,34 +356,15 @@ _WITHOUT_FORCE: Final = frozenset(word for verb in ("opens", "slackens", "frees"
 
 
 def begins_where(acting: ActingForces, condition: StateCondition) -> Iterator[Node]:
-    """Yield what vanishes where a state begins.
-
-    The speed of slipping, what friction lacks to its limit, or the force
-    that presses, or the distance.
-    """
+    """Yield what vanishes where a state begins: a speed of slip, a force of its limit, pressing force, or distance."""
     for element in acting.mechanism.one_way:
         parts = [part for part in element.frictions if condition.element in (element.name, part.name)]
         if _WITHOUT_SLIP.issuperset(condition.words):
             yield from (as_node(acting.row(part.rows[0]).phidot) for part in parts if len(part.rows) == 1)
         elif _WITH_SLIP.issuperset(condition.words):
-            yield from (x for part in parts if len(part.rows) == 1 for x in _beyond_limit(acting, element, part))
+            for part in (part for part in parts if len(part.rows) == 1):
+                force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
+                yield from (subtract(force, most), add(force, most))
         elif condition.element == element.name and element.unilateral:
             opens = _WITHOUT_FORCE.issuperset(condition.words)
             yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
-
-
-def _beyond_limit(acting: ActingForces, element: LawElement, part: FrictionPart) -> Iterator[Node]:
-    """Yield what friction lacks to its limit either way."""
-    force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
-    yield from (subtract(force, most), add(force, most))
-
-
-def boundaries(condition: Node) -> Iterator[Node]:
-    """Yield functions of the model one of which vanishes where a condition becomes true."""
-    waiting = [condition]
-    while waiting:
-        node = waiting.pop()
-        if node.op in ("min", "max") and is_condition(node):
-            waiting.extend(node.args)
-        else:
-            yield switching_function(node)

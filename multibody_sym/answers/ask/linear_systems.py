@@ -26,10 +26,11 @@ from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
 from multibody_sym.analysis.modes.record import Modes
 from multibody_sym.analysis.modes.small_motion import SmallMotion
 from multibody_sym.analysis.modes.spectrum import coefficients, determinant, spectrum
-from multibody_sym.answers.ask.courses import InTime, Linear, Shown, formulas_of_time
+from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
-from multibody_sym.answers.ask.named_answers import TIME, Anywhere, Granted, at_start
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.ask.named_answers import Anywhere, Granted
+from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.instant.letters import TIME, at_start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.system import System, expressions, with_expressions
@@ -138,7 +139,7 @@ class Coupled:
 
     def _one(self, a: Quotient, b: Quotient, x: Quotient, u: Quotient, f: Quotient) -> Node:
         """Return the solution of y'' = a y + b y' + f from y = x, y' = u."""
-        course = Linear(self.there, self.granted, a, b, f).course(_node(x), _node(u))
+        course = LinearMotion(self.there, self.granted, a, b, f).course(_node(x), _node(u))
         if course is None:
             raise NoClosedFormError("the force is no known function of time")
         return course
@@ -156,7 +157,7 @@ class Coupled:
             if x.is_zero and u.is_zero and driven.is_zero:
                 continue
             if factor.a is None:
-                yield Linear(self.there, self.granted, x * 0, factor.b, driven).fading(x, u)
+                yield LinearMotion(self.there, self.granted, x * 0, factor.b, driven).fading(x, u)
             else:
                 yield self._one(factor.a, factor.b, x, u, driven)
 
@@ -262,15 +263,15 @@ class Courses:
     They hold until a state changes first, or until a speed turns back on which accelerations depend by its sign.
     """
 
-    solved: Solved
+    solved: SolvedInstant
     motion: Simulated
     _found: dict[Node, InTime | None] = field(default_factory=dict)
     _why: dict[Node, str] = field(default_factory=dict)
 
     @cached_property
-    def shown(self) -> Shown:
+    def shown(self) -> ShownMotion:
         """What the motion shows."""
-        return Shown.of(self.solved, self.motion)
+        return ShownMotion.of(self.solved, self.motion)
 
     @cached_property
     def alone(self) -> Mapping[Node, InTime]:
@@ -302,7 +303,8 @@ class Courses:
         signs, granted = there.forms.field.positive, Granted()
         there.forms.field.positive = granted.positive
         try:
-            formula = coupled_course(there, granted, coordinate)[0 if name == coordinate else 1]
+            formula = _coupled_course(there, granted, coordinate)
+            formula = formula if name == coordinate else derivative(formula, TIME)
         finally:
             there.forms.field.positive = signs
         if len(text(formula)) > _LONGEST:
@@ -310,28 +312,22 @@ class Courses:
         return self.shown.confirmed({symbol(name): InTime(formula, granted)}).get(symbol(name))
 
 
-def coupled_course(there: Anywhere, granted: Granted, coordinate: str) -> tuple[Node, Node]:
-    """Return a coordinate and its speed as formulas of time. Raises NoClosedFormError, which says why it has none."""
+def _coupled_course(there: Anywhere, granted: Granted, coordinate: str) -> Node:
+    """Return a coordinate as a formula of time. Raises NoClosedFormError, which says why it has none."""
     mechanism = there.solved.mechanism
     names = [c.name for c in mechanism.coordinates]
     if len(names) != len(mechanism.speeds):
         raise NoClosedFormError("coordinates have no speeds of their own")
     q, u = (list(map(symbol, each)) for each in (names, [s.name for s in mechanism.speeds]))
-    group = _together(there, q, u, names.index(coordinate))
+    place = names.index(coordinate)
+    group = [place]  # the coordinates whose equations name each other's
+    for k in group:
+        named = there.forms.udot[k].symbols
+        group += [j for j in range(len(q)) if named & {q[j], u[j]} and j not in group]
+    group.sort()
     if len(group) > _MOST:
         raise NoClosedFormError(f"{len(group)} equations hang together")
-    given = _linear(there, granted, [q[k] for k in group], [u[k] for k in group], group)
-    course = given.course(group.index(names.index(coordinate)))
-    return course, derivative(course, TIME)
-
-
-def _together(there: Anywhere, q: Sequence[Node], u: Sequence[Node], first: int) -> list[int]:
-    """Return the places of the coordinates whose equations name each other's, in their order."""
-    found = [first]
-    for k in found:
-        named = there.forms.udot[k].symbols
-        found += [j for j in range(len(q)) if named & {q[j], u[j]} and j not in found]
-    return sorted(found)
+    return _linear(there, granted, [q[k] for k in group], [u[k] for k in group], group).course(group.index(place))
 
 
 def _linear(there: Anywhere, granted: Granted, q: Sequence[Node], u: Sequence[Node], group: Sequence[int]) -> Coupled:
@@ -438,15 +434,6 @@ def shortest_course(course: Node, letters: Mapping[Node, Letter], time: Node) ->
     return min((together, shortest(course)), key=_length)
 
 
-def _product(parts: list[Node]) -> Node:
-    """Return a product in the order of books: m/k*log(x), but F*exp(-c*t)*(k - m)/S."""
-    below = [part.args[1] for part in parts if part.op == "div"]
-    if below and not any(part.op == "exp" for part in parts):
-        return reduce(multiply, parts)
-    above = multiplied((part.args[0] if part.op == "div" else part, 1) for part in parts)
-    return reduce(divide, below, above)
-
-
 def _length(node: Node) -> int:
     return len(long_sums.text(node))
 
@@ -473,7 +460,14 @@ class _Shortest:
             yield quotient
         if node.op in ("add", "mul"):
             parts = [self(part) for part in flatten(node.op, node)]
-            yield reduce(add, parts) if node.op == "add" else _product(parts)
+            divisors = [part.args[1] for part in parts if part.op == "div"]
+            if node.op == "add":
+                yield reduce(add, parts)
+            elif divisors and not any(part.op == "exp" for part in parts):  # m/k*log(x), but F*exp(-c*t)*(k - m)/S
+                yield reduce(multiply, parts)
+            else:
+                whole = multiplied((part.args[0] if part.op == "div" else part, 1) for part in parts)
+                yield reduce(divide, divisors, whole)
         else:
             yield BUILD[node.op](*node.own, *map(self, node.args))
         yield node if quotient is None else quotient

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Self
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.ask.later_formulas import NO_TIME, Course
-from multibody_sym.answers.ask.named_answers import TIME
+from multibody_sym.answers.ask.later_formulas import NO_TIME, MotionFormulas
 from multibody_sym.answers.ask.question import MOMENT, AskedMotion, RunNumbers, UniformQuestion
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.instant.instant import AGREEMENT
+from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import Moment
 from multibody_sym.records import dataclass
@@ -43,7 +43,7 @@ class TimeQuestion(UniformQuestion):
     def rounding(self, numbers: RunNumbers) -> float:
         return MOMENT * numbers.time(self.when)
 
-    def formula(self, course: Course, _time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         place = course.place_when(self.when)
         if course.variable is not TIME:
             raise NoClosedFormError(NO_TIME)

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
-from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import surely_positive, under_roots
 from multibody_sym.algebra.quotient_functions import doubled
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.instant.instant import Solved
-from multibody_sym.derivation.symbolic_start import ClosedForms, SymbolicState, any_state, closed_forms, unknowns
+from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.questions import named_by
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.system import with_expressions
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, as_node, real, symbol
+from multibody_sym.scalars.node import Node, as_node, real, symbol
 from multibody_sym.text.values import Value
 
 
@@ -37,39 +35,23 @@ def with_answers(
         return question, True
     if any(answers[name].value is None for name in named):
         return None
-    at_start = question.value is not None and question.when is None and question.after is None
-    again = {name: node for name, node in (asked or {}).items() if at_start and name in named}
-    known = {symbol(name): again.get(name) or _node(answers[name]) for name in named}
+    of_start = question.value is not None and question.when is None and question.after is None
+    again = {name: node for name, node in (asked or {}).items() if of_start and name in named}
+    forms = {name: answers[name].expression or real(answers[name].value or 0.0) for name in named}
+    known = {symbol(name): again.get(name) or form for name, form in forms.items()}
     found: Ask = with_expressions(question, lambda node: put_in(node, known))
     return found, all(name in again or answers[name].expression is not None for name in named)
-
-
-def _node(answer: Value) -> Node:
-    """Return an answer's closed form, or its number."""
-    if answer.expression is not None:
-        return answer.expression
-    assert answer.value is not None
-    return real(answer.value)
-
-
-def put_in(node: Node, known: Mapping[Node, Node]) -> Node:
-    """Return an expression with others in the place of symbols."""
-    found: Node = evaluate([node], lambda leaf: known.get(leaf, leaf))[0]
-    return found
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The equations of motion in closed form at any state, and what a formula of time takes for granted of parameters.
 
 
-TIME: Final = symbol("t")
-
-
 @dataclass(frozen=True, eq=False)
 class Anywhere:
     """The equations of motion in closed form at any state: time, coordinates and speeds keep their names."""
 
-    solved: Solved
+    solved: SolvedInstant
     forms: ClosedForms
     instant: Instant
 
@@ -93,7 +75,7 @@ class Anywhere:
         return not a.symbols & self.variables
 
 
-def anywhere(solved: Solved, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:
+def anywhere(solved: SolvedInstant, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:
     """Return a system's equations at any state like one that it comes to, whose signs of |u| and such they have.
 
     None where they have no closed form, or poses are quaternions.
@@ -104,17 +86,12 @@ def anywhere(solved: Solved, q: Sequence[float], u: Sequence[float]) -> Anywhere
     general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
     try:
         forms = closed_forms(mechanism, general)
-        forms.known.update(_held(mechanism, general, forms))
+        names = [*(symbol(x.name) for x in mechanism.coordinates), *(symbol(x.name) for x in mechanism.speeds)]
+        values = [as_node(x) for x in (*general.state.q, *general.state.u)]
+        forms.known.update(zip(names, forms.of(values), strict=True))  # those that constraints hold have no letters
     except NoClosedFormError:
         return None
     return Anywhere(solved, forms, Instant(motion_of(mechanism, general.state), *unknowns(mechanism)))
-
-
-def _held(mechanism: Mechanism, general: SymbolicState, forms: ClosedForms) -> dict[Node, Quotient]:
-    """Return what coordinates and speeds are that have no letters, since constraints hold them."""
-    names = [*(symbol(x.name) for x in mechanism.coordinates), *(symbol(x.name) for x in mechanism.speeds)]
-    values = [as_node(x) for x in (*general.state.q, *general.state.u)]
-    return dict(zip(names, forms.of(values), strict=True))
 
 
 @dataclass(eq=False)
@@ -144,9 +121,3 @@ class Granted:
         """Return a quotient as an expression, and take for granted that its roots are real."""
         self.positive.extend(x.value for x in under_roots([a]))
         return book_form(doubled(a))
-
-
-def at_start(node: Node) -> Node:
-    """Return a formula of time at t = 0."""
-    found: Node = evaluate([node], lambda leaf: ZERO if leaf is TIME else leaf)[0]
-    return found

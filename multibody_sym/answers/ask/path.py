@@ -7,11 +7,11 @@ from typing import Final, Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.ask.later_formulas import Course, component
-from multibody_sym.answers.ask.named_answers import put_in
+from multibody_sym.answers.ask.later_formulas import MotionFormulas, component
 from multibody_sym.answers.ask.question import AskedMotion, RunNumbers, UniformQuestion
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.instant.instant import AGREEMENT
+from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.model.fields import Point
 from multibody_sym.model.settings import Ask
 from multibody_sym.records import dataclass
@@ -48,7 +48,7 @@ class PathQuestion(UniformQuestion):
             return Value(numbers.motion.path(self.of, time))
         return Value(numbers.motion.displacement(self.of, time, numbers.direction(self.along)))
 
-    def formula(self, course: Course, _time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         if self.along is None:
             raise NoClosedFormError("a path has no formula")
         place = course.along(component("position", self.of, self.along))

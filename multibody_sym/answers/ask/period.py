@@ -12,7 +12,7 @@ from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
 from multibody_sym.answers.ask.courses import FITS
 from multibody_sym.answers.ask.named_answers import Granted, anywhere
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.errors import ExpressionError, at
 from multibody_sym.model.settings import Ask
 from multibody_sym.records import dataclass
@@ -56,7 +56,7 @@ class PeriodQuestion(NumberQuestion):
         notes.extend(numbers.accuracy if formula is None else ())
         return replace(motion.with_formula(found, formula), unit="s")
 
-    def _formula(self, solved: Solved, number: float) -> Node | None:
+    def _formula(self, solved: SolvedInstant, number: float) -> Node | None:
         """Return 2 pi/sqrt(-A) where the coordinate has q'' = A q + c and this is the number; else None."""
         names = [c.name for c in solved.mechanism.coordinates]
         there = anywhere(solved, solved.begin.q, solved.begin.u) if self.coordinate in names else None

@@ -16,11 +16,12 @@ import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
 from multibody_sym.answers.ask.from_runs import Simulated
-from multibody_sym.answers.ask.later_formulas import Course, course_of_energy, courses_on_curve
+from multibody_sym.answers.ask.later_formulas import MotionFormulas, course_of_energy, courses_on_curve
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
-from multibody_sym.answers.ask.named_answers import TIME, anywhere
+from multibody_sym.answers.ask.named_answers import anywhere
 from multibody_sym.answers.ask.uniform_motion import UniformMotion, uniform_motion
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.settings import Ask
@@ -80,10 +81,10 @@ class LaterQuestion(NumberQuestion):
         """Return the time of the answer, which runs have as a number."""
 
     @abstractmethod
-    def formula(self, course: Course, time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, time: float) -> Quotient:
         """Return the answer, which runs have at a time, in closed form along a course. Raises NoClosedFormError."""
 
-    def shorter(self, found: Node, _course: Course) -> Node:
+    def shorter(self, found: Node, _course: MotionFormulas) -> Node:
         """Return a shorter way to write a closed form that was found, if there is one."""
         return found
 
@@ -276,9 +277,9 @@ class AskedMotion:
     `answers`: those so far, by name. `solve`: solves another system and returns its answers, and remarks on them.
     """
 
-    solved: Solved
+    solved: SolvedInstant
     answers: Mapping[str, Value]
-    solve: Callable[[System], tuple[Solved, Mapping[str, Value], list[str]]]
+    solve: Callable[[System], tuple[SolvedInstant, Mapping[str, Value], list[str]]]
 
     @cached_property
     def uniform(self) -> UniformMotion | None:
@@ -355,7 +356,7 @@ class AskedMotion:
         notes.extend(shortest[1])
         return shortest[0]
 
-    def _courses(self, time: float) -> Iterator[Course]:
+    def _courses(self, time: float) -> Iterator[MotionFormulas]:
         """Yield the courses that are known, at a time."""
         mechanism, run = self.solved.mechanism, self.simulated.until(time)
         q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
@@ -363,7 +364,7 @@ class AskedMotion:
         if there is None:
             return
         if self.courses.alone or len(q) > 1:
-            yield Course(there, TIME, self.courses.of, time)
+            yield MotionFormulas(there, TIME, self.courses.of, time)
         fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
         u = [0.0 if abs(x) <= _STANDS * most else x for x, most in zip(u, fastest, strict=True)]
         if len(q) == len(u) == 1:

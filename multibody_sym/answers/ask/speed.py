@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import Quotient
-from multibody_sym.answers.ask.later_formulas import Course, component
+from multibody_sym.answers.ask.later_formulas import MotionFormulas, component
 from multibody_sym.answers.ask.question import AskedMotion, RunNumbers, UniformQuestion
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.instant.instant import AGREEMENT
@@ -49,7 +49,7 @@ class SpeedQuestion(UniformQuestion):
             return Value(numbers.motion.speed(self.of, time))
         return Value(numbers.motion.velocity(self.of, time, numbers.direction(self.along)))
 
-    def formula(self, course: Course, _time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         place = course.place_when(self.at)
         return course.value(course.along(self._expression()), place)
 

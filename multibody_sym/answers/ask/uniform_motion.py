@@ -15,8 +15,8 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import absolute, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.ask.named_answers import TIME
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -41,7 +41,7 @@ _MOMENTS: Final = 1001
 class UniformMotion:
     """A motion in which no acceleration depends on time, coordinates or speeds; `anywhere` is the proof."""
 
-    solved: Solved
+    solved: SolvedInstant
     forms: ClosedForms
     anywhere: ClosedForms
     nodes: Instant
@@ -79,9 +79,13 @@ class UniformMotion:
         """Return whether what is granted fails before a time, from which on other accelerations may hold."""
         times = np.linspace(0.0, until, _MOMENTS)[:-1]
         for node in map(book_form, self.granted):
-            values = [self._value(node, t) for t in times.tolist()]
-            values += [self._value(node, t) for t in _lowest(times, np.array(values))]
-            if not all(value > 0.0 for value in values):
+            values = np.array([self._value(node, t) for t in times.tolist()])
+            # about when it is least between two samples, as parabolas through three of them tell
+            before, here, after = values[:-2], values[1:-1], values[2:]
+            places = np.flatnonzero((here <= before) & (here <= after) & (before + after > 2 * here))
+            aside = (before - after)[places] / (before - 2 * here + after)[places] / 2
+            lowest = times[1:-1][places] + (times[1] - times[0]) * aside
+            if not all(value > 0.0 for value in (*values.tolist(), *(self._value(node, t) for t in lowest.tolist()))):
                 return True
         return False
 
@@ -141,12 +145,21 @@ class UniformMotion:
         return v, None if any(x.symbols & self.variables for x in changing) else a
 
 
-def uniform_motion(solved: Solved) -> UniformMotion | None:
+def uniform_motion(solved: SolvedInstant) -> UniformMotion | None:
     """Return the motion if all accelerations are constant along it, None if they are not or this is not proved."""
-    resolved, forms = solved.mechanism, solved.forms
-    if forms is None or any(body.quaternions for body in resolved.bodies) or not _seems_uniform(solved):
+    resolved, forms, begin, rng = solved.mechanism, solved.forms, solved.begin, np.random.default_rng(0)
+    if forms is None or any(body.quaternions for body in resolved.bodies):
         return None
-    general = any_state(resolved, solved.begin, solved.nodes.motion.state)
+    here, size = _accelerations(solved, 0.0, np.array(begin.q), np.array(begin.u))
+    for k in range(_DISPLACED):
+        q, u = (np.array(x) + _FAR * rng.normal(size=len(x)) for x in (begin.q, begin.u))
+        try:
+            there, _ = _accelerations(solved, 0.1 * (k + 1), q, u)
+        except UNDEFINED:
+            return None
+        if not bool((np.abs(there - here) <= _SAME * size).all()):
+            return None
+    general = any_state(resolved, begin, solved.nodes.motion.state)
     names = ("t", *(c.name for c in resolved.coordinates), *(s.name for s in resolved.speeds))
     variables = frozenset(map(symbol, names))
     try:
@@ -159,22 +172,7 @@ def uniform_motion(solved: Solved) -> UniformMotion | None:
     return UniformMotion(solved, forms, anywhere, nodes, variables)
 
 
-def _seems_uniform(solved: Solved) -> bool:
-    """Return whether the accelerations at displaced states are those at the start."""
-    begin, rng = solved.begin, np.random.default_rng(0)
-    here, size = _accelerations(solved, 0.0, np.array(begin.q), np.array(begin.u))
-    for k in range(_DISPLACED):
-        q, u = (np.array(x) + _FAR * rng.normal(size=len(x)) for x in (begin.q, begin.u))
-        try:
-            there, _ = _accelerations(solved, 0.1 * (k + 1), q, u)
-        except UNDEFINED:
-            return False
-        if not bool((np.abs(there - here) <= _SAME * size).all()):
-            return False
-    return True
-
-
-def _accelerations(solved: Solved, t: float, q: Floats, u: Floats) -> tuple[Floats, float]:
+def _accelerations(solved: SolvedInstant, t: float, q: Floats, u: Floats) -> tuple[Floats, float]:
     """Return udot at a state in floats, and the size of what it is made of: the accelerations without rows."""
     resolved = solved.mechanism
     state = state_of(resolved, float, t, q.tolist(), u.tolist(), solved.begin.parameters)
@@ -200,14 +198,6 @@ def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
     root = sqrt(square) * (1 if a.sample > 0 else -1)
     times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
     return min(times, key=lambda t: t.sample, default=None)
-
-
-def _lowest(times: Floats, values: Floats) -> list[float]:
-    """Return about when what is sampled is least between two samples, as parabolas through three of them tell."""
-    step, (before, here, after) = times[1] - times[0], (values[:-2], values[1:-1], values[2:])
-    places = np.flatnonzero((here <= before) & (here <= after) & (before + after > 2 * here))
-    aside = (before - after)[places] / (before - 2 * here + after)[places] / 2
-    return [float(t) for t in times[1:-1][places] + step * aside]
 
 
 def _length(vector: Sequence[Quotient]) -> Quotient:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Self
 
 from multibody_sym.algebra.quotients import Quotient
-from multibody_sym.answers.ask.later_formulas import Course
+from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.linear_systems import shortest_course
-from multibody_sym.answers.ask.named_answers import TIME, put_in
 from multibody_sym.answers.ask.question import MOMENT, ROUNDING, AskedMotion, LaterQuestion, NumberQuestion, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT
-from multibody_sym.answers.instant.reactions import told
+from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.reactions import with_letters
 from multibody_sym.mechanics.gears import is_undetermined
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import Moment
@@ -44,7 +44,7 @@ class StartValueQuestion(NumberQuestion):
         if is_undetermined(motion.solved.mechanism.withheld, self.value):
             notes.append(_WITHHELD)
             return Value(None)
-        return told(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
+        return with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
 
 
 class _LaterValueQuestion(LaterQuestion):
@@ -86,11 +86,11 @@ class ValueAfterQuestion(_LaterValueQuestion):
         time = numbers.motion.number(self.after)
         return ROUNDING * numbers.motion.largest_and_rate(self.value, None, time)[0]
 
-    def formula(self, course: Course, _time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         place = course.place_after(self.after)
         return course.value(course.along(self.value), place)
 
-    def shorter(self, found: Node, course: Course) -> Node:
+    def shorter(self, found: Node, course: MotionFormulas) -> Node:
         """Return the formula of time, as a book writes it, with the time put in where that is shorter."""
         if course.variable is not TIME or self.after.shadow is not None:
             return found
@@ -126,6 +126,6 @@ class ValueWhenQuestion(_LaterValueQuestion):
         largest, rate = numbers.motion.largest_and_rate(self.value, self.when, time)
         return ROUNDING * largest + MOMENT * time * rate
 
-    def formula(self, course: Course, _time: float) -> Quotient:
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         place = course.place_when(self.when)
         return course.value(course.along(self.value), place)

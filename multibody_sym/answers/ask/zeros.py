@@ -48,6 +48,8 @@ _SHRUNK: Final = 0.25
 
 Point = tuple[float, float]
 ANYWHERE: Final[Point] = (-inf, inf)
+UNKNOWN: Final = nan
+"""The value of a function where it has none."""
 
 
 @dataclass(frozen=True)
@@ -107,11 +109,12 @@ def zeros(
     """
     if bounds is not None:
         points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
-        walk: Iterator[_Seen] = _between(function, points, size)
+        brackets = (_with_values(function, a, b) for a, b in pairwise(points))
+        walk: Iterator[_Seen] = (_Seen(a, b, points, size) for a, b in brackets)
     else:
         walk = _outwards(function, sample, size, limits)
     fine = _ACCURACY if cheap else _FINE
-    met = (zero for seen in walk if (zero := _met(function, seen, fine)) is not None)
+    met = (zero for seen in walk if (zero := _edge(function, seen) or _zero(function, seen, fine)) is not None)
     found = list(islice(met, None if bounds is not None else _MOST if cheap else 1))
     if found and bounds is None and found[-1].through is not None:  # the other end of the range too
         found += islice(met, 1)
@@ -205,11 +208,6 @@ class _Seen:
         return last
 
 
-def _between(function: Callable[[float], float], points: list[Point], size: float) -> Iterator[_Seen]:
-    """Yield the brackets of points in turn."""
-    return (_Seen(*_with_values(function, a, b), points, size) for a, b in pairwise(points))
-
-
 def _outwards(function: Callable[[float], float], sample: float, size: float, limits: Point) -> Iterator[_Seen]:
     """Yield the brackets that are met on the way from the sample outwards, to one side and the other in turn."""
     low, high = limits if limits[0] <= sample <= limits[1] else ANYWHERE
@@ -245,14 +243,6 @@ def _with_values(function: Callable[[float], float], a: Point, b: Point) -> tupl
         if _changes(begin, last):
             break
     return (begin, last) if known is a else (last, begin)
-
-
-def _met(function: Callable[[float], float], seen: _Seen, fine: float) -> Zero | None:
-    """Return the zero in a bracket, the end of a range in which the function vanishes where one ends there."""
-    edge = _edge(function, seen)
-    if edge is not None:
-        return edge
-    return _zero(function, seen.a, seen.b, fine) if _changes(seen.a, seen.b) and not seen.is_nothing else None
 
 
 def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
@@ -302,8 +292,11 @@ def _last_within(function: Callable[[float], float], inside: Point, outside: Poi
     return inside
 
 
-def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -> Zero | None:
-    """Return the zero in a bracket, None where the function jumps there."""
+def _zero(function: Callable[[float], float], seen: _Seen, fine: float) -> Zero | None:
+    """Return the zero in a bracket, None where the function has none or jumps there."""
+    a, b = seen.a, seen.b
+    if not _changes(a, b) or seen.is_nothing:
+        return None
     if a[1] == 0.0:
         return Zero(a[0], 0.0, fine=fine)
     from scipy.optimize import brentq  # scipy takes longer to import than most answers take
@@ -321,7 +314,3 @@ def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -
         return None
     left = remembered(root)
     return Zero(root, left, fine=fine) if abs(left) <= _NO_ROOT * max(abs(a[1]), abs(b[1])) else None
-
-
-UNKNOWN: Final = nan
-"""The value of a function where it has none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property, reduce
 from operator import add
@@ -15,16 +15,16 @@ from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.impact.conditions import impact_conditions, needed_friction
 from multibody_sym.answers.impact.solve import (
     Befores,
-    Course,
+    ImpactFormulas,
     ImpactInstant,
     Order,
     befores,
     impact_steps,
     length,
     row_impulses,
-    solved_at_rest,
+    solve_at_rest,
 )
-from multibody_sym.answers.instant.instant import AGREEMENT, Solved, with_outputs_put_in
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_outputs_put_in
 from multibody_sym.answers.records import ImpactFound
 from multibody_sym.contact_laws.impact_problem import Struck
 from multibody_sym.contact_laws.impact_sequence import clusters
@@ -96,14 +96,20 @@ def _cleared(x: float, made_of: float) -> float:
     return x if abs(x) > _ROUNDED * made_of else 0.0
 
 
-def centres_of_percussion(solved: Solved) -> dict[str, Value]:
+def centres_of_percussion(solved: SolvedInstant) -> dict[str, Value]:
     """Return for each body that hangs on ground by a hinge, and carries nothing, how far from it a blow spares it.
 
     That is the length J_A/(m s) from the hinge A through the centre of mass, s away from it.
     """
-    mechanism = solved.mechanism
+    bodies = solved.mechanism.bodies
+    parents = {body.parent for body in bodies}
     found: dict[str, Value] = {}
-    for k, body in _hung(mechanism):
+    for k, body in enumerate(bodies):
+        free = [step for step in body.steps if step.motion is None]
+        if body.parent >= 0 or k in parents or not len(body.steps) == len(free) == 1:
+            continue
+        if len(free[0].turns) != 1 or free[0].slides:
+            continue
         number = _length(solved.numbers.motion, k, body)
         if number is None:
             continue
@@ -111,16 +117,6 @@ def centres_of_percussion(solved: Solved) -> dict[str, Value]:
         known = Value(float(number)) if node is None else solved.value(as_node(node), float(number))
         found[body.name] = Value(known.value, known.expression, "m")
     return found
-
-
-def _hung(mechanism: Mechanism) -> Iterator[tuple[int, TreeBody]]:
-    parents = {body.parent for body in mechanism.bodies}
-    for k, body in enumerate(mechanism.bodies):
-        free = [step for step in body.steps if step.motion is None]
-        if body.parent < 0 and k not in parents and len(body.steps) == len(free) == 1:
-            (step,) = free
-            if len(step.turns) == 1 and not step.slides:
-                yield k, body
 
 
 def _length(motion: Motion, index: int, body: TreeBody) -> S | None:
@@ -151,12 +147,12 @@ def works(told: ImpactInstant, rows: Sequence[str], striking: Mapping[str, Node]
     return [(p, v + w) for p, (v, w) in zip(row_impulses(told, rows), both, strict=True)]
 
 
-def taken(pairs: Sequence[tuple[Any, Any]]) -> Any:
+def energy_taken(pairs: Sequence[tuple[Any, Any]]) -> Any:
     """Return minus the sum of works."""
     return -sum((p * v for p, v in pairs), 0) / 2
 
 
-def by_works(solved: Solved, pairs: Sequence[tuple[Any, Any]], known: Value) -> Value:
+def energy_by_works(solved: SolvedInstant, pairs: Sequence[tuple[Any, Any]], known: Value) -> Value:
     """Return an energy that has no formula in one piece as minus the works, each impulse beside its speeds.
 
     As it is where one of these has none either, or where they are not the energy.
@@ -189,7 +185,7 @@ _DRIVEN: Final = 1e-9
 Values = dict[str, Value]
 
 
-def impact_found(system: System, formalism: str | None = None) -> tuple[ImpactFound, Solved]:
+def impact_found(system: System, formalism: str | None = None) -> tuple[ImpactFound, SolvedInstant]:
     """Return what the impact of a system does, and the solved mechanism of it.
 
     Raises InputError, NoSolutionError where nothing strikes or the laws have no solution, and RunError where they
@@ -197,12 +193,6 @@ def impact_found(system: System, formalism: str | None = None) -> tuple[ImpactFo
     """
     posed = posed_impact(system)
     struck = outcome(posed)
-    _verify_no_gain(posed, struck)
-    answer = _Answer(posed, struck, formalism)
-    return answer.told(), answer.solved
-
-
-def _verify_no_gain(posed: PosedImpact, struck: Struck) -> None:
     if struck.gained > 0.0:
         raise RunError(
             f"by {posed.law.capitalize()}'s law this impact would make energy: {struck.gained:.6g} J. With friction "
@@ -210,6 +200,8 @@ def _verify_no_gain(posed: PosedImpact, struck: Struck) -> None:
             where=Where(path=("impact", "law")),
             number="N108",
         )
+    answer = _Answer(posed, struck, formalism)
+    return answer.told(), answer.solved
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,24 +224,24 @@ class _Answer:
         return befores(self.posed)
 
     @cached_property
-    def solved(self) -> Solved:
+    def solved(self) -> SolvedInstant:
         """The mechanism of the impact."""
         return self._solved(self.rows.mechanism, self.rows.jumps, self._formula)
 
     def _solved(
         self, mechanism: Mechanism, jumps: Mapping[int, float], formula: Callable[[Motion], Mapping[int, Node] | None]
-    ) -> Solved:
-        return solved_at_rest(self.posed, self.given, mechanism, jumps, formula, self.formalism, self.reasons)
+    ) -> SolvedInstant:
+        return solve_at_rest(self.posed, self.given, mechanism, jumps, formula, self.formalism, self.reasons)
 
     def _formula(self, before: Motion) -> Mapping[int, Node] | None:
         """Return the jumps of rows over Nodes, None where no formula is known."""
         return self.course.jumps(before)
 
     @cached_property
-    def course(self) -> Course:
+    def course(self) -> ImpactFormulas:
         """The way of the impact over Nodes."""
         mode = StruckMode(self.posed.blow, self.rows)
-        return Course(mode, self.struck, self.given.symbolic.letters, self.reasons, self.posed.law)
+        return ImpactFormulas(mode, self.struck, self.given.symbolic.letters, self.reasons, self.posed.law)
 
     @cached_property
     def order(self) -> Order:
@@ -456,10 +448,11 @@ class _Answer:
     def _taken(self, rows: Sequence[str], number: float) -> Value:
         """Return the energy that rows take; where it has no formula in one piece their works, impulse by impulse."""
         reasons = dict(self.reasons)
-        known = self._known(lambda instant: taken(works(_impact(instant), rows, self.course.striking)), number, "J")
+        striking = self.course.striking
+        known = self._known(lambda instant: energy_taken(works(_impact(instant), rows, striking)), number, "J")
         if known.expression is not None or self.solved.forms is None:
             return known
-        known = by_works(self.solved, works(_impact(self.solved.nodes), rows, self.course.striking), known)
+        known = energy_by_works(self.solved, works(_impact(self.solved.nodes), rows, self.course.striking), known)
         if known.expression is not None:  # then no reason counts why it has none
             self.reasons.clear()
             self.reasons.update(reasons)
@@ -477,7 +470,7 @@ class _Answer:
 
         def given(instant: Instant) -> Any:
             told = _impact(instant)
-            lost_there = taken(works(told, rows, self.course.striking))
+            lost_there = energy_taken(works(told, rows, self.course.striking))
             return kinetic_energy(told.later) - kinetic_energy(told.before) + lost_there
 
         return self._known(given, after - before + lost.value, "J")
@@ -536,34 +529,19 @@ def _impulses_of(instant: Instant, element: LawElement) -> dict[str, Any]:
 _IMPULSES: Final = ("reaction", "tension", "multiplier")
 
 
-def answered_after(solved: Solved) -> dict[str, Value]:
+def answers_after(solved: SolvedInstant) -> dict[str, Value]:
     """Return the answers to all questions of a system."""
     found: dict[str, Value] = {}
     solved = with_outputs_put_in(solved)
     for name, question in solved.system.ask.items():
         with at("ask", name):
             assert question.value is not None
-            found[name] = _answer(solved, question.value)
+            found[name] = _answer_after(solved, question.value)
     return found
 
 
-def _along_rows(instant: Instant, leaf: Node) -> list[list[str]]:
-    """Return the rows of what strikes, by component of an impulse that is asked; nothing for joints and constraints."""
-    if leaf.data[0] != "reaction":
-        return []
-    name, component = leaf.data[1]
-    found = (exerted_by(element).get(name, {}) for element in instant.motion.mechanism.one_way)
-    along = [rows[component] for rows in found if component in rows]
-    return [[row.name for row in rows] for rows in zip(*along, strict=True)]
-
-
-def _impulse(instant: ImpactInstant, along: list[list[str]]) -> S:
-    """Return the sum of impulses of rows, or the length of the sums where there are several components."""
-    sums = [reduce(add, row_impulses(instant, rows)) for rows in along]
-    return length(sums) if len(sums) > 1 else sums[0]
-
-
-def _answer(solved: Solved, node: Node) -> Value:
+def _answer_after(solved: SolvedInstant, node: Node) -> Value:
+    """Return an expression; of an impulse with several components that it names as one the length."""
     in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
     asked = leaves(in_slots, "quantity")
     impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
@@ -574,9 +552,18 @@ def _answer(solved: Solved, node: Node) -> Value:
         later = instant.later
         nothing = [0] * len(later.state.u), [0] * len(later.mechanism.rows)
         known = quantities(later, *nothing, others)
-        of_rows = {leaf: _along_rows(instant, leaf) for leaf in impulses}
-        known |= {leaf: _impulse(instant, rows) for leaf, rows in of_rows.items() if rows}
-        named = [leaf for leaf, rows in of_rows.items() if not rows]
+        named = []
+        for leaf in impulses:
+            rows: list[list[Row]] = []  # of what strikes, by component of the impulse
+            if leaf.data[0] == "reaction":
+                name, component = leaf.data[1]
+                exerted = (exerted_by(element).get(name, {}) for element in instant.motion.mechanism.one_way)
+                rows = list(map(list, zip(*(x[component] for x in exerted if component in x), strict=True)))
+            sums = [reduce(add, row_impulses(instant, [row.name for row in each])) for each in rows]
+            if sums:
+                known[leaf] = length(sums) if len(sums) > 1 else sums[0]
+            else:
+                named.append(leaf)
         known |= quantities(instant.motion, instant.udot, instant.multipliers, named)
         return {"": evaluate(in_slots, {**later.state.slots, **known}, later.state.scalar)[0]}
 

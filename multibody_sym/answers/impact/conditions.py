@@ -8,16 +8,16 @@ from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.impact.solve import (
     Blows,
-    Course,
+    ImpactFormulas,
     ImpactInstant,
     Needed,
     Order,
     length,
-    pressing,
+    pressing_impulse,
     row_impulses,
 )
 from multibody_sym.answers.instant.conditions import told_conditions
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.states import least_coefficient
 from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing
 from multibody_sym.dynamics.programs.quantities import Instant
@@ -31,7 +31,7 @@ from multibody_sym.scalars.vectors import S
 from multibody_sym.text.values import Value
 
 
-def impact_conditions(solved: Solved, rows: StruckRows, order: Order, course: Course) -> dict[str, str]:
+def impact_conditions(solved: SolvedInstant, rows: StruckRows, order: Order, course: ImpactFormulas) -> dict[str, str]:
     """Return the conditions as comparisons, each with what happens where it fails; none without closed forms."""
     nodes, forms = solved.nodes, solved.forms
     assert isinstance(nodes, ImpactInstant)
@@ -43,7 +43,7 @@ def impact_conditions(solved: Solved, rows: StruckRows, order: Order, course: Co
             found += needed.over(forms)
         for positive, broken in course.conditions:
             found += Needed(positive, broken).over(forms)
-        given = [Condition(x) for x in forms.of(_possible(nodes, order.elements))]
+        given = [Condition(x) for x in forms.of(_not_negative(nodes, order.elements))]
     except NoClosedFormError as reason:
         solved.reasons[str(reason)] = None
         return told_conditions(solved, found)
@@ -53,7 +53,7 @@ def impact_conditions(solved: Solved, rows: StruckRows, order: Order, course: Co
     return told_conditions(solved, found, given)
 
 
-def _possible(nodes: ImpactInstant, elements: Sequence[LawElement]) -> Iterator[Node]:
+def _not_negative(nodes: ImpactInstant, elements: Sequence[LawElement]) -> Iterator[Node]:
     """Yield what is not negative of coefficients anyway: none gives back more than all, nor rubs more as it slides."""
     for element in elements:
         e, back = nodes.before.state.values([element.restitution, element.tangential_restitution])
@@ -70,7 +70,7 @@ class _Mode:
     nodes: ImpactInstant
     rows: StruckRows
     order: Order
-    course: Course
+    course: ImpactFormulas
 
     @property
     def pushed(self) -> Mapping[str, Node]:
@@ -80,7 +80,7 @@ class _Mode:
     def pressed(self, element: LawElement, part: FrictionPart) -> tuple[S, S]:
         """Return the coefficient of a part that sticks, and the impulse that presses it."""
         (static,) = coefficients(self.nodes.before, part.rows, [part.static])
-        return static, pressing(self.nodes, element, part, self.rows.mode.sides)
+        return static, pressing_impulse(self.nodes, element, part, self.rows.mode.sides)
 
     def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
         """Return the speeds of opening by the names of elements."""
@@ -120,15 +120,16 @@ def _of_friction(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterat
     row = part.rows[0].name
     if row in mode.rows.given:
         return
-    if len(part.rows) > 1:
-        yield from _in_space(mode, element, part)
-        return
     slip = mode.rows.mode.slip(part)
-    if slip:
+    if len(part.rows) > 1:
+        if not part.enough and slip == STICKS:
+            along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
+            yield Needed(as_node(limits.room(*mode.pressed(element, part), [along])), f"{part.name} slips")
+    elif slip:
         yield from _slipping(mode, element, part, slip)
     elif not part.enough:
-        (along,) = row_impulses(mode.nodes, [row])
-        yield Needed(as_node(along), f"{part.name} slips", limit=as_node(limits.most(*mode.pressed(element, part))))
+        (impulse,) = row_impulses(mode.nodes, [row])
+        yield Needed(as_node(impulse), f"{part.name} slips", limit=as_node(limits.most(*mode.pressed(element, part))))
 
 
 def _slipping(mode: _Mode, element: LawElement, part: FrictionPart, slip: int) -> Iterator[Needed]:
@@ -147,18 +148,11 @@ def _slipping(mode: _Mode, element: LawElement, part: FrictionPart, slip: int) -
         yield Needed(last + as_node(e) * first, broken)  # at the end of compression
 
 
-def _in_space(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterator[Needed]:
-    """Yield that what sticks in the end stays within its cone."""
-    if not part.enough and mode.rows.mode.slip(part) == STICKS:
-        along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
-        yield Needed(as_node(limits.room(*mode.pressed(element, part), [along])), f"{part.name} slips")
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # How rough is enough in an impact: the least coefficient with which what never slips does not.
 
 
-def needed_friction(solved: Solved, elements: Sequence[LawElement]) -> Iterator[tuple[str, Value]]:
+def needed_friction(solved: SolvedInstant, elements: Sequence[LawElement]) -> Iterator[tuple[str, Value]]:
     """Yield for each part that is rough `enough` the least coefficient that suffices: |p_t| / p_n."""
     for element in elements:
         for part in element.frictions if element.unilateral else ():
@@ -167,6 +161,7 @@ def needed_friction(solved: Solved, elements: Sequence[LawElement]) -> Iterator[
                 instant: Instant, element: LawElement = element, part: FrictionPart = part
             ) -> tuple[S, list[S]]:
                 assert isinstance(instant, ImpactInstant)
-                return pressing(instant, element, part, {}), row_impulses(instant, [row.name for row in part.rows])
+                along = row_impulses(instant, [row.name for row in part.rows])
+                return pressing_impulse(instant, element, part, {}), along
 
             yield from least_coefficient(solved, part, impulses)

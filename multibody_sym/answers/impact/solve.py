@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
-from multibody_sym.answers.instant.instant import Solved, forms_of, undetermined
+from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, undetermined
 from multibody_sym.answers.records import ImpactStep
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, Struck
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
@@ -95,23 +95,18 @@ def befores(posed: PosedImpact) -> Befores:
     """Return the motion before an impact over all scalars."""
     blow, begin = posed.blow, posed.begin
     symbolic = declared_state(posed.mechanism, begin)
-    return Befores(blow.motion, blow.before(symbolic.state), blow.before(_slots_before(blow.mechanism)), symbolic)
-
-
-def _slots_before(mechanism: Mechanism) -> State:
-    """Return the state in slots with the speeds before the impact."""
-    own = slot_state(mechanism)
+    own = slot_state(blow.mechanism)
     u = tuple(before_leaf(k) for k in range(len(own.u)))
-    slots = dict(own.slots)
-    slots |= {leaf: u[leaf.data[1]] for leaf in own.slots if leaf.data[0] == "u"}
-    return State(own.scalar, own.q, u, slots)
+    slots = {leaf: u[leaf.data[1]] if leaf.data[0] == "u" else x for leaf, x in own.slots.items()}
+    in_slots = State(own.scalar, own.q, u, slots)
+    return Befores(blow.motion, blow.before(symbolic.state), blow.before(in_slots), symbolic)
 
 
 Jumps = Callable[[Motion], Mapping[int, Node] | None]
 """From the motion before, over Nodes, to the jumps of rows by number; None where no formula is known."""
 
 
-def solved_at_rest(
+def solve_at_rest(
     posed: PosedImpact,
     given: Befores,
     mechanism: Mechanism,
@@ -119,7 +114,7 @@ def solved_at_rest(
     formula: Jumps,
     formalism: str | None,
     reasons: dict[str, None],
-) -> Solved:
+) -> SolvedInstant:
     """Return the mechanism of an impact solved, for jumps of its rows in numbers and by a formula.
 
     Raises InputError, and NoSolutionError where there is no inertia or rows contradict each other.
@@ -147,7 +142,7 @@ def solved_at_rest(
     at_slots = motion_of(mechanism, state_in_impact(given.slots.state, leaves))
     slots = ImpactInstant(at_slots, *unknowns(mechanism), given.slots)
     forms = None if told is None else forms_of(mechanism, symbolic, posed.sides, reasons)
-    return Solved(posed.system, mechanism, posed.begin, numbers, others, symbolic, nodes, slots, forms, reasons)
+    return SolvedInstant(posed.system, mechanism, posed.begin, numbers, others, symbolic, nodes, slots, forms, reasons)
 
 
 def _verify_jumps(mechanism: Mechanism, dynamics: TreeDynamics, jumps: Floats) -> None:
@@ -194,7 +189,7 @@ def length(components: Sequence[S]) -> S:
     return limits.length([x for x in components if as_node(x) is not ZERO] or [0])
 
 
-def pressing(told: ImpactInstant, element: LawElement, part: FrictionPart, sides: Mapping[str, int]) -> S:
+def pressing_impulse(told: ImpactInstant, element: LawElement, part: FrictionPart, sides: Mapping[str, int]) -> S:
     """Return the impulse that presses where a part rubs; `sides` are those of reactions in joints."""
     names = [row.name for row in element.normals_of(part)]
     return limits.pressing(row_impulses(told, names), [sides.get(name, 1) for name in names], norm=part.norm)
@@ -315,7 +310,7 @@ def impact_steps(elements: Sequence[LawElement], names: Sequence[str], struck: S
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ImpactFormulas:
     """The way of an impact over Nodes: its mode and impacts, and the letters of the start.
 
     On the way it notes `conditions`: what is positive where slip changes as it does, and what happens else; of several

@@ -11,7 +11,7 @@ import sympy
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.impact.solve import ImpactInstant
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.records import Formula, ImpactFound, Line, Quantity, Sentence, Worked, WorkedStep
 from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
 from multibody_sym.derivation.symbolic_start import linear_equations
@@ -27,7 +27,7 @@ _ROUNDING: Final = 1e-12
 _MOMENTUM: Final = "Impulse and momentum of what each speed moves, cut free: impulses in joints across it do not enter"
 
 
-def worked_impact(solved: Solved, found: ImpactFound) -> Worked:
+def worked_impact(solved: SolvedInstant, found: ImpactFound) -> Worked:
     """Return the steps; without formulas what is known in numbers."""
     work = _Work(solved, found)
     try:
@@ -40,7 +40,7 @@ def worked_impact(solved: Solved, found: ImpactFound) -> Worked:
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    solved: Solved
+    solved: SolvedInstant
     found: ImpactFound
 
     @cached_property

@@ -13,7 +13,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.inequalities import Condition, in_circle, reduced, under_roots, within
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.instant.instant import AGREEMENT, Solved
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces, ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
@@ -41,7 +41,7 @@ from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.functions import absolute, evaluate, sqrt
 from multibody_sym.scalars.linear_inequalities import outline
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, quantity, symbol
-from multibody_sym.scalars.vectors import ZERO_VECTOR, S, cross, dot, subtract
+from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -72,7 +72,7 @@ class Inequality:
         return [Condition(terms[0], self.kind == "more", self.broken)]
 
 
-def inequalities(acting: ActingForces, solved: Solved) -> Iterator[Inequality]:
+def inequalities(acting: ActingForces, solved: SolvedInstant) -> Iterator[Inequality]:
     """Yield the inequalities of the mode of a solved start over Nodes, at this instant or one with other forces."""
     for limit in acting.mode_limits:
         if limit.part is None:
@@ -82,10 +82,18 @@ def inequalities(acting: ActingForces, solved: Solved) -> Iterator[Inequality]:
         elif isinstance(limit.part.rows[0], RopeSlipRow):
             yield from _gripping(acting, limit.part, limit.part.rows[0])
         else:
-            yield _sticking(acting, limit.element, limit.part)
-    yield from _groups(acting)
+            element, part = limit.element, limit.part
+            if element.unilateral:
+                yield _cone(acting, element.name, component_names(element, part), [element], [part])
+            else:
+                yield _cone(acting, part.name, components_of(part, FRICTION), [element], [part])
+    for name, elements, parts in _sticking_corners(acting):
+        if len(parts) == len(elements):  # single forces may not be unique, their sum is
+            yield _cone(acting, name, components_of(parts[0], FRICTION), elements, parts)
     yield from _between_corners(acting, ActingForces.at(solved.numbers))
-    yield from _taut_ropes(acting)
+    for _, row in taut_ropes(acting.mechanism):
+        told = f"{text(quantity('tension', (row.name,)))} >= 0"
+        yield Inequality("least", _nodes(acting.multiplier(row.name)), told, f"{row.name} slackens", (row.name,))
 
 
 def _of_normal(acting: ActingForces, limit: Limit, touching: Collection[str]) -> Iterator[Inequality]:
@@ -97,7 +105,10 @@ def _of_normal(acting: ActingForces, limit: Limit, touching: Collection[str]) ->
     elif limit.kind == "gap":
         if name not in touching:
             return
-        told, broken = f"{name} opens: its gap's acceleration >= 0", _begun(limit.element)
+        told = f"{name} opens: its gap's acceleration >= 0"
+        word, becomes = limit.element.words[0], "becomes " if limit.element.kind == "rope" else ""
+        rests = limit.element.kind == "stop"
+        broken = f"{limit.element.group} rests at its {word} stop" if rests else f"{name} {becomes}{word}"
     else:
         side = acting.mode.side(limit.element, row)
         if not side:
@@ -105,13 +116,6 @@ def _of_normal(acting: ActingForces, limit: Limit, touching: Collection[str]) ->
         told = f"{force_name(row.name, 'multiplier')} {'>=' if side > 0 else '<='} 0"
         broken = f"{name} presses on the other side"
     yield Inequality("least", _nodes(acting.value(limit, acting.acceleration)), told, broken, (row.name,))
-
-
-def _begun(element: LawElement) -> str:
-    """Return what happens where an element begins to act."""
-    if element.kind == "stop":
-        return f"{element.group} rests at its {element.words[0]} stop"
-    return f"{element.name} {'becomes ' if element.kind == 'rope' else ''}{element.words[0]}"
 
 
 def _slipping(acting: ActingForces, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
@@ -137,47 +141,37 @@ def _gripping(acting: ActingForces, part: FrictionPart, slip: RopeSlipRow) -> It
     (written,) = evaluate([part.static], {**slots, slip.wrap: symbol("wrap")})
     ratio = next((node for node in postorder([written]) if node.op == "exp"), ONE)
     for smaller, larger in ((before, behind), (behind, before)):
-        told = f"{_asked(larger)} <= {text(with_doubles(ratio * quantity('tension', (smaller,))))}"
+        less, more = (quantity("tension", (rope,)) for rope in (smaller, larger))
+        told = f"{text(more)} <= {text(with_doubles(ratio * less))}"
         rest = most * tensions[smaller] - tensions[larger]
         yield Inequality("least", _nodes(rest), told, f"{part.name} slips", (slip.name,))
 
 
-def _asked(rope: str) -> str:
-    return text(quantity("tension", (rope,)))
+def _cone(
+    acting: ActingForces,
+    name: str,
+    components: Sequence[str],
+    elements: Sequence[LawElement],
+    parts: Sequence[FrictionPart],
+) -> Inequality:
+    """Return that friction, or the sum of that of all corners, is at most a coefficient times the normal force.
 
-
-def _sticking(acting: ActingForces, element: LawElement, part: FrictionPart) -> Inequality:
-    (static,) = coefficients(acting.motion, part.rows, [part.static])
-    if element.unilateral:
-        told = _limited(element.name, component_names(element, part), static)
-    else:
-        told = _limited(part.name, components_of(part, FRICTION), static)
-    rows = tuple(row.name for row in part.rows)
-    return _cone(acting.friction(part), acting.most(element, part), told, part.name, rows)
-
-
-def _cone(forces: Sequence[S], most: S, told: str, name: str, rows: tuple[str, ...]) -> Inequality:
+    `name` and `components`: by which the condition in words knows the friction.
+    """
+    (static,) = coefficients(acting.motion, parts[0].rows, [parts[0].static])
+    forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
+    most = sum(map(acting.most, elements[1:], parts[1:]), acting.most(elements[0], parts[0]))
+    named = [quantity("reaction", (name, component)) for component in components]
+    size = absolute(named[0]) if len(named) == 1 else sqrt(reduce(add, (x**2 for x in named)))
+    limit = with_doubles(as_node(static) * quantity("reaction", (name, "normal")))
+    slips = parts[0].name if len(parts) == 1 else name
+    rows = tuple(row.name for part in parts for row in part.rows)
     kind: Kind = "within" if len(forces) == 1 else "circle"
-    return Inequality(kind, _nodes(*forces, most), told, f"{name} slips", rows)
-
-
-def _limited(name: str, components: Sequence[str], static: object) -> str:
-    """Return that friction is at most a coefficient, in the letters of the model, times the normal force."""
-    parts = [quantity("reaction", (name, component)) for component in components]
-    size = absolute(parts[0]) if len(parts) == 1 else sqrt(reduce(add, (x**2 for x in parts)))
-    most = with_doubles(as_node(static) * quantity("reaction", (name, "normal")))
-    return f"{text(as_node(size))} <= {text(most)}"
+    return Inequality(kind, _nodes(*forces, most), f"{text(as_node(size))} <= {text(limit)}", f"{slips} slips", rows)
 
 
 def _nodes(*terms: object) -> tuple[Node, ...]:
     return tuple(as_node(x) for x in terms)
-
-
-def _taut_ropes(acting: ActingForces) -> Iterator[Inequality]:
-    """Yield what ropes need to stay taut that hold both ways as declared."""
-    for _, row in taut_ropes(acting.mechanism):
-        told = f"{text(quantity('tension', (row.name,)))} >= 0"
-        yield Inequality("least", _nodes(acting.multiplier(row.name)), told, f"{row.name} slackens", (row.name,))
 
 
 def pivots(mechanism: Mechanism, forms: ClosedForms) -> Iterator[Condition]:
@@ -191,42 +185,10 @@ def pivots(mechanism: Mechanism, forms: ClosedForms) -> Iterator[Condition]:
             except NoClosedFormError:
                 continue
             broken = f"{element.name}: no state or several, as with Painleve's rod"
-            yield Condition(_turned(given), True, broken, pivot=True)
-
-
-def _turned(a: Quotient) -> Quotient:
-    return a if a.sample > 0 else -a
+            yield Condition(given if given.sample > 0 else -given, True, broken, pivot=True)
 
 
 # --- several corners, two coefficients -----------------------------------------------------------------------------
-
-
-def _groups(acting: ActingForces) -> Iterator[Inequality]:
-    """Yield that corners which all stick do not slip together: their single forces may not be unique, their sum is."""
-    for name, elements in _corner_groups(acting):
-        parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
-        sticking = all(acting.mode.slip(part) == STICKS for part in parts)
-        if len(elements) > 1 and len(parts) == len(elements) and sticking:
-            yield _sticking_together(acting, name, elements, parts)
-
-
-def twists(acting: ActingForces) -> Iterator[tuple[str, Node]]:
-    """Yield for contacts in space whose corners all stick F . M of what they exert together, zero if that is one force.
-
-    Corners that share one force with a point in their outline may do so each below its limit if all together are.
-    """
-    for name, elements in _corner_groups(acting):
-        parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
-        if len(elements) < 2 or not all(acting.mode.slip(x) == STICKS and len(x.rows) == 2 for x in parts):
-            continue
-        rows = [*(x.normals[0] for x in elements), *(row for part in parts for row in part.rows)]
-        wrenches = [(acting.multiplier(row.name), acting.row(row).of_body) for row in rows]
-        bodies = range(len(wrenches[0][1]))
-        body = next(k for k in bodies if any(as_node(x) is not ZERO for x in wrenches[0][1][k][0]))
-        force, moment = (
-            [sum((z * each[body][k][axis] for z, each in wrenches), 0) for axis in range(3)] for k in range(2)
-        )
-        yield name, as_node(sum((f * m for f, m in zip(force, moment, strict=True)), 0))
 
 
 def _corner_groups(acting: ActingForces) -> Iterator[tuple[str, list[LawElement]]]:
@@ -239,14 +201,40 @@ def _corner_groups(acting: ActingForces) -> Iterator[tuple[str, list[LawElement]
     yield from groups.items()
 
 
-def _sticking_together(
-    acting: ActingForces, name: str, elements: Sequence[LawElement], parts: Sequence[FrictionPart]
-) -> Inequality:
-    most = sum(map(acting.most, elements, parts), 0)
-    forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
-    (static,) = coefficients(acting.motion, parts[0].rows, [parts[0].static])
-    told = _limited(name, components_of(parts[0], FRICTION), static)
-    return _cone(forces, most, told, name, tuple(row.name for part in parts for row in part.rows))
+def _sticking_corners(acting: ActingForces) -> Iterator[tuple[str, list[LawElement], list[FrictionPart]]]:
+    """Yield the declared contacts of which several corners act, with these and their friction, where all stick."""
+    for name, elements in _corner_groups(acting):
+        parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
+        if len(elements) > 1 and all(acting.mode.slip(part) == STICKS for part in parts):
+            yield name, elements, parts
+
+
+def _turning(solved: SolvedInstant) -> Iterator[tuple[str, str]]:
+    """Yield for contacts whose corners bear a couple that these may reach their limits before all together do.
+
+    Corners whose forces make one force, F . M = 0, with a point in their outline may share it so that each is below its
+    limit if all together are.
+    """
+    acting = ActingForces.at(solved.nodes)
+    for name, elements, parts in _sticking_corners(acting):
+        if any(len(part.rows) != 2 for part in parts):
+            continue
+        rows = [*(x.normals[0] for x in elements), *(row for part in parts for row in part.rows)]
+        wrenches = [(acting.multiplier(row.name), acting.row(row).of_body) for row in rows]
+        bodies = range(len(wrenches[0][1]))
+        body = next(k for k in bodies if any(as_node(x) is not ZERO for x in wrenches[0][1][k][0]))
+        force, moment = (
+            [sum((z * each[body][k][axis] for z, each in wrenches), 0) for axis in range(3)] for k in range(2)
+        )
+        twist = as_node(sum((f * m for f, m in zip(force, moment, strict=True)), 0))
+
+        def of(forms: ClosedForms, twist: Node = twist) -> list[Quotient]:
+            return forms.of([twist])
+
+        closed = solved.closed(of)
+        if closed is None or not closed[0].is_zero:
+            told = f"the corners of {name} share a couple about its normal below their limits"
+            yield f"{told}: in no formula, as their forces are not unique", f"{name} turns"
 
 
 def _between_corners(acting: ActingForces, numbers: ActingForces) -> Iterator[Inequality]:
@@ -288,23 +276,26 @@ def _inside(
     return Inequality("least", _nodes(moment), told, f"{name} tips about {about}", rows)
 
 
-def slipping(solved: Solved) -> Iterator[Condition]:
+def starting_slip(solved: SolvedInstant) -> Iterator[Condition]:
     """Yield that parts which slip from rest do so under their static coefficients too, where these are others."""
     mechanism, forms = solved.mechanism, solved.forms
-    here_first = ActingForces.at(solved.nodes)
-    starting = [
-        part
-        for element in mechanism.one_way
-        for part in element.frictions
-        if part.name not in solved.decided.moving and (_slips_in_line(mechanism, part) or here_first.begins(part))
-    ]
+    here_first, moving = ActingForces.at(solved.nodes), solved.decided.moving
+    still = (part for element in mechanism.one_way for part in element.frictions if part.name not in moving)
+    starting = [part for part in still if mode_of(mechanism).slip(part) in (1, -1) or here_first.begins(part)]
     if forms is None or all(part.static is part.kinetic for part in starting):
         return
-    static = _with_static(mechanism, starting)
+    by_rows = {tuple(row.name for row in part.rows): part for part in starting}
+
+    def static(sliding: Sliding) -> Node:
+        part = by_rows.get(tuple(row.name for row in sliding.rows))
+        if part is None:
+            return sliding.coefficient
+        return part.static if sliding.coefficient is part.kinetic else negate(part.static)
+
+    rougher = with_coefficients(mechanism, static)
     try:
-        other = closed_forms(static, solved.symbolic)
-        instant = Instant(motion_of(static, solved.symbolic.state), *unknowns(static))
-        acting = ActingForces.at(instant)
+        other = closed_forms(rougher, solved.symbolic)
+        acting = ActingForces.at(Instant(motion_of(rougher, solved.symbolic.state), *unknowns(rougher)))
         for part in starting:
             rate = as_node(acting.forward(part, acting.acceleration))
             (here,) = forms.of([book_form(other.of([rate])[0])])
@@ -313,11 +304,7 @@ def slipping(solved: Solved) -> Iterator[Condition]:
         solved.reasons[str(reason)] = None
 
 
-def _slips_in_line(mechanism: Mechanism, part: FrictionPart) -> bool:
-    return mode_of(mechanism).slip(part) in (1, -1)
-
-
-def declared(solved: Solved) -> Iterator[Condition]:
+def declared_coefficients(solved: SolvedInstant) -> Iterator[Condition]:
     """Yield what holds of coefficients as they are declared: none is larger in sliding than before."""
     mechanism, forms = solved.mechanism, solved.forms
     for part in (part for element in mechanism.one_way for part in element.frictions):
@@ -327,19 +314,6 @@ def declared(solved: Solved) -> Iterator[Condition]:
                 yield Condition(forms.of([as_node(static - kinetic)])[0])
             except NoClosedFormError:
                 continue
-
-
-def _with_static(mechanism: Mechanism, parts: Sequence[FrictionPart]) -> Mechanism:
-    """Return the mechanism in the mode in which parts slide with their static coefficients."""
-    by_rows = {tuple(row.name for row in part.rows): part for part in parts}
-
-    def static(sliding: Sliding) -> Node:
-        part = by_rows.get(tuple(row.name for row in sliding.rows))
-        if part is None:
-            return sliding.coefficient
-        return part.static if sliding.coefficient is part.kinetic else negate(part.static)
-
-    return with_coefficients(mechanism, static)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -360,13 +334,27 @@ class Validity:
     closed: list[Condition] = field(default_factory=list)
 
 
-def validity(solved: Solved, reactions: Reactions) -> Validity:
+def validity(solved: SolvedInstant, reactions: Reactions) -> Validity:
     """Return the conditions, as few as say all; those without a closed form name their quantity.
 
     Raises NoSolutionError where a rope that cannot slacken would push.
     """
     found = Validity()
-    _verify_taut(solved, reactions)
+    least = -_ROUNDING * max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
+    open_ropes = []
+    for k, row in taut_ropes(solved.mechanism):
+        rope, component = row.told
+        tension = reactions[rope][component].value
+        if tension is None:
+            taut = f"{text(quantity('tension', (row.name,)))} >= 0"
+            open_ropes.append(f"{taut} is not decided: the tension is not unique")
+        elif tension < least:
+            raise NoSolutionError(
+                f"rope {rope} would push with {-tension:.6g} N: as declared it cannot slacken, and a rope "
+                "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
+                where=Where(path=solved.mechanism.row_path(k)),
+                number="N106",
+            )
     unique = list(_inequalities(solved))
     told = [set(inequality.rows) for inequality, known in unique if known is not None]
     for inequality, known in unique:
@@ -380,24 +368,28 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
         else:
             found.closed += conditions
     if solved.forms is not None:
-        found.closed += [*pivots(solved.mechanism, solved.forms), *slipping(solved)]
+        found.closed += [*pivots(solved.mechanism, solved.forms), *starting_slip(solved)]
         found.closed += [Condition(positive, strict=True) for positive in solved.forms.field.positive]
         found.closed += under_roots([*solved.forms.udot, *solved.forms.multipliers])
     found.conditions |= told_conditions(solved, found.closed)
-    found.conditions |= dict.fromkeys(_not_decided(solved, reactions), "")
+    found.conditions |= dict.fromkeys(open_ropes, "")
     found.conditions |= dict(_turning(solved))
-    found.conditions |= dict.fromkeys(_pulled_wheels(solved, reactions), "")
+    for name in normal_forces(solved.mechanism):
+        force = reactions[name]["tension"]
+        if force.unique and (force.value or 0.0) < least:
+            pulls = "fails: the plane would pull; in truth the wheel lifts off"
+            found.conditions[f"{force_name(name, 'multiplier')} >= 0 {pulls}"] = ""
     return found
 
 
-def conditions_of_mode(solved: Solved) -> Iterator[Condition]:
+def conditions_of_mode(solved: SolvedInstant) -> Iterator[Condition]:
     """Yield what holds in the mode of a solved start, and lets others follow where it fails, in closed form."""
     for inequality, known in _inequalities(solved):
         yield from (solved.closed(inequality.conditions) if known else None) or ()
-    yield from slipping(solved)
+    yield from starting_slip(solved)
 
 
-def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool | None]]:
+def _inequalities(solved: SolvedInstant) -> Iterator[tuple[Inequality, bool | None]]:
     """Yield the inequalities and whether their closed forms are the numbers, None where forces are not unique."""
 
     def of(instant: Instant) -> Iterator[Inequality]:
@@ -408,18 +400,22 @@ def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool | None]]:
         values = [[float(term.data) for term in each[k].terms] for each in numbers]
         size = max((abs(x) for x in (*values[0], *solved.numbers.multipliers)), default=0.0)
         pairs = [pair for other in values[1:] for pair in zip(values[0], other, strict=True)]
-        unique = all(abs(a - b) <= _NOT_UNIQUE * size for a, b in pairs)
-        yield nodes, _agree(solved, nodes, values[0], size) if unique else None
+        if any(abs(a - b) > _NOT_UNIQUE * size for a, b in pairs):
+            yield nodes, None
+            continue
+
+        def terms(forms: ClosedForms, nodes: Inequality = nodes) -> list[Quotient]:
+            return forms.of(nodes.terms)
+
+        closed = solved.closed(terms)
+        yield nodes, closed is not None and all(
+            abs(float(a.sample) - b) <= AGREEMENT * max(abs(b), size) for a, b in zip(closed, values[0], strict=True)
+        )
 
 
-def _agree(solved: Solved, inequality: Inequality, values: list[float], size: float) -> bool:
-    found = solved.closed(lambda forms: forms.of(inequality.terms))
-    return found is not None and all(
-        abs(float(a.sample) - b) <= AGREEMENT * max(abs(b), size) for a, b in zip(found, values, strict=True)
-    )
-
-
-def told_conditions(solved: Solved, conditions: list[Condition], given: Iterable[Condition] = ()) -> dict[str, str]:
+def told_conditions(
+    solved: SolvedInstant, conditions: list[Condition], given: Iterable[Condition] = ()
+) -> dict[str, str]:
     """Return conditions over quotients in words; what is too long is left out with a reason.
 
     What is `given` holds for all parameters allowed, beside what is declared.
@@ -429,7 +425,7 @@ def told_conditions(solved: Solved, conditions: list[Condition], given: Iterable
     found = {}
     conditions[0].value.field.work += WORK
     try:
-        conditions = reduced(conditions, [*declared(solved), *given])
+        conditions = reduced(conditions, [*declared_coefficients(solved), *given])
     except NoClosedFormError:
         solved.reasons["a condition is too long"] = None
     for condition in conditions:
@@ -438,51 +434,3 @@ def told_conditions(solved: Solved, conditions: list[Condition], given: Iterable
         except NoClosedFormError:
             solved.reasons["a condition is too long"] = None
     return found
-
-
-def _verify_taut(solved: Solved, reactions: Reactions) -> None:
-    """Raise NoSolutionError where a rope that cannot slacken would push."""
-    for k, row in taut_ropes(solved.mechanism):
-        rope, component = row.told
-        tension = reactions[rope][component].value
-        if tension is not None and tension < _least(solved):
-            raise NoSolutionError(
-                f"rope {rope} would push with {-tension:.6g} N: as declared it cannot slacken, and a rope "
-                "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
-                where=Where(path=solved.mechanism.row_path(k)),
-                number="N106",
-            )
-
-
-def _least(solved: Solved) -> float:
-    """Return the force below which it is not zero by rounding."""
-    return -_ROUNDING * max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
-
-
-def _not_decided(solved: Solved, reactions: Reactions) -> Iterator[str]:
-    """Yield for each rope with a tension that is not unique that it may be slack."""
-    for _, row in taut_ropes(solved.mechanism):
-        rope, component = row.told
-        if reactions[rope][component].value is None:
-            yield f"{text(quantity('tension', (row.name,)))} >= 0 is not decided: the tension is not unique"
-
-
-def _turning(solved: Solved) -> Iterator[tuple[str, str]]:
-    """Yield for contacts whose corners bear a couple that these may reach their limits before all together do."""
-    for name, twist in twists(ActingForces.at(solved.nodes)):
-
-        def of(forms: ClosedForms, twist: Node = twist) -> list[Quotient]:
-            return forms.of([twist])
-
-        closed = solved.closed(of)
-        if closed is None or not closed[0].is_zero:
-            told = f"the corners of {name} share a couple about its normal below their limits"
-            yield f"{told}: in no formula, as their forces are not unique", f"{name} turns"
-
-
-def _pulled_wheels(solved: Solved, reactions: Reactions) -> list[str]:
-    """Return for each rolling wheel that its plane would pull that it lifts off; what is not unique says nothing."""
-    forces = {name: reactions[name]["tension"] for name in normal_forces(solved.mechanism)}
-    pulled = [name for name, force in forces.items() if force.unique and (force.value or 0.0) < _least(solved)]
-    wrong = "fails: the plane would pull; in truth the wheel lifts off"
-    return [f"{force_name(name, 'multiplier')} >= 0 {wrong}" for name in pulled]

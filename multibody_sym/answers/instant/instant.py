@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.quotient_functions import doubled, exact, sign
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
-from multibody_sym.answers.instant.loops import Lettered
+from multibody_sym.answers.instant.loops import LetteredStart
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import (
     WORK,
@@ -91,7 +91,7 @@ class Decided:
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class SolvedInstant:
     """A system at its start: `numbers` over floats, `nodes` over Nodes, and `forms`, the closed forms of those Nodes.
 
     `slots` is the same over slots, nothing folded, as floats are calculated. `others` are the same instant in floats
@@ -111,7 +111,7 @@ class Solved:
     forms: ClosedForms | None
     reasons: dict[str, None] = field(default_factory=dict)
     decided: Decided = field(default_factory=Decided)
-    lettered: Lettered = field(default_factory=Lettered)
+    lettered: LetteredStart = field(default_factory=LetteredStart)
 
     def values(
         self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str], least: float = 0.0
@@ -241,13 +241,15 @@ class Solved:
         return ask
 
 
-def with_outputs_put_in(solved: Solved) -> Solved:
+def with_outputs_put_in(solved: SolvedInstant) -> SolvedInstant:
     """Return what was solved of a system whose questions have expressions in the place of names of outputs."""
     taken = {str(name.data) for name in solved.mechanism.symbols}
     return replace(solved, system=with_named_outputs(solved.system, taken))
 
 
-def solved_start(system: System, formalism: str | None = None, left: Mapping[str, float] | None = None) -> Solved:
+def solved_start(
+    system: System, formalism: str | None = None, left: Mapping[str, float] | None = None
+) -> SolvedInstant:
     """Return the system solved at its start, the numbers by a formalism, in coordinates of its joints.
 
     What holds one way only is in the first mode that fulfils all laws, those of exact numbers where these say what is
@@ -256,26 +258,22 @@ def solved_start(system: System, formalism: str | None = None, left: Mapping[str
     """
     state = examined_state(system, left=left)
     mechanism, begin = state.in_joints
-    return solved_in(system, mechanism, begin, formalism, _decided(state))
-
-
-def _decided(state: StartState) -> Decided:
-    """Return how the mode at the start was found."""
     posed, found = state.posed, state.found
-    if posed is None or found is None:
-        return Decided()
-    pairs = zip(posed.parts, posed.problem.parts, strict=True)
-    return Decided(
-        touching=frozenset(element.name for element in posed.elements),
-        moving=frozenset(part.name for part, law in pairs if not law.rests),
-        at_limit=tuple(posed.names[k] for k in found.states[0].at_limit),
-        others=tuple((mode, _udot(state, number, mode)) for number, mode in enumerate(state.modes) if number),
-        verdict=found.verdict,
-        searched=found.searched + (_FREE if found.free else ""),
-        closing=frozenset(state.closing),
-        strikes=state.strikes,
-        motion=state.motion(0),
-    )
+    decided = Decided()
+    if posed is not None and found is not None:
+        pairs = zip(posed.parts, posed.problem.parts, strict=True)
+        decided = Decided(
+            touching=frozenset(element.name for element in posed.elements),
+            moving=frozenset(part.name for part, law in pairs if not law.rests),
+            at_limit=tuple(posed.names[k] for k in found.states[0].at_limit),
+            others=tuple((mode, _udot(state, number, mode)) for number, mode in enumerate(state.modes) if number),
+            verdict=found.verdict,
+            searched=found.searched + (_FREE if found.free else ""),
+            closing=frozenset(state.closing),
+            strikes=state.strikes,
+            motion=state.motion(0),
+        )
+    return solved_in(system, mechanism, begin, formalism, decided)
 
 
 def _udot(state: StartState, number: int, mode: Mode) -> tuple[Value, ...]:
@@ -301,7 +299,7 @@ def solved_in(
     begin: Start,
     formalism: str | None = None,
     decided: Decided | None = None,
-) -> Solved:
+) -> SolvedInstant:
     """Return a system solved at a start of its mechanism, which is in a mode where something holds one way only.
 
     Raises InputError, and NoSolutionError where there is no inertia, or constraints contradict each other.
@@ -323,11 +321,18 @@ def solved_in(
     )
     formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
     reasons: dict[str, None] = {}
-    symbolic, forms = _closed(formal, begin, sides, reasons)
+    declared = declared_state(formal, begin)
+    directed = with_directions(formal, declared)  # those of slip that hold whatever the values
+    forms = forms_of(formal, directed, sides, {}) if directed is not declared else None
+    symbolic = directed if forms is not None and begins_along(formal, directed, forms) else declared
+    if symbolic is declared:
+        forms = forms_of(formal, declared, sides, reasons)
     nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
-    lettered = Lettered(formal, symbolic, begin, numbers)
-    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered)
+    lettered = LetteredStart(formal, symbolic, begin, numbers)
+    return SolvedInstant(
+        system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered
+    )
 
 
 def _with_bounds(mechanism: Mechanism, begin: Start, numbers: Instant, slots: Motion) -> dict[Node, Bounded]:
@@ -343,11 +348,11 @@ def _with_bounds(mechanism: Mechanism, begin: Start, numbers: Instant, slots: Mo
     }
     places = [x for group in unknowns(mechanism) for x in group]
     found = [float(x) for x in (*numbers.udot, *numbers.multipliers)]
-    bounds = _solved_bounds(*linear_equations(slots), known, np.array(found))
+    bounds = _solution_bounds(*linear_equations(slots), known, np.array(found))
     return {**known, **{node: Bounded(x, b) for node, x, b in zip(places, found, bounds, strict=True)}}
 
 
-def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:
+def _solution_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:
     """Return bounds of the rounding in x, matrix x = right: |K^-1| (bounds of right + bounds of K |x|), to first order.
 
     Infinite where the equations have too many terms to look at, or no values.
@@ -363,19 +368,6 @@ def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[N
     inverse = np.abs(least_squares(values[: size * size].reshape(size, size), np.eye(size)))
     terms = bounds[size * size :] + bounds[: size * size].reshape(size, size) @ np.abs(x)
     return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
-
-
-def _closed(
-    formal: Mechanism, begin: Start, sides: Sequence[Side], reasons: dict[str, None]
-) -> tuple[SymbolicState, ClosedForms | None]:
-    """Return the start over Nodes and the closed forms there, in directions of slip that hold whatever the values."""
-    declared = declared_state(formal, begin)
-    directed = with_directions(formal, declared)
-    if directed is not declared:
-        found = forms_of(formal, directed, sides, {})
-        if found is not None and begins_along(formal, directed, found):
-            return directed, found
-    return declared, forms_of(formal, declared, sides, reasons)
 
 
 def forms_of(

@@ -15,7 +15,6 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.model.fields import Point
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
@@ -77,7 +76,7 @@ class Letters:
         """Return a quotient as it is told; raises NoClosedFormError where that is too long, or is not its value."""
         if found.size > _MOST_TERMS:
             raise NoClosedFormError("a formula in letters is too long")
-        form = _with_plain_sums(substituted(with_doubles(book_form(doubled(found))), self.shown))
+        form = _with_plain_sums(put_in(with_doubles(book_form(doubled(found))), self.shown))
         try:
             again = evaluate_float([form], self.values)[0]
         except (KeyError, *UNDEFINED):
@@ -89,7 +88,7 @@ class Letters:
         return form
 
 
-def substituted(node: Node, shown: Mapping[Node, Node]) -> Node:
+def put_in(node: Node, shown: Mapping[Node, Node]) -> Node:
     return as_node(evaluate([node], lambda leaf: shown.get(leaf, leaf))[0])
 
 
@@ -101,15 +100,11 @@ def _with_plain_sums(form: Node) -> Node:
         if n.op in _TURNING:
             args = [_plain(args[0])]
         made[n] = BUILD[n.op](*n.own, *args) if args else n
-        if n.op == "add" and _is_of_symbols(made[n]):
-            made[n] = _plain(made[n])
+        if n.op == "add":
+            sizes = [x.args[0] if x.op == "neg" else x for x in flatten("add", made[n])]
+            if all(x.op == "symbol" for x in sizes) and len(set(sizes)) < len(sizes):
+                made[n] = _plain(made[n])
     return made[form]
-
-
-def _is_of_symbols(total: Node) -> bool:
-    """Return whether the same symbol is met more than once in a sum of symbols alone."""
-    sizes = [x.args[0] if x.op == "neg" else x for x in flatten("add", total)]
-    return all(x.op == "symbol" for x in sizes) and len(set(sizes)) < len(sizes)
 
 
 def _plain(total: Node) -> Node:
@@ -178,7 +173,10 @@ class Coordinates:
         """Give letters to the coordinates of a body's joint, and return its angle in letters and in names."""
         free = iter(body.free_steps)
         for step, given in zip(body.steps, body.given, strict=True):
-            sense = _sense(step.turns)
+            sense = 0  # 1 where it turns about z, -1 about -z
+            if len(step.turns) == 1:
+                x, y, z = (component.shadow for component in step.turns[0])
+                sense = 0 if (x, y) != (0, 0) or z not in (1, -1) else int(z)
             if given is None:
                 for i, k in next(free).rate_pairs:
                     turned = self._of_pair(i, k, body.name, sense, turned)
@@ -235,14 +233,6 @@ def at_start(node: Node) -> Node:
     return as_node(evaluate([node], lambda leaf: ZERO if leaf is TIME else leaf)[0])
 
 
-def _sense(turns: Sequence[Point]) -> int:
-    """Return 1 where something turns about z, -1 about -z, 0 else."""
-    if len(turns) != 1:
-        return 0
-    x, y, z = (component.shadow for component in turns[0])
-    return 0 if (x, y) != (0, 0) or z not in (1, -1) else int(z)
-
-
 def _plus(rates: Rates, sense: int, more: Rates) -> Rates:
     return _triple([x + sense * y for x, y in zip(rates, more, strict=True)])
 
@@ -270,13 +260,13 @@ def free_name(wanted: str, taken: Collection[str]) -> str:
     return next(name for name in numbered if name not in taken)
 
 
-def acceleration_letters(mechanism: Mechanism, taken: Collection[str]) -> list[str]:
-    """Return a letter for each speed's rate: a_phi for that of the speed of phi."""
+def acceleration_names(mechanism: Mechanism) -> list[str]:
+    """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
     names = [speed.name for speed in mechanism.speeds]
     for body in mechanism.bodies:
-        for i, k in body.rate_pairs:
-            names[k] = mechanism.coordinates[i].name
-    return [free_name(f"a_{name}", taken) for name in names]
+        for q, u in body.rate_pairs:
+            names[u] = mechanism.coordinates[q].name
+    return names
 
 
 def letters_of_start(
@@ -286,26 +276,8 @@ def letters_of_start(
 
     What is declared as zero, right angles or a parameter stands for itself.
     """
-    letters = _letters_of_model(coordinates, begin, udot)
-    definitions, plain = dict[Node, Definition](), dict[Node, Node]()
     state, mechanism = coordinates.symbolic.state, coordinates.mechanism
-    for x in coordinates.all:
-        declared = as_node(state.q[x.q]), as_node(state.u[x.u])
-        units = mechanism.coordinates[x.q].unit, mechanism.speeds[x.u].unit
-        for k, (node, unit) in enumerate(zip(declared, units, strict=True)):
-            if _stands_for_itself(node, x.own[k]):
-                letters.put_in(x.letters[k], x.before[k] + x.sense * node)
-                plain[x.own[k]] = node
-            else:
-                given = None if node is x.own[k] else node
-                definitions[x.own[k]] = Definition(letters.values[x.own[k]], given, unit=unit)
-    letters.shown = {letter: substituted(shown, plain) for letter, shown in letters.shown.items()}
-    return letters, definitions
-
-
-def _letters_of_model(coordinates: Coordinates, begin: Start, udot: Sequence[float]) -> Letters:
-    """Return letters for the parameters, the time, and all coordinates with their rates."""
-    letters, mechanism = Letters(coordinates.in_names), coordinates.mechanism
+    letters = Letters(coordinates.in_names)
     named = {symbol(c.name) for c in mechanism.coordinates} | {symbol(s.name) for s in mechanism.speeds}
     for node, letter in coordinates.symbolic.letters.items():
         if node not in named:
@@ -317,11 +289,18 @@ def _letters_of_model(coordinates: Coordinates, begin: Start, udot: Sequence[flo
     for x in coordinates.all:
         for node, shown in zip(x.letters, x.shown, strict=True):
             letters.add(node, evaluate_float([at_start(shown)], letters.values)[0])
-    return letters
-
-
-def _stands_for_itself(node: Node, own: Node) -> bool:
-    """Return whether what is declared is zero, right angles, or a parameter."""
-    size = node.args[0] if node.op == "neg" else node
-    right_angles = node.shadow is not None and (2 * node / PI).shadow in range(-8, 9)
-    return node is ZERO or right_angles or (size.op == "symbol" and size is not own)
+    definitions, plain = dict[Node, Definition](), dict[Node, Node]()
+    for x in coordinates.all:
+        declared = as_node(state.q[x.q]), as_node(state.u[x.u])
+        units = mechanism.coordinates[x.q].unit, mechanism.speeds[x.u].unit
+        for k, (node, unit) in enumerate(zip(declared, units, strict=True)):
+            size = node.args[0] if node.op == "neg" else node
+            right_angles = node.shadow is not None and (2 * node / PI).shadow in range(-8, 9)
+            if node is ZERO or right_angles or (size.op == "symbol" and size is not x.own[k]):
+                letters.put_in(x.letters[k], x.before[k] + x.sense * node)
+                plain[x.own[k]] = node
+            else:
+                given = None if node is x.own[k] else node
+                definitions[x.own[k]] = Definition(letters.values[x.own[k]], given, unit=unit)
+    letters.shown = {letter: put_in(shown, plain) for letter, shown in letters.shown.items()}
+    return letters, definitions

@@ -22,10 +22,10 @@ from multibody_sym.answers.instant.letters import (
     Absolute,
     Coordinates,
     Letters,
-    acceleration_letters,
+    acceleration_names,
     free_name,
     letters_of_start,
-    substituted,
+    put_in,
 )
 from multibody_sym.answers.records import Definition
 from multibody_sym.derivation.symbolic_start import SymbolicState
@@ -86,47 +86,34 @@ def closings(motion: Motion, name: Callable[[str], Node]) -> tuple[list[Closing]
         if not row.restricts or row.sliding:
             raise NoClosedFormError("forces that rub or press in loops are numbers")
         together = [x for x in rows if isinstance(x, PositionRow) and x.frames == row.points]
-        if isinstance(row, PositionRow) and len(together) > 1 and _fill_space(together):
+        if isinstance(row, PositionRow) and len(together) == len(_AXES):  # they hold a point in all directions
             own = spread.get(row.frames)
             if own is None:
-                own = spread[row.frames] = list(_apart(motion, row, name))
+                element = row.name.rpartition(".")[0] or row.name
+                apart = subtract(position(motion, row.frames[1]), position(motion, row.frames[0]))
+                own = spread[row.frames] = [
+                    Closing(as_node(x), name(f"{element}_{axis}"), f"force of {element} along {axis} of ground", "N")
+                    for axis, x in zip(_AXES, apart, strict=True)
+                ]
                 found += own
             along = direction(motion, row.frames[0], row.axis)
             multipliers.append(as_node(sum((x * e for x, e in zip([c.force for c in own], along, strict=False)), ZERO)))
             continue
-        closing = _of_row(motion, row, name(f"force_{row.name}"), bias)
+        closing = _closing_of(motion, row, name(f"force_{row.name}"), bias)
         found.append(closing)
         multipliers.append(closing.force)
     return found, multipliers
 
 
-def _fill_space(together: Sequence[PositionRow]) -> bool:
-    """Return whether rows hold a point in all directions."""
-    return len(together) == len(_AXES)
-
-
-def _apart(motion: Motion, row: PositionRow, name: Callable[[str], Node]) -> Iterator[Closing]:
-    """Yield the components in space of how far the two points of rows are apart, which hold them together."""
-    first, second = row.frames
-    element = row.name.rpartition(".")[0] or row.name
-    apart = subtract(position(motion, second), position(motion, first))
-    for axis, component in zip(_AXES, apart, strict=True):
-        says = f"force of {element} along {axis} of ground"
-        yield Closing(as_node(component), name(f"{element}_{axis}"), says, "N")
-
-
-def _of_row(motion: Motion, row: Row, force: Node, bias: Sequence[tuple[Vec, Vec]]) -> Closing:
-    unit = row.unit or ""
+def _closing_of(motion: Motion, row: Row, force: Node, bias: Sequence[tuple[Vec, Vec]]) -> Closing:
     if isinstance(row, DistanceRow) and row.straight is None:
         apart = subtract(position(motion, row.ends[1]), position(motion, row.ends[0]))
         (length,) = motion.state.values([row.value])
         zero = (dot(apart, apart) - length * length) / 2
         return Closing(as_node(zero), force, f"tension of {row.name}", "N", factor=-1 / as_node(length))
     moved = row_motion(row, motion, bias)
-    says = f"force of {row.name}"
-    if moved.holonomic:
-        return Closing(as_node(moved.phi), force, says, unit)
-    return Closing(as_node(moved.phidot), force, says, unit, holonomic=False)
+    zero = moved.phi if moved.holonomic else moved.phidot
+    return Closing(as_node(zero), force, f"force of {row.name}", row.unit or "", moved.holonomic)
 
 
 class Loops:
@@ -204,7 +191,7 @@ class Loops:
         rates = tangents([x.zero for x in self.closings], {TIME: ONE})
         at_rest = dict.fromkeys(self._turning, ZERO)
         still = [
-            rate if x.holonomic else substituted(x.zero, at_rest) for x, rate in zip(self.closings, rates, strict=True)
+            rate if x.holonomic else put_in(x.zero, at_rest) for x, rate in zip(self.closings, rates, strict=True)
         ]
         return [-x for x in self.letters.of(still)]
 
@@ -270,7 +257,11 @@ def places_of(letters: Letters, wanted: Sequence[Absolute], zeros: Sequence[Node
         its_own = next((e for e in left if x.letters[0] in e.symbols), None)
         if its_own is not None:
             left.remove(its_own)
-            found[x.own[0]] = None, _sides(letters.written(its_own))
+            zero = letters.written(its_own)
+            terms = flatten("add", zero.args[0] if zero.op == "neg" else zero)
+            plus, minus = [t for t in terms if t.op != "neg"], [t.args[0] for t in terms if t.op == "neg"]
+            sides = (plus, minus) if plus else (minus, plus)
+            found[x.own[0]] = None, (sum(sides[0], ZERO), sum(sides[1], ZERO))
     return found
 
 
@@ -292,17 +283,6 @@ def _alone(
             continue
 
 
-def _sides(zero: Node) -> tuple[Node, Node]:
-    """Return the terms of a sum that vanishes, those with a minus on the right."""
-    zero = zero.args[0] if zero.op == "neg" else zero
-    terms = flatten("add", zero)
-    left = [x for x in terms if x.op != "neg"]
-    right = [x.args[0] for x in terms if x.op == "neg"]
-    if not left:
-        left, right = right, left
-    return sum(left, ZERO), sum(right, ZERO)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # The equations of motion over letters, reduced to the freedoms: J a = Q, with what each body turns or moves for them.
 #
@@ -314,7 +294,7 @@ _SHORT: Final = 12
 
 
 @dataclass
-class Reduced:
+class ReducedEquations:
     """The equations at the places of `coordinates.all`; `name` gives free letters, `define` keeps what they are."""
 
     coordinates: Coordinates
@@ -328,8 +308,11 @@ class Reduced:
         """M between the letters of accelerations."""
         letters, rows = self.letters, mass_matrix(self.coordinates.motion)
         turned, _ = self._changes
-        given = [letters.of(row) for row in rows]
-        return [[_between(given, a, b, letters) for b in turned] for a in turned]
+        given, zero = [letters.of(row) for row in rows], letters.field.constant(0)
+        return [
+            [sum((given[k][j] * (m * n) for k, m in a.items() for j, n in b.items()), zero) for b in turned]
+            for a in turned
+        ]
 
     @cached_property
     def forcing(self) -> list[Quotient]:
@@ -419,14 +402,6 @@ class Reduced:
         return self.letters.known[node]
 
 
-def _between(matrix: list[list[Quotient]], a: Mapping[int, int], b: Mapping[int, int], letters: Letters) -> Quotient:
-    total = letters.field.constant(0)
-    for k, m in a.items():
-        for j, n in b.items():
-            total = total + matrix[k][j] * (m * n)
-    return total
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Formulas of a start whose loops leave none in what is given alone: in letters, each with what it stands for.
 #
@@ -445,7 +420,7 @@ class InLetters:
         if not mechanism.rows or mechanism.one_way or mechanism.impact is not None:
             raise NoClosedFormError("no loop is closed, or what holds one way only may close it")
         self._taken = {str(name.data) for name in (*mechanism.symbols, *symbolic.letters)}
-        names = acceleration_letters(mechanism, self._taken)
+        names = [free_name(f"a_{name}", self._taken) for name in acceleration_names(mechanism)]
         self._taken.update(names)
         self.coordinates = Coordinates(mechanism, symbolic, names)
         if not self.coordinates.plain:
@@ -453,7 +428,7 @@ class InLetters:
         self.letters, self.definitions = letters_of_start(self.coordinates, begin, numbers.udot)
         self._units = MechanismUnits(mechanism)
         self.loops = Loops(self.coordinates, self.letters, begin.assembled, self._name)
-        self.reduced = Reduced(self.coordinates, self.letters, self.loops, self._name, self._keep)
+        self.reduced = ReducedEquations(self.coordinates, self.letters, self.loops, self._name, self._keep)
         self._of_positions()
         self._of_speeds()
 
@@ -591,7 +566,7 @@ class InLetters:
         return {node: one for node, one in self.definitions.items() if node in found}
 
 
-class Lettered:
+class LetteredStart:
     """The formulas in letters of a start, made when they are first asked for; without a start there are none."""
 
     def __init__(self, *made_of: Any) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotient_functions import decided_sign
 from multibody_sym.answers.instant.conditions import inequalities
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.reactions import unit_of
 from multibody_sym.derivation.symbolic_start import ActingForces
 from multibody_sym.dynamics.programs.quantities import Instant
@@ -53,160 +53,127 @@ class StateFound:
     needed: Mapping[str, Value]
 
 
-def state_found(solved: Solved) -> StateFound:
+def state_found(solved: SolvedInstant) -> StateFound:
     """Return the state that a start was found in; empty where nothing holds one way only."""
-    mechanism = solved.mechanism
-    found = mode_words(mechanism.one_way, mode_of(mechanism))
-    needed = dict(_needed(solved))
-    acting = ActingForces.at(solved.numbers)
-    lines = tuple(line for element in mechanism.one_way for line in _lines(solved, acting, element, found, needed))
-    closing = _closing(solved)
-    told = (f"{name} strikes: it closes with {speed.told()} (see the notes)" for name, speed in closing.items())
-    lines = (*told, *lines, *_tipping(solved))
-    return StateFound(found, closing, dict(_directions(acting)), lines, dict(_at_limit(solved)), needed)
+    mechanism, acting = solved.mechanism, ActingForces.at(solved.numbers)
+    words = mode_words(mechanism.one_way, mode_of(mechanism))
+    directions: dict[str, tuple[float, ...]] = {}
+    needed: dict[str, Value] = {}
+    for element in mechanism.one_way:
+        for part in element.frictions if is_active(mechanism, element) else ():
 
+            def forces(instant: Instant, element: LawElement = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+                acting = ActingForces.at(instant)
+                return acting.pressing(element, part), acting.friction(part)
 
-def _closing(solved: Solved) -> dict[str, Value]:
-    """Return the speeds at which elements that strike at the start close, by name."""
-    rows = {x.name: x.normals[0] for x in solved.mechanism.one_way if x.name in solved.decided.closing}
-    units = {name: "rad/s" if row.unit == "N*m" else "m/s" for name, row in rows.items()}
+            needed |= dict(least_coefficient(solved, part, forces))
+            if acting.mode.slip(part) == ALONG_VELOCITY:
+                given = acting.mode.directions.get(part.name)
+                velocity = [float(acting.row(row).phidot) for row in part.rows]
+                speed = sum(v * v for v in velocity) ** 0.5
+                directions[part.name] = given if given is not None else tuple(v / speed for v in velocity)
+    rows = {x.name: x.normals[0] for x in mechanism.one_way if x.name in solved.decided.closing}
 
     def speeds(instant: Instant) -> Mapping[str, Any]:
         acting = ActingForces.at(instant)
         return {name: -acting.row(row).phidot for name, row in rows.items()}
 
-    return solved.values(speeds, units) if rows else {}
+    units = {name: "rad/s" if row.unit == "N*m" else "m/s" for name, row in rows.items()}
+    closing = solved.values(speeds, units) if rows else {}
+    strikes = (f"{name} strikes: it closes with {speed.told()} (see the notes)" for name, speed in closing.items())
+    lines = (*strikes, *_lines(solved, acting, words, needed))
+    return StateFound(words, closing, directions, lines, dict(_at_limit(solved)), needed)
 
 
 # --- words for people ----------------------------------------------------------------------------------------------
 
 
 def _lines(
-    solved: Solved, acting: ActingForces, element: LawElement, words: Mapping[str, str], needed: Mapping[str, Value]
+    solved: SolvedInstant, acting: ActingForces, words: Mapping[str, str], needed: Mapping[str, Value]
 ) -> Iterator[str]:
-    """Yield `c1 slides backward: ...` for an element and its parts."""
-    acts = is_active(acting.mechanism, element)
-    if not acts and element.group != element.name and element.name not in solved.decided.touching:
-        return  # a corner in the air
-    rubbing = [part for part in element.frictions if acts and part.rubs]
-    if element.name in words and all(part.name != element.name for part in rubbing):
-        yield _state_line(element, words[element.name])
-    for part in rubbing:
-        if part.name in words:
-            yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
+    """Yield `c1 slides backward: ...`, `c is open`, `j rests at its upper stop`, and about what bodies tip."""
+    groups: dict[str, list[LawElement]] = {}
+    for element in acting.mechanism.one_way:
+        touches, acts = element.name in solved.decided.touching, is_active(acting.mechanism, element)
+        if touches and element.group not in ("", element.name):
+            groups.setdefault(element.group, []).append(element)
+        if not (acts or touches) and element.group != element.name:
+            continue  # a corner in the air
+        rubbing = [part for part in element.frictions if acts and part.rubs]
+        if element.name in words and all(part.name != element.name for part in rubbing):
+            word = words[element.name]
+            rests = element.kind == "stop" and word == element.words[0]
+            yield f"{element.group} rests at its {word} stop" if rests else f"{element.name} is {word}"
+        for part in rubbing:
+            if part.name in words:
+                word = words[part.name]
+                plain = word.rstrip("+-")
+                does = f"{plain}s {WAYS.get(word[len(plain) :], '')}".rstrip()
+                if acting.mode.slip(part) != STICKS:
+                    yield f"{part.name} {does}{_why_slipping(solved, acting, element, part)}"
+                else:
+                    yield f"{part.name} {does}{_why_sticking(solved, acting, element, part, needed)}"
+    for name, elements in groups.items():
+        held = [x.name.removeprefix(f"{name}.") for x in elements if is_active(acting.mechanism, x)]
+        if held and len(held) < len(elements):
+            yield f"{name} tips about {', '.join(held)}"
 
 
-def _state_line(element: LawElement, word: str) -> str:
-    """Return in which state an element is that does not rub: `c is open`, `j rests at its upper stop`."""
-    if element.kind == "stop" and word == element.words[0]:
-        return f"{element.group} rests at its {word} stop"
-    return f"{element.name} is {word}"
+def _why_slipping(solved: SolvedInstant, acting: ActingForces, element: LawElement, part: FrictionPart) -> str:
+    """Return what moves where a part slips: the body on an axis, where that is one and friction in its joint slides."""
+    mechanism, slip = acting.mechanism, acting.mode.slip(part)
+    moves = "moves" if part.name in solved.decided.moving else "starts to move"
+    if isinstance(part.rows[0], RopeSlipRow):
+        return f": its rope {moves} {'forward' if slip > 0 else 'back'} over it"
+    who, line = "it", "its axis" if element.kind == "friction" else "its tangent"
+    if element.kind == "friction":
+        moving = leaves([row.zero for row in part.rows if isinstance(row, VelocityRow)], "slot")
+        joints = {speed.joint for k, speed in enumerate(mechanism.speeds) if slot("u", k) in moving}
+        bodies = [body.name for body in mechanism.bodies if {mechanism.speeds[k].joint for k in body.u} & joints]
+        if len(joints) == len(bodies) == 1:
+            who, line = bodies[0], f"the axis of {joints.pop()}"
+    where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} {line}"
+    return f": {who} {moves}{where}"
 
 
-def _verb(word: str) -> str:
-    """Return a word such as slide- as a verb: slides backward."""
-    plain = word.rstrip("+-")
-    return f"{plain}s {WAYS.get(word[len(plain) :], '')}".rstrip()
-
-
-def _why(
-    solved: Solved, acting: ActingForces, element: LawElement, part: FrictionPart, needed: Mapping[str, Value]
+def _why_sticking(
+    solved: SolvedInstant, acting: ActingForces, element: LawElement, part: FrictionPart, needed: Mapping[str, Value]
 ) -> str:
-    slip = acting.mode.slip(part)
-    if slip != STICKS:
-        moving = part.name in solved.decided.moving
-        if isinstance(part.rows[0], RopeSlipRow):
-            return f": its rope {'moves' if moving else 'starts to move'} {'forward' if slip > 0 else 'back'} over it"
-        who, line = _who(acting, part) if element.kind == "friction" else ("it", "its tangent")
-        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} {line}"
-        return f": {who} {'moves' if moving else 'starts to move'}{where}"
-    rubs = all(_unique(solved, row.name) for row in part.rows)
+    """Return the friction of a part that sticks, with its limit; of a rope on a wheel the tensions on both sides."""
+    row, is_unique = part.rows[0], all(_is_unique(solved, row.name) for row in part.rows)
     if part.enough:
         least = needed.get(part.name)
-        if not rubs:
+        if not is_unique:
             return ": friction that is not unique"
         if least is None or not least.value:
             return ": no friction is needed"
         return f": that needs a coefficient of {least.told()} or more"
-    limit, size = float(acting.most(element, part)), float(length(acting.friction(part)))
-    told = unit_of(acting.mechanism, part.rows[0])
-    unit = f" {told}" if told else ""
-    most = f"at most {limit:.6g}{unit}"
-    row = part.rows[0]
-    if isinstance(row, RopeSlipRow) and all(_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
-        return _two_tensions(acting, part, row)
-    if rubs:
-        if not limit:
+    if isinstance(row, RopeSlipRow) and all(_is_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
+        wheel = row.rope.rubs.index(row.name)
+        less, greater = sorted(float(acting.tensions[asked]) for asked in row.rope.asked[wheel : wheel + 2])
+        ratio = float(acting.tension_ratio(part))
+        limit = f", at most {ratio:.6g} times the " if ratio <= _ENDLESS else ", "
+        return f": tension {greater:.6g} N{limit}{less:.6g} N on its other side"
+    most, size = float(acting.most(element, part)), float(length(acting.friction(part)))
+    unit = f" {name}" if (name := unit_of(acting.mechanism, row)) else ""
+    if is_unique:
+        if not most:
             return ": nothing presses, and there is no friction"
-        return f": friction {size:.6g}{unit} of {most}"
-    limited = all(_unique(solved, row.name) for row in element.normals_of(part))
-    return ": friction that is not unique" + (f", {most}" if limited else "")
+        return f": friction {size:.6g}{unit} of at most {most:.6g}{unit}"
+    limited = all(_is_unique(solved, row.name) for row in element.normals_of(part))
+    return ": friction that is not unique" + (f", at most {most:.6g}{unit}" if limited else "")
 
 
-def _who(acting: ActingForces, part: FrictionPart) -> tuple[str, str]:
-    """Return the body that moves where friction in a joint slides, and that joint's axis."""
-    mechanism = acting.mechanism
-    found = leaves([row.zero for row in part.rows if isinstance(row, VelocityRow)], "slot")
-    joints = {speed.joint for k, speed in enumerate(mechanism.speeds) if slot("u", k) in found}
-    bodies = [body.name for body in mechanism.bodies if {mechanism.speeds[k].joint for k in body.u} & joints]
-    return (bodies[0], f"the axis of {joints.pop()}") if len(joints) == len(bodies) == 1 else ("it", "its axis")
-
-
-def _two_tensions(acting: ActingForces, part: FrictionPart, slip: RopeSlipRow) -> str:
-    """Return the tensions on both sides of a wheel that a rope grips, and how many times the less the other may be."""
-    wheel = slip.rope.rubs.index(slip.name)
-    less, greater = sorted(float(acting.tensions[asked]) for asked in slip.rope.asked[wheel : wheel + 2])
-    pair, ratio = f": tension {greater:.6g} N", float(acting.tension_ratio(part))
-    if ratio > _ENDLESS:
-        return f"{pair}, {less:.6g} N on its other side"
-    return f"{pair}, at most {ratio:.6g} times the {less:.6g} N on its other side"
-
-
-def _unique(solved: Solved, row: str) -> bool:
+def _is_unique(solved: SolvedInstant, row: str) -> bool:
     values = [float(ActingForces.at(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
     size = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
     return all(abs(x - values[0]) <= 1e-8 * size for x in values)
 
 
-def _tipping(solved: Solved) -> Iterator[str]:
-    """Yield about which corners a body tips of which others lift off."""
-    groups: dict[str, list[LawElement]] = {}
-    for element in solved.mechanism.one_way:
-        if element.name in solved.decided.touching and element.group not in ("", element.name):
-            groups.setdefault(element.group, []).append(element)
-    for name, elements in groups.items():
-        held = [x.name.removeprefix(f"{name}.") for x in elements if is_active(solved.mechanism, x)]
-        if held and len(held) < len(elements):
-            yield f"{name} tips about {', '.join(held)}"
-
-
-def _directions(acting: ActingForces) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Yield in which direction each part slides in space, along its two tangents."""
-    for element in acting.mechanism.one_way:
-        for part in element.frictions if is_active(acting.mechanism, element) else ():
-            if acting.mode.slip(part) == ALONG_VELOCITY:
-                given = acting.mode.directions.get(part.name)
-                velocity = [float(acting.row(row).phidot) for row in part.rows]
-                speed = sum(v * v for v in velocity) ** 0.5
-                yield part.name, given if given is not None else tuple(v / speed for v in velocity)
-
-
 # --- how rough is enough -------------------------------------------------------------------------------------------
 
-
-def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
-    for element in solved.mechanism.one_way:
-        for part in element.frictions if is_active(solved.mechanism, element) else ():
-
-            def forces(instant: Instant, element: LawElement = element, part: FrictionPart = part) -> tuple[S, list[S]]:
-                acting = ActingForces.at(instant)
-                return acting.pressing(element, part), acting.friction(part)
-
-            yield from least_coefficient(solved, part, forces)
-
-
 def least_coefficient(
-    solved: Solved, part: FrictionPart, forces: Callable[[Instant], tuple[S, Sequence[S]]]
+    solved: SolvedInstant, part: FrictionPart, forces: Callable[[Instant], tuple[S, Sequence[S]]]
 ) -> Iterator[tuple[str, Value]]:
     """Yield the least coefficient |F| / N with which a part sticks that is rough `enough`; `forces` gives N and F."""
     pressing, friction = forces(solved.numbers)
@@ -227,7 +194,7 @@ def least_coefficient(
 # --- at the limit --------------------------------------------------------------------------------------------------
 
 
-def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
+def _at_limit(solved: SolvedInstant) -> Iterator[tuple[str, str]]:
     """Yield what is at its limit, by what would happen beyond it, decided exactly where that can be done."""
     if not solved.decided.at_limit:
         return
@@ -244,7 +211,7 @@ def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
             yield inequality.broken, "at the limit as far as numbers tell: not decided exactly"
 
 
-def beyond_limits(solved: Solved) -> dict[str, float]:
+def beyond_limits(solved: SolvedInstant) -> dict[str, float]:
     """Return what exact numbers say is left at limits, by rows, where some of it is negative: the state is another.
 
     Empty where all is as floats have it.
@@ -261,7 +228,7 @@ def beyond_limits(solved: Solved) -> dict[str, float]:
     return found if any(value < 0.0 for value in found.values()) else {}
 
 
-def exact_values(solved: Solved) -> dict[Node, Node]:
+def exact_values(solved: SolvedInstant) -> dict[Node, Node]:
     """Return the exact values of the parameters that formulas name."""
     named = {symbol(entry.name): entry.value for entry in solved.mechanism.parameters}
     known = {node: value for node, value in named.items() if value is not None and not leaves([value], "slot")}
@@ -278,25 +245,21 @@ _RIGHT: Final = ".right"
 _APART: Final = "give the length over which its pads or bearings are apart"
 
 
-def left_out(solved: Solved) -> tuple[str, ...]:
+def left_out(solved: SolvedInstant) -> tuple[str, ...]:
     """Return what strikes at the start, and what reactions of joints that rub hold beside what their friction is of."""
-    rubbing = [element for element in solved.mechanism.one_way if element.kind == "friction"]
-    struck = [solved.decided.strikes] if solved.decided.strikes else []
-    return (*struck, *_clamped(solved), *(note for element in rubbing for note in _notes(solved, element)))
-
-
-def _clamped(solved: Solved) -> Iterator[str]:
-    """Yield what touches both sides of a thin bar in a plane model, as a slot without play would."""
-    acting = {x.name for x in solved.mechanism.one_way if x.unilateral and is_active(solved.mechanism, x)}
-    for left in sorted(name for name in acting if name.endswith(_LEFT)):
+    one_way = solved.mechanism.one_way
+    notes = [solved.decided.strikes] if solved.decided.strikes else []
+    acting = {x.name for x in one_way if x.unilateral and is_active(solved.mechanism, x)}
+    for left in sorted(name for name in acting if name.endswith(_LEFT)):  # both sides of a thin bar in a plane model
         if (right := left.removesuffix(_LEFT) + _RIGHT) in acting:
-            yield (
+            notes.append(
                 f"{left} and {right} press at once, the two sides of a thin bar, as a slot without play does: give its "
                 "segment the normal of the side that is touched, if that is one only"
             )
+    return (*notes, *(note for x in one_way if x.kind == "friction" for note in _notes(solved, x)))
 
 
-def _notes(solved: Solved, element: LawElement) -> Iterator[str]:
+def _notes(solved: SolvedInstant, element: LawElement) -> Iterator[str]:
     normals = [row for row in element.normals if isinstance(row, ReactionRow)]
     body = next(body for body in solved.mechanism.bodies if body.joint_name == element.joint)
     turns, slides = any(step.turns for step in body.steps), any(step.slides for step in body.steps)
@@ -322,7 +285,7 @@ def _notes(solved: Solved, element: LawElement) -> Iterator[str]:
 class _Held:
     """What a joint holds: force and moment on its child, about its point there, in the frame on its parent."""
 
-    def __init__(self, solved: Solved, joint: str) -> None:
+    def __init__(self, solved: SolvedInstant, joint: str) -> None:
         self._state = solved.numbers.motion.state
         reaction = solved.numbers.reactions[joint]
         self.force, self.moment = np.array([reaction[c] for c in COMPONENTS], dtype=float).reshape(2, 3)

@@ -59,7 +59,7 @@ from multibody_sym.text.printer import COMPONENTS
 
 
 @dataclass(frozen=True)
-class Grip:
+class RoughWheelTensions:
     """A rough wheel under a rope: the row of its `slip`, and the symbols of the tensions before and behind it."""
 
     slip: str
@@ -68,7 +68,7 @@ class Grip:
     slides: bool
 
 
-def rubbing(mechanism: Mechanism) -> Collection[str]:
+def rubbing_ropes(mechanism: Mechanism) -> Collection[str]:
     """Return the ropes that rub on wheels; their runs have a tension each, and one more for each rough wheel."""
     plain = (row.plain for row in mechanism.rows)
     return {row.told[0] for row in plain if isinstance(row, RopeRow) and row.rubs}
@@ -128,7 +128,7 @@ class Action:
 
 
 @dataclass
-class Law:
+class ForceLaw:
     """What gives a force: the sum of factor times symbol on the `left` is that on the `right` plus `value` (Nodes)."""
 
     element: str
@@ -159,19 +159,19 @@ class Actions:
     def __init__(self, motion: Motion, symbols: Symbols) -> None:
         self.motion, self.symbols = motion, symbols
         self.of_body: list[list[Action]] = [[] for _ in motion.bodies]
-        self.laws: list[Law] = []
+        self.laws: list[ForceLaw] = []
         self.lengths: list[Length] = []
         self.further: list[LetteredForce] = []
         self.rows = row_motions(motion)
         self._in_joints: list[tuple[Any, Sequence[S]]] = []
         self.contacts: list[tuple[str, Sequence[Wrench]]] = []
-        self.grips: list[Grip] = []
+        self.grips: list[RoughWheelTensions] = []
         self.tensions: dict[Any, str] = {}
-        self._rubbing_ropes = rubbing(motion.mechanism)
+        self._rubbing_ropes = rubbing_ropes(motion.mechanism)
         one_way = motion.mechanism.one_way
         self._elements = row_elements(motion.mechanism)
         self._touching = {row.name for each in one_way if each.kind == "contact" for row in each.normals}
-        self._rubbing: dict[str, Law] = {}
+        self._rubbing: dict[str, ForceLaw] = {}
         self.bias = accelerations(motion, [0] * len(motion.state.u))
         self._add_weight()
         known = applied_forces(motion, [], weight=False)
@@ -206,7 +206,7 @@ class Actions:
             rate = span_rate(self.motion, load.ends, direction)
             add_pair(wrenches, self.motion, load.ends, direction)
             s = self._further(SPRING, load.name)
-            self.laws.append(Law(load.name, [(s, 1)], value=self._pull(load, length, rate)))
+            self.laws.append(ForceLaw(load.name, [(s, 1)], value=self._pull(load, length, rate)))
             self._add(s, "spring", load.name, wrenches.of_body)
             return
         exert(load, self.motion, wrenches, known.of_speed)
@@ -294,10 +294,10 @@ class Actions:
             found.append(s)
         for slip, before, behind in zip(rope.rubs, found, found[1:], strict=False):
             ratio = slipping_ratio(slip, self.motion, self.bias)
-            self.grips.append(Grip(slip, before, behind, slides=ratio is not None))
+            self.grips.append(RoughWheelTensions(slip, before, behind, slides=ratio is not None))
             if ratio is not None:
                 greater, less = (before, behind) if ratio[0] else (behind, before)
-                self.laws.append(Law(self.element(slip), [(greater, 1)], [(less, ratio[1])]))
+                self.laws.append(ForceLaw(self.element(slip), [(greater, 1)], [(less, ratio[1])]))
 
     def _add_unit(self, symbol: Any, kind: str, element: str, of_body: Sequence[Wrench], forces: Sequence[S]) -> None:
         self._add(symbol, kind, element, of_body)
@@ -316,7 +316,7 @@ class Actions:
             return
         unit = force_unit(sliding.rows[0], self.motion.mechanism)
         s = self._further(MOMENT if unit == "N*m" else FRICTION, name)
-        self._rubbing[name] = Law(self.element(name), [(s, 1)], [(normal, size)])
+        self._rubbing[name] = ForceLaw(self.element(name), [(s, 1)], [(normal, size)])
         if sliding.beside:
             places = [row.name for row in self.motion.mechanism.rows]
             others = (self.symbols.multipliers[places.index(other)] for other in sliding.beside)
@@ -324,17 +324,24 @@ class Actions:
         else:
             self.laws.append(self._rubbing[name])
         if len(along) == 1:
-            against = [_scaled(wrench, -sliding.sense) for wrench in along[0].of_body]
+            against = [
+                x if x is NO_WRENCH else (scale(-sliding.sense, x[0]), scale(-sliding.sense, x[1]))
+                for x in along[0].of_body
+            ]
             self._add_unit(s, "friction", self.element(name), against, [-sliding.sense * x for x in along[0].forces])
         else:
             pressed = row_motion(pressing, self.motion, self.bias)
             in_joint = all(wrench is NO_WRENCH for row in along for wrench in row.of_body)
-            pairs = zip(moved.of_body, pressed.of_body, strict=True)
-            against = [NO_WRENCH if in_joint else _difference(a, b, size) for a, b in pairs]
+            against = [
+                NO_WRENCH
+                if in_joint or (a is NO_WRENCH and b is NO_WRENCH)
+                else (scale(1 / size, subtract(a[0], b[0])), scale(1 / size, subtract(a[1], b[1])))
+                for a, b in zip(moved.of_body, pressed.of_body, strict=True)
+            ]
             forces = [(a - b) / size for a, b in zip(moved.forces, pressed.forces, strict=True)]
             self._add_unit(s, "friction", self.element(name), against, forces)
 
-    def _pressing(self, row: ReactionRow, symbol: Any) -> Law:
+    def _pressing(self, row: ReactionRow, symbol: Any) -> ForceLaw:
         """Return what a row that defines a part of a joint's reaction says."""
         share, rubbing, *parts = self.motion.state.values([row.share, row.rubbing, *row.force, *row.moment])
         names = [row.name for row in self.motion.mechanism.rows]
@@ -342,23 +349,14 @@ class Actions:
         left += [(self.symbols.multipliers[names.index(row.rubs)], rubbing)] if row.rubs in names else []
         for index, body in enumerate(self.motion.mechanism.bodies):
             if body.joint_name == row.joint:
-                return Law(self.element(row.name), left, list(zip(self.reaction_symbols(index), parts, strict=True)))
+                right = list(zip(self.reaction_symbols(index), parts, strict=True))
+                return ForceLaw(self.element(row.name), left, right)
         return self._defined(row, symbol)
 
-    def _defined(self, row: Row, symbol: Any) -> Law:
+    def _defined(self, row: Row, symbol: Any) -> ForceLaw:
         """Return what a row that defines a force says, from all other forces."""
         k = [other.name for other in self.motion.mechanism.rows].index(row.name)
         found = self.rows[k]
         right = [(self.symbols.multipliers[j], x) for j, x in found.coupling.items() if j != k]
         moving = list(zip(self.symbols.accelerations, found.jacobian, strict=True))
-        return Law(self.element(row.name), [(symbol, -found.coupling[k])], [*moving, *right], -found.gamma)
-
-
-def _scaled(wrench: Wrench, factor: S) -> Wrench:
-    return wrench if wrench is NO_WRENCH else (scale(factor, wrench[0]), scale(factor, wrench[1]))
-
-
-def _difference(a: Wrench, b: Wrench, divisor: S) -> Wrench:
-    if a is NO_WRENCH and b is NO_WRENCH:
-        return NO_WRENCH
-    return scale(1 / divisor, subtract(a[0], b[0])), scale(1 / divisor, subtract(a[1], b[1]))
+        return ForceLaw(self.element(row.name), [(symbol, -found.coupling[k])], [*moving, *right], -found.gamma)

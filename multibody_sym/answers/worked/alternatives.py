@@ -15,17 +15,17 @@ import sympy
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.records import Formula, Line, Quantity, Sentence, WorkedStep
 from multibody_sym.answers.worked.actions import gripping_ratio, is_grip
-from multibody_sym.answers.worked.elimination import Linear, linear, shown
-from multibody_sym.answers.worked.equations import Equations, with_parameters
+from multibody_sym.answers.worked.elimination import LinearForm, in_sympy, linear
+from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.derivation.notation import Notation
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
-from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import in_mode
-from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motion
+from multibody_sym.mechanics.row_kinematics import coefficients, row_motion
 from multibody_sym.mechanics.row_records import TurningRow
+from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
-from multibody_sym.scalars.node import ZERO, as_node
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.vectors import apply, negate
 
 _MOST: Final = 4
@@ -33,7 +33,7 @@ _AT_REST: Final = 1e-12
 
 
 @dataclass(frozen=True)
-class Part:
+class RestingFriction:
     """Friction of an element that is active, along one row."""
 
     element: LawElement
@@ -50,69 +50,67 @@ class Refuted:
     """
 
     slips: Mapping[str, int]
-    part: Part
+    part: RestingFriction
     equations: Equations
-    left: Linear
+    left: LinearForm
     value: Quotient
     limit: Quotient | None = None
 
 
-def refuted(equations: Equations) -> Iterator[Refuted]:
-    """Yield the other assumptions about friction that starts from rest, each with what contradicts it."""
+def parts_at_rest(equations: Equations) -> list[RestingFriction]:
+    """Return the friction parts in the plane that are pressed and do not slide yet."""
+    mode, motion, found = equations.mechanism.mode, equations.actions.motion, []
+    for element in equations.mechanism.one_way if mode is not None else ():
+        if mode is None or (element.unilateral and not mode.acts(element)):
+            continue
+        for part in (part for part in element.frictions if len(part.rows) == 1 and not part.enough):
+            speed = row_motion(part.rows[0], motion, equations.actions.bias).phidot
+            if abs(float(equations.exactly.quotients([speed])[0].sample)) <= _AT_REST:
+                found.append(RestingFriction(element, part))
+    return found
+
+
+def refuted_assumptions(equations: Equations) -> Iterator[Refuted]:
+    """Yield other assumptions about friction that starts from rest, each with what contradicts it.
+
+    All that slides slides back, or sticks; what sticks slides. Where all that sticks leaves forces open, one part does.
+    """
     mode = equations.mechanism.mode
     if mode is None:
         return
     parts = parts_at_rest(equations)
     slips = {part.friction.name: mode.slip(part.friction) for part in parts}
-    for tried in _assumptions(slips):
-        found = (_contradiction(equations, parts, assumed) for assumed in tried)
-        told = next((each for each in found if each is not None), None)
-        if told is not None:
-            yield told
-
-
-def parts_at_rest(equations: Equations) -> list[Part]:
-    """Return the friction parts in the plane that are pressed and do not slide yet."""
-    mode = equations.mechanism.mode
-    return [
-        Part(element, part)
-        for element in (equations.mechanism.one_way if mode is not None else ())
-        if mode is not None and (not element.unilateral or mode.acts(element))
-        for part in element.frictions
-        if len(part.rows) == 1 and not part.enough and _rests(equations, part)
-    ]
-
-
-def _rests(equations: Equations, part: FrictionPart) -> bool:
-    (rate,) = equations.exactly.quotients([_moved(equations, part).phidot])
-    return abs(float(rate.sample)) <= _AT_REST
-
-
-def _moved(equations: Equations, part: FrictionPart) -> RowMotion:
-    return row_motion(part.rows[0], equations.actions.motion, equations.actions.bias)
-
-
-def _assumptions(slips: Mapping[str, int]) -> list[list[dict[str, int]]]:
-    """Return what else may be assumed: all that slides slides back, or sticks; what sticks slides.
-
-    Each is a list of which the first that is refuted is told: where all that sticks leaves forces open, one of it does.
-    """
     sliding = {name: slip for name, slip in slips.items() if slip != STICKS}
-    if not sliding:
-        return [[{name: slip}] for name in slips for slip in (1, -1)][:_MOST]
-    back = {name: -slip for name, slip in sliding.items()}
-    return [[back], [dict.fromkeys(sliding, STICKS), *({name: STICKS} for name in sliding)]]
+    if sliding:
+        back = {name: -slip for name, slip in sliding.items()}
+        stuck = [dict.fromkeys(sliding, STICKS), *({name: STICKS} for name in sliding)]
+        assumptions = [[back], stuck]
+    else:
+        assumptions = [[{name: slip}] for name in slips for slip in (1, -1)][:_MOST]
+    for tried in assumptions:
+        found = (_contradiction(equations, parts, assumed) for assumed in tried)
+        first = next((each for each in found if each is not None), None)
+        if first is not None:
+            yield first
 
 
-def _contradiction(equations: Equations, parts: list[Part], slips: Mapping[str, int]) -> Refuted | None:
+def _contradiction(equations: Equations, parts: list[RestingFriction], slips: Mapping[str, int]) -> Refuted | None:
     """Return what contradicts an assumption; None where nothing does, or no closed form tells."""
-    mechanism = _assumed(equations.mechanism, slips)
+    mechanism, state = equations.mechanism, equations.given.state
+    assert mechanism.mode is not None
+    added = {row.name for element in mechanism.one_way for row in element.rows}
+    bare = replace(mechanism, rows=tuple(row for row in mechanism.rows if row.name not in added), mode=None, held=())
+    assumed = in_mode(bare, replace(mechanism.mode, slips={**mechanism.mode.slips, **slips}))
+    # parameters that this mode has besides are zero
+    parameters = [state.slots.get(slot("parameters", k), ZERO) for k in range(len(assumed.parameters))]
+    start = state_of(assumed, Node, ZERO, list(state.q), list(state.u), parameters)
     try:
-        other = Equations(mechanism, with_parameters(mechanism, equations.given), plane=equations.words.plane)
+        other = Equations(assumed, replace(equations.given, state=start), plane=equations.words.plane)
         if other.reason:
             return None
         for part in (part for part in parts if part.friction.name in slips):
-            found = _judged(other, part, slips)
+            sticks = slips[part.friction.name] == STICKS
+            found = _too_much(other, part, slips) if sticks else _wrong_way(other, part, slips)
             if found is not None:
                 return found
     except NoClosedFormError:
@@ -120,29 +118,18 @@ def _contradiction(equations: Equations, parts: list[Part], slips: Mapping[str, 
     return None
 
 
-def _assumed(mechanism: Mechanism, slips: Mapping[str, int]) -> Mechanism:
-    """Return the mechanism in the mode that slides otherwise."""
-    assert mechanism.mode is not None
-    added = {row.name for element in mechanism.one_way for row in element.rows}
-    bare = replace(mechanism, rows=tuple(row for row in mechanism.rows if row.name not in added), mode=None, held=())
-    return in_mode(bare, replace(mechanism.mode, slips={**mechanism.mode.slips, **slips}))
-
-
-def _judged(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted | None:
-    """Return how one part contradicts what was assumed of it: it moves the other way, or needs too much friction."""
-    slip = slips[part.friction.name]
-    if slip == STICKS:
-        return _too_much(other, part, slips)
-    moved = _moved(other, part.friction)
+def _wrong_way(other: Equations, part: RestingFriction, slips: Mapping[str, int]) -> Refuted | None:
+    """Return how a part that was assumed to slide contradicts that: it begins to move the other way."""
+    moved = row_motion(part.friction.rows[0], other.actions.motion, other.actions.bias)
     *factors, gamma = other.exactly.quotients([*moved.jacobian, moved.gamma])
-    left = linear(zip(other.symbols.accelerations, factors, strict=True), -gamma).times(
-        2 if is_grip(part.friction) else 1
-    )
+    rate = linear(zip(other.symbols.accelerations, factors, strict=True), -gamma)
+    left = rate.times(2 if is_grip(part.friction) else 1)
     value = other.result(left)
-    return Refuted(slips, part, other, left, value) if float(value.sample) * slip < 0 else None
+    return Refuted(slips, part, other, left, value) if float(value.sample) * slips[part.friction.name] < 0 else None
 
 
-def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted | None:
+def _too_much(other: Equations, part: RestingFriction, slips: Mapping[str, int]) -> Refuted | None:
+    """Return how a part that was assumed to stick contradicts that: it needs too much friction."""
     if is_grip(part.friction):
         (ratio,) = other.exactly.quotients([gripping_ratio(part.friction, other.actions.motion)])
         greater, less = other.grip(part.friction.rows[0].name)
@@ -153,7 +140,7 @@ def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted
     normals = [other.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
     static = coefficients(other.actions.motion, part.friction.rows, [part.friction.static])
     (coefficient,) = other.exactly.quotients(static)
-    left = Linear({friction: other.exactly.constant(1)}, coefficient * 0)
+    left = LinearForm({friction: other.exactly.constant(1)}, coefficient * 0)
     value, forces = other.result(left), [other.result(normal) for normal in normals]
     limit = limits.most(coefficient, limits.pressing(forces, [1 if force.sample >= 0 else -1 for force in forces]))
     size = value if value.sample >= 0 else -value
@@ -164,12 +151,12 @@ def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted
 # Assumptions that are rejected, as lines: what is assumed, what follows from it, and why that cannot be.
 
 
-def rejected(equations: Equations, notation: Notation, units: Mapping[Any, str]) -> Iterator[WorkedStep]:
+def rejected_alternatives(equations: Equations, notation: Notation, units: Mapping[Any, str]) -> Iterator[WorkedStep]:
     """Yield the steps that reject other assumptions about friction."""
     told = _Rejected(equations, notation, units)
     if equations.reason:
         return
-    for number, found in enumerate(refuted(equations), 1):
+    for number, found in enumerate(refuted_assumptions(equations), 1):
         yield WorkedStep(f"Other assumption {number}", tuple(told.lines(found)))
 
 
@@ -186,7 +173,7 @@ class _Rejected:
             ways = (f"{name} slides {self._way(self.parts[name], slip)}" for name, slip in found.slips.items())
             yield Sentence((f"Assume that {' and '.join(ways)}, and friction acts against that. Then",))
             unit = min((self.units.get(x, "") for x in found.left.terms), key=lambda unit: (unit != "m/s^2", unit))
-            yield self._formula(found, shown(found.equations.exactly, found.left), found.value, unit)
+            yield self._formula(found, in_sympy(found.equations.exactly, found.left), found.value, unit)
             sign = ">" if found.slips[found.part.friction.name] > 0 else "<"
             yield Sentence((f"and not {sign} 0, as was assumed: a contradiction.",))
             return
@@ -218,7 +205,7 @@ class _Rejected:
         (ratio,) = self.equations.exactly.quotients([gripping_ratio(part, self.equations.actions.motion)])
         return greater, less * self.equations.exactly.written(ratio), self.units.get(greater, "")
 
-    def _symbols(self, part: Part) -> tuple[Any, Any]:
+    def _symbols(self, part: RestingFriction) -> tuple[Any, Any]:
         """Return the letter of a part's friction, and the most that it can be, in the letters of the state."""
         equations = self.equations
         names = [row.name for row in equations.mechanism.rows]
@@ -228,20 +215,22 @@ class _Rejected:
         static = coefficients(equations.actions.motion, part.friction.rows, [part.friction.static])
         (coefficient,) = equations.exactly.quotients(static)
         normals = [equations.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
-        forces = [shown(equations.exactly, normal) for normal in normals]
+        forces = [in_sympy(equations.exactly, normal) for normal in normals]
         N = limits.pressing(forces, [int(part.element.unilateral)] * len(forces))
         return friction, limits.most(equations.exactly.written(coefficient), N)
 
-    def _way(self, part: Part, slip: int) -> str:
+    def _way(self, part: RestingFriction, slip: int) -> str:
         """Return where the first of two bodies slides to, or how a joint's coordinate changes."""
         row, equations = part.friction.rows[0], self.equations
         moved = row_motion(row, equations.actions.motion, equations.actions.bias)
         if row.surfaces is None:
             moving = [k for k, x in enumerate(moved.jacobian) if as_node(x) is not ZERO]
-            names = [coordinate_of(equations.mechanism, k) for k in moving]
-            if len(names) > 1:
+            if len(moving) > 1:
                 return "forward" if slip > 0 else "backward"
-            return f"so that {names[0]} {'grows' if slip > 0 else 'falls'}"
+            mechanism, (speed,) = equations.mechanism, moving
+            pairs = (pair for body in mechanism.bodies for pair in body.rate_pairs)
+            rates = (mechanism.coordinates[q].name for q, u in pairs if u == speed)
+            return f"so that {next(rates, mechanism.speeds[speed].name)} {'grows' if slip > 0 else 'falls'}"
         if isinstance(row, TurningRow):
             return "forward" if slip > 0 else "backward"
         first, second = (skin.place.body for skin in row.surfaces)
@@ -250,9 +239,3 @@ class _Rejected:
         vector = equations.exactly.quotients(world if sign > 0 else negate(world))
         words = equations.words.of(vector)[1]
         return "".join(word if isinstance(word, str) else self.notation.text(word) for word in words)
-
-
-def coordinate_of(mechanism: Mechanism, speed: int) -> str:
-    """Return the name of the coordinate of which a speed is the rate, or its own."""
-    pairs = (pair for body in mechanism.bodies for pair in body.rate_pairs)
-    return next((mechanism.coordinates[q].name for q, u in pairs if u == speed), mechanism.speeds[speed].name)

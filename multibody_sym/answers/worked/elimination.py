@@ -87,7 +87,7 @@ def in_number(quotient: Quotient) -> Any:
 
 
 @dataclass
-class Linear:
+class LinearForm:
     """sum terms[x] x + rest, x being symbols of unknowns."""
 
     terms: dict[Any, Quotient]
@@ -97,7 +97,7 @@ class Linear:
         """Return the coefficient of an unknown."""
         return self.terms.get(x)
 
-    def plus(self, other: Linear, factor: Quotient | int = 1) -> Linear:
+    def plus(self, other: LinearForm, factor: Quotient | int = 1) -> LinearForm:
         """Return this plus a multiple of another."""
         terms = dict(self.terms)
         for x, a in other.terms.items():
@@ -106,29 +106,29 @@ class Linear:
                 terms.pop(x, None)
             else:
                 terms[x] = total
-        return Linear(terms, self.rest + other.rest * factor)
+        return LinearForm(terms, self.rest + other.rest * factor)
 
-    def times(self, factor: Quotient | int) -> Linear:
+    def times(self, factor: Quotient | int) -> LinearForm:
         """Return a multiple."""
-        return Linear({x: a * factor for x, a in self.terms.items()}, self.rest * factor)
+        return LinearForm({x: a * factor for x, a in self.terms.items()}, self.rest * factor)
 
-    def with_known(self, x: Any, value: Linear) -> Linear:
+    def with_known(self, x: Any, value: LinearForm) -> LinearForm:
         """Return this with an expression in place of an unknown."""
         factor = self.terms.get(x)
         if factor is None:
             return self
-        return Linear({y: a for y, a in self.terms.items() if y != x}, self.rest).plus(value, factor)
+        return LinearForm({y: a for y, a in self.terms.items() if y != x}, self.rest).plus(value, factor)
 
-    def with_all(self, known: Mapping[Any, Linear]) -> Linear:
+    def with_all(self, known: Mapping[Any, LinearForm]) -> LinearForm:
         """Return this with expressions in place of all unknowns that are known."""
         found = self
         for x in self.terms:
             found = found.with_known(x, known[x]) if x in known else found
         return found
 
-    def without(self, x: Any) -> Linear:
+    def without(self, x: Any) -> LinearForm:
         """Return this without an unknown that vanishes."""
-        return Linear({y: a for y, a in self.terms.items() if y != x}, self.rest)
+        return LinearForm({y: a for y, a in self.terms.items() if y != x}, self.rest)
 
     @property
     def vanishes(self) -> bool:
@@ -136,47 +136,47 @@ class Linear:
         return not self.terms and self.rest.is_zero
 
 
-def linear(terms: Iterable[tuple[Any, Quotient]], rest: Quotient) -> Linear:
+def linear(terms: Iterable[tuple[Any, Quotient]], rest: Quotient) -> LinearForm:
     """Return a linear form of pairs, zeros left out."""
-    found = Linear({}, rest)
+    found = LinearForm({}, rest)
     for x, a in terms:
         if not a.is_zero:
-            found = found.plus(Linear({x: a}, rest * 0))
+            found = found.plus(LinearForm({x: a}, rest * 0))
     return found
 
 
-def shown(exactly: Exactly, form: Linear) -> Any:
+def in_sympy(exactly: Exactly, form: LinearForm) -> Any:
     """Return a linear form in sympy."""
     parts = [exactly.written(a) * x for x, a in form.terms.items()]
     return sympy.Add(exactly.written(form.rest), *parts)
 
 
 @dataclass
-class Equality:
+class NumberedEquation:
     """left = right, with the number by which it is named, and where it comes from.
 
     `kind` is "body", "relation" or "law"; `about` tells the direction or what it says.
     """
 
-    left: Linear
-    right: Linear
+    left: LinearForm
+    right: LinearForm
     kind: str
     about: tuple[Any, ...] = ()
     tag: int = 0
     about_turning: bool = field(default=False)
 
     @cached_property
-    def form(self) -> Linear:
+    def form(self) -> LinearForm:
         """Left less right, which is zero."""
         return self.left.plus(self.right, -1)
 
     def sides(self, exactly: Exactly) -> tuple[Any, Any]:
         """Return both sides in sympy."""
-        return shown(exactly, self.left), shown(exactly, self.right)
+        return in_sympy(exactly, self.left), in_sympy(exactly, self.right)
 
-    def changed(self, change: Any) -> Equality:
+    def changed(self, change: Any) -> NumberedEquation:
         """Return it with both sides changed."""
-        return Equality(change(self.left), change(self.right), self.kind, self.about, self.tag, self.about_turning)
+        return replace(self, left=change(self.left), right=change(self.right))
 
 
 def unit_sign(values: Sequence[Quotient]) -> list[int]:
@@ -187,17 +187,17 @@ def unit_sign(values: Sequence[Quotient]) -> list[int]:
 # ----------------------------------------------------------------------------------------------------------------------
 
 @dataclass(frozen=True)
-class Found:
+class EliminationStep:
     """One step of an elimination: `unknown` = `value`, from an equation; `becomes` where others have changed it."""
 
-    equation: Equality
+    equation: NumberedEquation
     unknown: Any
-    value: Linear
-    becomes: Equality | None
+    value: LinearForm
+    becomes: NumberedEquation | None
 
 
 @dataclass
-class Elimination:
+class HandElimination:
     """What elimination of `equations` finds: `steps` in their order and `results`, each unknown's value.
 
     `idle` are equations that follow from others; `only` these unknowns are looked for, where that is given.
@@ -205,12 +205,12 @@ class Elimination:
 
     exactly: Exactly
     accelerations: Sequence[Any]
-    steps: list[Found] = field(default_factory=list)
-    results: dict[Any, Linear] = field(default_factory=dict)
-    idle: list[Equality] = field(default_factory=list)
+    steps: list[EliminationStep] = field(default_factory=list)
+    results: dict[Any, LinearForm] = field(default_factory=dict)
+    idle: list[NumberedEquation] = field(default_factory=list)
     only: Collection[Any] | None = None
 
-    def run(self, equations: Sequence[Equality]) -> None:
+    def run(self, equations: Sequence[NumberedEquation]) -> None:
         """Eliminate; raises NoClosedFormError where formulas grow too long or equations contradict each other."""
         waiting = list(equations)
         given = {e.tag: e for e in equations}
@@ -221,13 +221,19 @@ class Elimination:
                 break
             equation, x = chosen
             waiting.remove(equation)
-            value = _solved(equation.form, x)
+            form = equation.form
+            value = form.without(x).times(-(form.rest.field.constant(1) / form.terms[x]))
             changed = None if equation is given[equation.tag] else equation
-            self.steps.append(Found(given[equation.tag], x, value, changed))
-            waiting = [_with(e, x, value) for e in waiting]
+            self.steps.append(EliminationStep(given[equation.tag], x, value, changed))
+            waiting = [
+                replace(e, left=e.left.with_known(x, value), right=e.right.with_known(x, value))
+                if x in e.left.terms or x in e.right.terms
+                else e
+                for e in waiting
+            ]
         self._put_back()
 
-    def _without_idle(self, waiting: Sequence[Equality]) -> list[Equality]:
+    def _without_idle(self, waiting: Sequence[NumberedEquation]) -> list[NumberedEquation]:
         left = []
         for e in waiting:
             form = e.form
@@ -239,7 +245,7 @@ class Elimination:
             self.idle.append(e)
         return left
 
-    def _pivot(self, waiting: Sequence[Equality]) -> tuple[Equality, Any] | None:
+    def _pivot(self, waiting: Sequence[NumberedEquation]) -> tuple[NumberedEquation, Any] | None:
         """Return the equation and the unknown for which it is solved next."""
         ranked = [
             (self._rank(e, x, a, waiting), i, e, x)
@@ -252,7 +258,7 @@ class Elimination:
         _, _, equation, x = min(ranked, key=lambda found: found[:2])
         return equation, x
 
-    def _rank(self, e: Equality, x: Any, a: Quotient, waiting: Sequence[Equality]) -> tuple[Any, ...]:
+    def _rank(self, e: NumberedEquation, x: Any, a: Quotient, waiting: Sequence[NumberedEquation]) -> tuple[Any, ...]:
         """Return how late a pivot comes.
 
         Relations between accelerations come first, for the one named last, then laws, then what names one unknown
@@ -282,32 +288,21 @@ class Elimination:
         return [x for x in unknowns if x not in self.results or self.results[x].terms]
 
 
-def _solved(form: Linear, x: Any) -> Linear:
-    """Return x from form = 0."""
-    return form.without(x).times(-(form.rest.field.constant(1) / form.terms[x]))
-
-
-def _with(e: Equality, x: Any, value: Linear) -> Equality:
-    if e.left.of(x) is None and e.right.of(x) is None:
-        return e
-    return replace(e, left=e.left.with_known(x, value), right=e.right.with_known(x, value))
-
-
 def _is_unit(a: Quotient) -> bool:
     return (a - 1).is_zero or (a + 1).is_zero
 
 
-def arranged(e: Equality, accelerations: Collection[Any]) -> Equality:
+def accelerations_left(e: NumberedEquation, accelerations: Collection[Any]) -> NumberedEquation:
     """Return an equation with accelerations on the left and all else on the right, with few signs."""
     form = e.form
     zero = form.rest * 0
-    left = Linear({x: a for x, a in form.terms.items() if x in accelerations}, zero)
-    right = Linear({x: -a for x, a in form.terms.items() if x not in accelerations}, -form.rest)
+    left = LinearForm({x: a for x, a in form.terms.items() if x in accelerations}, zero)
+    right = LinearForm({x: -a for x, a in form.terms.items() if x not in accelerations}, -form.rest)
     first = next(iter(left.terms.values()), None)
     if first is not None and first.sample < 0:
         left, right = left.times(-1), right.times(-1)
     if not left.terms:
-        left, right = right, Linear({}, zero)
+        left, right = right, LinearForm({}, zero)
     return replace(e, left=left, right=right)
 
 

@@ -12,11 +12,11 @@ from multibody_sym.answers.records import Words
 from multibody_sym.answers.worked.actions import Action, Actions, Length
 from multibody_sym.answers.worked.elimination import (
     Directions,
-    Elimination,
-    Equality,
     Exactly,
-    Linear,
-    arranged,
+    HandElimination,
+    LinearForm,
+    NumberedEquation,
+    accelerations_left,
     linear,
     short,
 )
@@ -25,9 +25,8 @@ from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import accelerations, motion_of, partial_velocities, spread
 from multibody_sym.mechanics.row_records import RopeSlipRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross, dot, scale, subtract
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -35,7 +34,7 @@ from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross
 
 
 @dataclass(frozen=True)
-class Axis:
+class SumAxis:
     """A direction (world, over Nodes) along which forces are summed, and what it is called."""
 
     vector: Vec
@@ -43,7 +42,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Force:
+class BodyForce:
     """What acts on a body: `action`, its vector (world, for a unit of its symbol), and its moment."""
 
     action: Action
@@ -56,21 +55,21 @@ class FreeBody:
     """A body cut free: its forces, those that vanish left out, and its equations."""
 
     name: str
-    forces: tuple[Force, ...]
-    equations: tuple[Equality, ...]
+    forces: tuple[BodyForce, ...]
+    equations: tuple[NumberedEquation, ...]
 
 
-class CutFree:
+class CutBodies:
     """All bodies of an instant cut free; `known`: reactions along free directions, and those that vanish."""
 
-    def __init__(self, actions: Actions, exactly: Exactly, words: Directions, laws: Sequence[Equality]) -> None:
+    def __init__(self, actions: Actions, exactly: Exactly, words: Directions, laws: Sequence[NumberedEquation]) -> None:
         self._laws = laws
         self.actions, self.exactly, self.words, self.plane = actions, exactly, words, words.plane
         self.motion, self.symbols = actions.motion, actions.symbols
         self._partials = partial_velocities(self.motion)
         self._at_rest = accelerations(self.motion, [0] * len(self.symbols.speeds))
-        self.known: dict[Any, Linear] = {}
-        self.free: list[Equality] = []
+        self.known: dict[Any, LinearForm] = {}
+        self.free: list[NumberedEquation] = []
         idle = self._idle_feet()
         self._nothing = frozenset(self.known)
         bodies = [index for index in range(len(self.motion.bodies)) if index not in idle]
@@ -86,7 +85,7 @@ class CutFree:
             if body.is_foot and f"{body.joint_name}.t" in rows:
                 found.add(index)
                 nothing = (*self.actions.reaction_symbols(index), rows[f"{body.joint_name}.t"])
-                self.known.update((s, Linear({}, self.exactly.constant(0))) for s in nothing)
+                self.known.update((s, LinearForm({}, self.exactly.constant(0))) for s in nothing)
         return found
 
     # --- joints ----------------------------------------------------------------------------------------------------
@@ -95,20 +94,20 @@ class CutFree:
         """Read off what a joint transmits along its free directions, A^T R = Q."""
         name = self.motion.mechanism.bodies[index].joint_name
         found = [
-            Equality(linear(terms, force.rest * 0), force, "joint", (name,), tag=k)
+            NumberedEquation(linear(terms, force.rest * 0), force, "joint", (name,), tag=k)
             for k, (terms, force) in enumerate(self._freedoms(index))
         ]
         named = {s for e in found for s in e.left.terms}
         alone = [e for e in found if len(e.left.terms) == 1]
         solved = found if len(named) == len(found) else alone
-        elimination = Elimination(self.exactly, (), only=named)
+        elimination = HandElimination(self.exactly, (), only=named)
         elimination.run(solved)
         self.known.update(elimination.results)
         for e in found:
             if e not in solved:
                 self.free.append(e.changed(lambda form: form.with_all(elimination.results)))
 
-    def _freedoms(self, index: int) -> Iterator[tuple[list[tuple[Any, Quotient]], Linear]]:
+    def _freedoms(self, index: int) -> Iterator[tuple[list[tuple[Any, Quotient]], LinearForm]]:
         """Yield for each freedom of a joint the components along it, with their factors, and what drives it."""
         body, moved = self.motion.mechanism.bodies[index], self.motion.bodies[index]
         R_FB, point = self.actions.joint_axes(index), self.actions.joint_point(index)
@@ -138,18 +137,20 @@ class CutFree:
             return self.actions.joint_point(index), f"about {body.joint_name}"
         return self.motion.masses[index].com, "about the centre of mass"
 
-    def _force(self, index: int, action: Action, reference: Vec) -> Force | None:
+    def _force(self, index: int, action: Action, reference: Vec) -> BodyForce | None:
         force, moment = action.wrench
         R_WB = self.motion.rotation(index)
         world = [*apply(R_WB, force), *apply(R_WB, subtract(moment, cross(reference, force)))]
         found = self.exactly.quotients(world)
         if all(x.is_zero for x in found):
             return None
-        return Force(action, (found[0], found[1], found[2]), (found[3], found[4], found[5]))
+        return BodyForce(action, (found[0], found[1], found[2]), (found[3], found[4], found[5]))
 
-    def _equations(self, index: int, forces: Sequence[Force], reference: Vec, about: str) -> Iterator[Equality]:
+    def _equations(
+        self, index: int, forces: Sequence[BodyForce], reference: Vec, about: str
+    ) -> Iterator[NumberedEquation]:
         inertia, bias = self._inertia(index, reference)
-        turns = [Axis(axis.vector, (*axis.name, f" {about}")) for axis in self.axes(index, turning=True)]
+        turns = [SumAxis(axis.vector, (*axis.name, f" {about}")) for axis in self.axes(index, turning=True)]
         for part, axes in enumerate((self.axes(index), turns)):
             for axis in axes:
                 unit = self.exactly.quotients(axis.vector)
@@ -160,11 +161,12 @@ class CutFree:
                 for force in forces:
                     along = _dot(unit, force.moment if part else force.vector)
                     s = force.action.symbol
-                    right = right.plus(Linear({}, along) if s is None else linear([(s, along)], along * 0))
+                    right = right.plus(LinearForm({}, along) if s is None else linear([(s, along)], along * 0))
                 turned = left.vanishes and all(
                     a.sample < 0 for a in (*right.terms.values(), right.rest) if not a.is_zero
                 )
-                yield Equality(left, right.times(-1) if turned else right, "body", axis.name, about_turning=bool(part))
+                right = right.times(-1) if turned else right
+                yield NumberedEquation(left, right, "body", axis.name, about_turning=bool(part))
 
     def _inertia(self, index: int, reference: Vec) -> tuple[dict[Any, Any], Any]:
         """Return for each acceleration, and for none, the rates of momentum and of its moment about a point (world)."""
@@ -187,37 +189,37 @@ class CutFree:
 
     # --- directions ------------------------------------------------------------------------------------------------
 
-    def axes(self, index: int, *, turning: bool = False) -> list[Axis]:
+    def axes(self, index: int, *, turning: bool = False) -> list[SumAxis]:
         """Return the directions along which forces on a body, or moments, are summed (world)."""
         R_WB = self.motion.rotation(index)
         body = self.motion.mechanism.bodies[index]
         if turning:
             if self.plane:
-                return [Axis(UNIT_MATRIX[2], ("moments",))]
+                return [SumAxis(UNIT_MATRIX[2], ("moments",))]
             own = UNIT_MATRIX if body.speeds_in_own_axes else self.actions.joint_axes(index)
             named = zip("xyz", own, strict=True)
-            return [Axis(apply(R_WB, axis), (f"moments along {letter}",)) for letter, axis in named]
+            return [SumAxis(apply(R_WB, axis), (f"moments along {letter}",)) for letter, axis in named]
         if self.plane:
             return list(self._in_plane(index))
         frame = zip("xyz", self.actions.joint_axes(index), strict=True)
-        return [Axis(apply(R_WB, axis), (f"along {letter}",)) for letter, axis in frame]
+        return [SumAxis(apply(R_WB, axis), (f"along {letter}",)) for letter, axis in frame]
 
-    def _in_plane(self, index: int) -> Iterator[Axis]:
+    def _in_plane(self, index: int) -> Iterator[SumAxis]:
         moved, body = self.motion.bodies[index], self.motion.mechanism.bodies[index]
         R_WB = self.motion.rotation(index)
         slides = [apply(R_WB, v) for v, w in zip(moved.linear, moved.angular, strict=True) if _still(w)]
         contact = self._contact(index)
         if len(slides) == 1 and len(body.u) == 1:
-            yield Axis(slides[0], ("along ", self.symbols.coordinates[body.q[0]]))
-            yield Axis(self._upward(cross(UNIT_MATRIX[2], slides[0])), ("across",))
+            yield SumAxis(slides[0], ("along ", self.symbols.coordinates[body.q[0]]))
+            yield SumAxis(self._upward(cross(UNIT_MATRIX[2], slides[0])), ("across",))
         elif contact is not None:
-            yield Axis(cross(contact[1], UNIT_MATRIX[2]), (f"along {contact[0]}",))
-            yield Axis(contact[1], ("normal to it",))
+            yield SumAxis(cross(contact[1], UNIT_MATRIX[2]), (f"along {contact[0]}",))
+            yield SumAxis(contact[1], ("normal to it",))
         else:
             for letter, axis in zip("xy", self.actions.joint_axes(index), strict=False):
                 along = apply(R_WB, axis)
                 words = self.words.of(self.exactly.quotients(along))[1]
-                yield Axis(along, short(words, (f"along {letter} of {body.joint_name}",)))
+                yield SumAxis(along, short(words, (f"along {letter} of {body.joint_name}",)))
 
     def _upward(self, v: Vec) -> Vec:
         (along,) = self.exactly.quotients([dot(v, self.motion.gravity)])
@@ -239,7 +241,7 @@ class CutFree:
         bodies = _each(bodies, lambda form: form.with_all(self.known))
         while vanishing := self._vanishing(bodies):
             for s in vanishing:
-                self.known[s] = Linear({}, self.exactly.constant(0))
+                self.known[s] = LinearForm({}, self.exactly.constant(0))
                 bodies = _each(bodies, lambda form, s=s: form.without(s))
                 self.free = [e.changed(lambda form, s=s: form.without(s)) for e in self.free]
         self.free = [e for e in self.free if not e.form.vanishes]
@@ -297,9 +299,9 @@ class Equations:
         self.actions = Actions(motion_of(mechanism, given.state), self.symbols)
         gravity = self.exactly.quotients(self.actions.motion.gravity)
         self.words = Directions(self.exactly, gravity, plane=plane)
-        self._aliases: dict[Any, Linear] = {}
+        self._aliases: dict[Any, LinearForm] = {}
         laws = self._without_aliases(list(self._laws()))
-        self.cut = CutFree(self.actions, self.exactly, self.words, laws)
+        self.cut = CutBodies(self.actions, self.exactly, self.words, laws)
         self.relations = list(self._relations())
         self.lengths = [length for length in self.actions.lengths if len(self.pressing(length)) > 1]
         self._signs: dict[Any, int] = {}
@@ -315,48 +317,49 @@ class Equations:
         one = self.exactly.constant(1)
         self.laws = list(self._given)
         for x, law in self._of_one():
-            self.laws.append(Equality(Linear({x: one}, one * 0), law, "law", (self.actions.told[x],)))
+            self.laws.append(NumberedEquation(LinearForm({x: one}, one * 0), law, "law", (self.actions.told[x],)))
         for number, e in enumerate(self.all, 1):
             e.tag = number
-        self.elimination = Elimination(self.exactly, self.symbols.accelerations)
+        self.elimination = HandElimination(self.exactly, self.symbols.accelerations)
         self.reason = self._eliminated()
 
-    def pressing(self, length: Length) -> list[Linear]:
+    def pressing(self, length: Length) -> list[LinearForm]:
         """Return the components that do not vanish of a vector whose length presses."""
         places = [self.symbols.multipliers.index(s) for s in length.normals]
         found = [self.normal(place).with_all(self.cut.known) for place in places]
         return [form for form in found if not form.vanishes]
 
-    def _of_one(self) -> Iterator[tuple[Any, Linear]]:
+    def _of_one(self) -> Iterator[tuple[Any, LinearForm]]:
         """Yield friction that one component alone presses, with its law for the sign that this has."""
         for length in self.actions.lengths:
             components = self.pressing(length)
             if len(components) < 2:
                 (factor,) = self.exactly.quotients([length.factor])
-                zero = Linear({}, factor * 0)
+                zero = LinearForm({}, factor * 0)
                 sign = self._signs.get(length.symbol, 1)
                 yield length.symbol, components[0].times(factor * sign) if components else zero
 
     @property
-    def all(self) -> list[Equality]:
+    def all(self) -> list[NumberedEquation]:
         """All equations in the order in which they are printed."""
         of_bodies = (e for body in self.cut.bodies for e in body.equations)
         return [*of_bodies, *self.cut.free, *self.relations, *self.laws]
 
-    def _relations(self) -> Iterator[Equality]:
+    def _relations(self) -> Iterator[NumberedEquation]:
         """Yield what rows demand of the accelerations."""
         for row, moved in zip(self.mechanism.rows, self.actions.rows, strict=True):
             if moved.kinematic:
                 *factors, gamma = self.exactly.quotients([*moved.jacobian, moved.gamma])
                 left = linear(zip(self.symbols.accelerations, factors, strict=True), gamma * 0)
                 about = (self.actions.element(row.name),)
-                found = arranged(Equality(left, Linear({}, gamma), "relation", about), self.symbols.accelerations)
+                equation = NumberedEquation(left, LinearForm({}, gamma), "relation", about)
+                found = accelerations_left(equation, self.symbols.accelerations)
                 if isinstance(row, RopeSlipRow):  # the mean of how fast both sides run
                     found = found.changed(lambda form: form.times(2))
                 if not found.form.vanishes:
                     yield found
 
-    def _laws(self) -> Iterator[Equality]:
+    def _laws(self) -> Iterator[NumberedEquation]:
         """Yield what gives forces: friction that slides, springs, parts of reactions that press."""
         zero = self.exactly.constant(0)
         for law in self.actions.laws:
@@ -364,9 +367,9 @@ class Equations:
             *factors, value = self.exactly.quotients([*(x for _, x in (*law.left, *law.right)), law.value])
             left = linear(zip(names[: len(law.left)], factors, strict=False), zero)
             right = linear(zip(names[len(law.left) :], factors[len(law.left) :], strict=True), value)
-            yield Equality(left, right, "law", (law.element,))
+            yield NumberedEquation(left, right, "law", (law.element,))
 
-    def _without_aliases(self, laws: list[Equality]) -> list[Equality]:
+    def _without_aliases(self, laws: list[NumberedEquation]) -> list[NumberedEquation]:
         """Return the laws without those that give a reaction another name, which is put in for that."""
         aliases = self._aliases
         for law in laws:
@@ -399,29 +402,22 @@ class Equations:
         further = [each.symbol for each in self.actions.further if each.symbol in used]
         return [*(x for x in self.symbols.accelerations if x in used), *forces, *further]
 
-    def grip(self, slip: str) -> tuple[Linear, Linear]:
+    def grip(self, slip: str) -> tuple[LinearForm, LinearForm]:
         """Return the greater and the less tension at a rough wheel on which a rope does not slip."""
         one = self.exactly.constant(1)
         (found,) = (each for each in self.actions.grips if each.slip == slip)
-        before, behind = (Linear({s: one}, one * 0) for s in (found.before, found.behind))
+        before, behind = (LinearForm({s: one}, one * 0) for s in (found.before, found.behind))
         return (before, behind) if self.result(before.plus(behind, -1)).sample >= 0 else (behind, before)
 
-    def normal(self, row: int) -> Linear:
+    def normal(self, row: int) -> LinearForm:
         """Return the multiplier of a row, or the reaction that it is another name of."""
         s = self.symbols.multipliers[row]
         one = self.exactly.constant(1)
-        return self._aliases.get(s, Linear({s: one}, one * 0))
+        return self._aliases.get(s, LinearForm({s: one}, one * 0))
 
-    def result(self, form: Linear) -> Quotient:
+    def result(self, form: LinearForm) -> Quotient:
         """Return what a linear form of unknowns comes to; raises NoClosedFormError where it is not determined."""
         found = form.with_all(self.elimination.results)
         if found.terms:
             raise NoClosedFormError("not determined")
         return found.rest
-
-
-def with_parameters(mechanism: Mechanism, given: SymbolicState) -> SymbolicState:
-    """Return a state of another mode of the same mechanism as one of this; further parameters are zero."""
-    state = given.state
-    parameters = [state.slots.get(slot("parameters", k), ZERO) for k in range(len(mechanism.parameters))]
-    return replace(given, state=state_of(mechanism, Node, ZERO, list(state.q), list(state.u), parameters))

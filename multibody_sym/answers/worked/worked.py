@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
@@ -11,7 +11,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.instant.instant import Solved
+from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
 from multibody_sym.answers.records import (
     Definition,
@@ -25,18 +25,18 @@ from multibody_sym.answers.records import (
     WorkedStep,
 )
 from multibody_sym.answers.worked.actions import Action, gripping_ratio
-from multibody_sym.answers.worked.alternatives import rejected
+from multibody_sym.answers.worked.alternatives import rejected_alternatives
 from multibody_sym.answers.worked.elimination import (
-    Elimination,
-    Equality,
-    Found,
-    Linear,
-    arranged,
+    EliminationStep,
+    HandElimination,
+    LinearForm,
+    NumberedEquation,
+    accelerations_left,
     in_number,
+    in_sympy,
     short,
-    shown,
 )
-from multibody_sym.answers.worked.equations import Equations, Force, FreeBody
+from multibody_sym.answers.worked.equations import BodyForce, Equations, FreeBody
 from multibody_sym.derivation.force_letters import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
 from multibody_sym.derivation.notation import (
     MULTIPLIER,
@@ -59,7 +59,6 @@ from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.fields import Point
 from multibody_sym.model.joints import Follow
 from multibody_sym.model.parameters import letters_of
-from multibody_sym.model.steps import Step
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
@@ -73,7 +72,7 @@ from multibody_sym.text.units import DIMENSIONLESS
 _AT_REST: Final = 1e-12
 
 
-def given_lines(solved: Solved, symbols: Symbols) -> Iterator[Line]:
+def given_lines(solved: SolvedInstant, symbols: Symbols) -> Iterator[Line]:
     """Yield the lines: parameters with values, coordinates with what they count and where they start."""
     mechanism, told = solved.mechanism, MechanismUnits(solved.mechanism)
     values = zip(mechanism.parameters, symbols.parameters, solved.begin.parameters, strict=True)
@@ -84,16 +83,22 @@ def given_lines(solved: Solved, symbols: Symbols) -> Iterator[Line]:
         elif is_direction(entry.name):
             yield Formula((s,), value=Quantity(float(value), ""), before=("in the direction of slip",))
     for body in mechanism.bodies:
-        yield from _coordinates(solved, symbols, body)
+        if not (body.is_double or body.is_foot):
+            yield from _coordinate_lines(solved, symbols, body)
 
 
-def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[Line]:
+def _coordinate_lines(solved: SolvedInstant, symbols: Symbols, body: TreeBody) -> Iterator[Line]:
+    """Yield what each coordinate of a body counts, that of a screw its angle, and how it starts."""
     mechanism, begin = solved.mechanism, solved.begin
-    if body.is_double or body.is_foot:
-        return
+    counted: dict[int, str] = {}
+    for free in body.free_steps:
+        if isinstance(free.step, Follow):
+            counted |= dict.fromkeys(free.q, "place on the curve of")
+            continue
+        turns = bool(free.q) and mechanism.coordinates[free.q[0]].unit == "rad"
+        axes, what = (free.step.turns, "angle about") if turns else (free.step.slides, "way along")
+        counted |= dict(zip(free.q, (f"{what} {_axis(axis)} of" for axis in axes), strict=False))
     least = _AT_REST * max(map(abs, (1.0, *begin.u)))
-    units = [coordinate.unit for coordinate in mechanism.coordinates]
-    counted = {k: words for free in body.free_steps for k, words in _counted(free.step, free.q, units)}
     for q, u in body.rate_pairs:
         rate = Quantity(float(begin.u[u]), mechanism.speeds[u].unit)
         how = ("at rest",) if abs(rate.number) <= least else ("moving with ", rate)
@@ -101,17 +106,6 @@ def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[L
         yield Sentence(
             (symbols.coordinates[q], f": {counted.get(q, 'coordinate of')} {body.name}, at ", place, ", ", *how)
         )
-
-
-def _counted(step: Step, places: Sequence[int], units: Sequence[str]) -> Iterator[tuple[int, str]]:
-    """Yield what each coordinate of a step counts; that of a screw is its angle."""
-    if isinstance(step, Follow):
-        yield from ((place, "place on the curve of") for place in places)
-        return
-    turning = [f"angle about {_axis(axis)} of" for axis in step.turns]
-    sliding = [f"way along {_axis(axis)} of" for axis in step.slides]
-    words = turning if places and units[places[0]] == "rad" else sliding
-    yield from zip(places, words, strict=False)
 
 
 def _axis(axis: Point) -> str:
@@ -191,7 +185,7 @@ _WORDS: Final = {
 }
 
 
-def worked(solved: Solved, solution: Solution) -> Worked:
+def worked_steps(solved: SolvedInstant, solution: Solution) -> Worked:
     """Return the steps of a solution; where coefficients grow too long in symbols, with numbers in their place.
 
     Where expressions have no value at the exact start, as a quotient that is 0/0 there, only what is given is told.
@@ -211,7 +205,7 @@ def worked(solved: Solved, solution: Solution) -> Worked:
 class _Work:
     """What the steps are made from."""
 
-    def __init__(self, solved: Solved, solution: Solution, *, numbers: bool) -> None:
+    def __init__(self, solved: SolvedInstant, solution: Solution, *, numbers: bool) -> None:
         self.solved, self.solution = solved, solution
         self.mechanism = solved.mechanism
         plane = in_plane(solved.system)
@@ -322,14 +316,14 @@ class _Work:
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
             WorkedStep("Conditions", tuple(Sentence((line,)) for line in self._conditions())),
-            *rejected(self.equations, self.notation, self._units),
+            *rejected_alternatives(self.equations, self.notation, self._units),
         ]
         return Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
 
     def _lengths(self) -> Iterator[Line]:
         """Yield the laws of friction that the length of a vector presses."""
         for length in self.equations.lengths:
-            squares = [shown(self.exactly, form) ** 2 for form in self.equations.pressing(length)]
+            squares = [in_sympy(self.exactly, form) ** 2 for form in self.equations.pressing(length)]
             (factor,) = self.exactly.quotients([length.factor])
             sides = length.symbol, self.exactly.written(factor) * sympy.sqrt(sympy.Add(*squares))
             yield Formula(sides, before=(length.element,))
@@ -357,7 +351,7 @@ class _Work:
             broken = self.solution.limits.get(condition)
             yield f"{condition} (else {broken})" if broken else condition
 
-    def _formula(self, e: Equality) -> Formula:
+    def _formula(self, e: NumberedEquation) -> Formula:
         return Formula(e.sides(self.exactly), tag=e.tag, before=tuple(e.about))
 
     def _body(self, body: FreeBody) -> Iterator[Line]:
@@ -372,7 +366,7 @@ class _Work:
         for e in body.equations:
             yield self._formula(e)
 
-    def _force(self, force: Force) -> Iterator[Line]:
+    def _force(self, force: BodyForce) -> Iterator[Line]:
         """Yield what acts: its size, what it is, and its direction."""
         s, action = force.action.symbol, force.action
         turns = all(x.is_zero for x in force.vector)
@@ -388,7 +382,7 @@ class _Work:
         words = self._short(direction, action)
         yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(action)}, ", *words))
 
-    def _driven(self, force: Force, known: Linear) -> Iterator[Any]:
+    def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Any]:
         """Yield in words what acts along a free direction of a joint: friction by its letter, or what drives."""
         turns = all(x.is_zero for x in force.vector)
         (s, factor), *others = *known.terms.items(), (None, known.rest)
@@ -442,31 +436,31 @@ class _Work:
         if len(self.equations.relations) > MOST_DEPENDENT:
             return
         accelerations = self.symbols.accelerations
-        alone = Elimination(self.exactly, accelerations, only=accelerations)
+        alone = HandElimination(self.exactly, accelerations, only=accelerations)
         self.exactly.renew()
         try:
             alone.run([e for e in self.equations.relations if set(e.form.terms) <= set(accelerations)])
-            told = [(step.unknown, shown(self.exactly, alone.results[step.unknown])) for step in alone.steps]
+            told = [(step.unknown, in_sympy(self.exactly, alone.results[step.unknown])) for step in alone.steps]
         except NoClosedFormError:
             return
         if not self.exactly.numbers:
             yield from (Formula(sides, before=("from relations alone",)) for sides in told)
 
-    def _found(self, found: Found) -> Iterator[Line]:
+    def _found(self, found: EliminationStep) -> Iterator[Line]:
         value = self._safely(found.value)
         if found.equation.kind == "law" and found.becomes is None:
             return
         if found.becomes is not None:
-            changed = arranged(found.becomes, self.symbols.accelerations)
+            changed = accelerations_left(found.becomes, self.symbols.accelerations)
             if len(changed.form.terms) > 1 or any(x in self.symbols.accelerations for x in changed.form.terms):
                 sides = self._safely(changed.left), self._safely(changed.right)
                 yield Formula(sides, before=(f"({found.equation.tag}) becomes",))
         yield Formula((found.unknown, value), before=(f"from ({found.equation.tag})",))
 
-    def _safely(self, form: Linear) -> Any:
+    def _safely(self, form: LinearForm) -> Any:
         """Return a linear form in sympy, with numbers where its coefficients are too long to be read."""
         try:
-            return shown(self.exactly, form)
+            return in_sympy(self.exactly, form)
         except NoClosedFormError:
             parts = [in_number(a) * x for x, a in form.terms.items()]
             return sympy.Add(in_number(form.rest), *parts)
@@ -488,7 +482,7 @@ class _Work:
         return 1e-12 * max((abs(self.values[x]) for x in self.unknowns), default=0.0)
 
 
-def _with_speeds(solved: Solved) -> SymbolicState:
+def _with_speeds(solved: SolvedInstant) -> SymbolicState:
     """Return the start with letters for speeds that follow from others: a book does not write them out."""
     given, mechanism = solved.symbolic, solved.mechanism
     assembled = {speed.name for speed in mechanism.speeds if speed.name in solved.begin.assembled}
@@ -500,5 +494,5 @@ def _with_speeds(solved: Solved) -> SymbolicState:
     return replace(given, state=state_of(mechanism, Node, ZERO, list(state.q), u, parameters))
 
 
-def _value(form: Linear, values: Mapping[Any, float]) -> float:
+def _value(form: LinearForm, values: Mapping[Any, float]) -> float:
     return float(form.rest.sample) + sum(float(a.sample) * values[x] for x, a in form.terms.items())
