@@ -36,10 +36,10 @@ from multibody_sym.program.target_layout import (
     TOLERANCE,
     Function,
     Functions,
-    Numbers,
+    NumbersApart,
+    NumbersInText,
     Places,
     Samples,
-    Written,
     filled,
     functions,
     parameters,
@@ -132,7 +132,9 @@ _ROWS_ON_STACK: Final = 256
 class Printer:
     """Prints one Program with its `constants`; a long one as static functions that share a work space w."""
 
-    def __init__(self, function: Function, every: Functions, prefix: str, constants: Written | Numbers) -> None:
+    def __init__(
+        self, function: Function, every: Functions, prefix: str, constants: NumbersInText | NumbersApart
+    ) -> None:
         self.function = function
         self.every = every
         self.constants = constants
@@ -686,7 +688,7 @@ def c_source(
     taken = [*(f"{prefix}_{name}" for name in own), *sorted(used)]
     every = functions({**programs, **rare}, f"{prefix}_", f"{prefix}__", taken)
     often = len(functions(programs, f"{prefix}_", f"{prefix}__", taken).functions) if rare else None
-    numbers = Numbers(prefix) if apart else None
+    numbers = NumbersApart(prefix) if apart else None
     model = _model(every, [*programs, *rare], prefix, often, runtime_sources(parts), numbers)
     files |= {"model.c": model, "model.h": _header(every, prefix)}
     if numbers is not None:
@@ -702,7 +704,7 @@ def _model(
     prefix: str,
     often: int | None,
     runtime: Sequence[str],
-    numbers: Numbers | None,
+    numbers: NumbersApart | None,
 ) -> str:
     """Return model.c; from function number `often` on the compiler does not work on its code."""
     exported = list(zip(names, every.exported, strict=True))
@@ -711,7 +713,7 @@ def _model(
         f"{len(f.program.outputs)}, {prefix}__out_sizes_{k}, {prefix}__call_{k}}},"
         for k, (name, f) in enumerate(exported)
     ]
-    constants = Written(prefix) if numbers is None else numbers
+    constants = NumbersInText(prefix) if numbers is None else numbers
     printed = [Printer(function, every, prefix, constants).text(write) for function in every.functions]
     told = [line for name, f in exported for line in summary(name, f.program)] if numbers is None else []
     if often is not None:

@@ -109,23 +109,23 @@ def _zig() -> str | None:
 
 
 def _identity(path: str, extra: Sequence[str], flags: Sequence[str], native: bool) -> str:
+    processor = ""
+    if native:
+        try:
+            lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
+            kinds = {line for line in lines if line.startswith(("model name", "flags", "Features"))}
+            processor = "\n".join(sorted(kinds))
+        except OSError:
+            import platform
+
+            processor = platform.processor()
     status = os.stat(path)
     parts = [os.path.realpath(path), str(status.st_size), str(status.st_mtime_ns), sys.platform, *_machine(), *flags]
-    return cache.digest(path, *parts, *extra, _processor() if native else "")
+    return cache.digest(path, *parts, *extra, processor)
 
 
 def _machine() -> tuple[str, ...]:
     return (os.uname().machine,) if hasattr(os, "uname") else (os.environ.get("PROCESSOR_ARCHITECTURE", ""),)
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
-    except OSError:
-        import platform
-
-        return platform.processor()
-    return "\n".join(sorted({line for line in lines if line.startswith(("model name", "flags", "Features"))}))
 
 
 def _search_path() -> list[str]:

@@ -56,14 +56,14 @@ def known(value: Node, inner: Node) -> Node:
 
 
 @dataclass(frozen=True)
-class Layout:
+class ScanLayout:
     """Where the arrays of a scan are in its derivative, by their number, and where those of their rates or weights."""
 
     first: Mapping[int, int]
     second: Mapping[int, int]
 
     @staticmethod
-    def of(scan: Scan, *moved: Sequence[int]) -> Layout:
+    def of(scan: Scan, *moved: Sequence[int]) -> ScanLayout:
         """Return the layout in which the given arrays, results and work space are each followed by those `moved`."""
         first: dict[int, int] = {}
         second: dict[int, int] = {}
@@ -71,7 +71,7 @@ class Layout:
         for size, twice in zip(parts, moved, strict=True):
             first |= {len(first) + k: len(first) + len(second) + k for k in range(size)}
             second |= {number: len(first) + len(second) + k for k, number in enumerate(twice)}
-        return Layout(first, second)
+        return ScanLayout(first, second)
 
     def kept(self, window: Window) -> Window:
         """Return the window on the array itself."""
@@ -263,7 +263,7 @@ class _Forward:
         ]
         if not moved[1]:
             return
-        layout = Layout.of(statement, *moved)
+        layout = ScanLayout.of(statement, *moved)
         found = self.trace.scan(
             [*statement.given, *(given[number] for number in moved[0])],
             [statement.sizes[number] for number in (*range(first, last), *moved[1])],
@@ -273,11 +273,11 @@ class _Forward:
         for number, values in zip(moved[1], found[len(statement.targets) :], strict=True):
             put(rates, statement.targets[number - first], values)
 
-    def _moving_loop(self, loop: Loop, layout: Layout) -> Loop:
+    def _moving_loop(self, loop: Loop, layout: ScanLayout) -> Loop:
         kernels = tuple(self._moving_kernel(kernel, layout) for kernel in loop.kernels)
         return replace(layout.behind_gate(loop), kernels=kernels)
 
-    def _moving_kernel(self, kernel: Kernel, layout: Layout) -> Kernel:
+    def _moving_kernel(self, kernel: Kernel, layout: ScanLayout) -> Kernel:
         active = tuple(window.array in layout.second for window in kernel.reads)
         reads = [*map(layout.kept, kernel.reads), *(layout.other(w) for w in kernel.reads if w.array in layout.second)]
         if not any(active):
@@ -426,7 +426,7 @@ class _Reverse:
         if all(weight is ZERO for part in seeds for weight in part):
             return
         first, every = len(statement.given), range(len(statement.sizes))
-        layout = Layout(
+        layout = ScanLayout(
             {number: number + (number >= first) * (len(seeds) + first) for number in every},
             {number: first + len(seeds) + number + (number >= first) * len(every[first:]) for number in every},
         )
@@ -454,7 +454,7 @@ class _Reverse:
             for atom, value in zip(atoms, values, strict=True):
                 _gather(weights, atom, value)
 
-    def _returned(self, loop: Loop, layout: Layout) -> Loop:
+    def _returned(self, loop: Loop, layout: ScanLayout) -> Loop:
         kernels = []
         for kernel in loop.kernels:
             program = self._adjoint(kernel.program, (True,) * len(kernel.writes))
@@ -479,7 +479,7 @@ _WEIGHTS: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Reverse]
 }
 
 
-def _moved_loop(loop: Loop, layout: Layout) -> Loop:
+def _moved_loop(loop: Loop, layout: ScanLayout) -> Loop:
     kernels = [
         Kernel(k.program, tuple(map(layout.kept, k.reads)), tuple(map(layout.kept, k.writes))) for k in loop.kernels
     ]

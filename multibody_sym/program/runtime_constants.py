@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from enum import IntEnum
-from typing import Annotated, Any, Final, get_args, get_type_hints
+from typing import Annotated, Final, get_args, get_type_hints
 
 from multibody_sym.scalars.arrays import EPSILON
 
@@ -220,26 +220,27 @@ def constants_header() -> str:
         ("SMALLEST", least_norm._LEAST, "... and this have lost no digits"),
         ("PLAIN", least_norm.PLAIN, "acts, and multipliers are of least norm as they are"),
     ]
+    enumerations = []
+    for kind in (Status, Family, Phase, MarginKind):
+        enumerations.append(f"enum {{ /* {kind.__doc__} */")
+        for code in kind:
+            text = _STATUS_TEXTS.get(code, "") if isinstance(code, Status) else ""
+            if code >= 0:
+                enumerations.append(f"    MBS_{code.name} = {code:d}," + (f" /* {text} */" if text else ""))
+        enumerations += ["};", ""]
+    definitions = []
+    for name, value, text in (*tolerances, *below):
+        several = isinstance(value, tuple)
+        printed = "{ \\\n    " + ", \\\n    ".join(map(repr, value)) + "}" if several else repr(value)
+        definitions.append(f"#define MBS_{name} {printed} /* {text} */")
     lines = [
         "/* Codes and tolerances that Python has too: written by multibody_sym/program/runtime_constants.py. */",
         "#ifndef MBS_CONSTANTS_H",
         "#define MBS_CONSTANTS_H",
         "",
-        *(_enumeration(kind) for kind in (Status, Family, Phase, MarginKind)),
-        *(_definition(*constant) for constant in (*tolerances, *below)),
+        *enumerations,
+        *definitions,
         "",
         "#endif",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _enumeration(kind: type[IntEnum]) -> str:
-    lines = [f"    MBS_{code.name} = {code:d}," for code in kind if code >= 0]
-    texts = [_STATUS_TEXTS.get(code, "") if isinstance(code, Status) else "" for code in kind if code >= 0]
-    told = [line + (f" /* {text} */" if text else "") for line, text in zip(lines, texts, strict=True)]
-    return "\n".join([f"enum {{ /* {kind.__doc__} */", *told, "};", ""])
-
-
-def _definition(name: str, value: Any, text: str) -> str:
-    printed = "{ \\\n    " + ", \\\n    ".join(map(repr, value)) + "}" if isinstance(value, tuple) else repr(value)
-    return f"#define MBS_{name} {printed}" + (f" /* {text} */" if text else "")

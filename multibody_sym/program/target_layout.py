@@ -211,7 +211,7 @@ NUMBERS_FILE: Final = "numbers.json"
 _IN_TEXT: Final = (0.0, 1.0, -1.0)
 
 
-class Written:
+class NumbersInText:
     """Numbers in the text where they are met; tables are arrays of constants, each once, and so are other arrays."""
 
     def __init__(self, prefix: str) -> None:
@@ -244,7 +244,7 @@ class Written:
         return "".join(f"{text}\n\n" for text in self._arrays)
 
 
-class Numbers:
+class NumbersApart:
     """The numbers that a text names as elements of an array, each by the next place where it is met.
 
     Zero, one and minus one stay in the text. Equal numbers do not share a place: other ones need not be equal.

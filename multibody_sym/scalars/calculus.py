@@ -257,7 +257,7 @@ def _terms(node: Node, x: Node, *, opened: bool) -> _Sum | None:
     if any(part is None for part in parts):
         return None
     if node.op == "neg":
-        return _scaled(parts[0], -ONE)
+        return {product: c * -ONE for product, c in parts[0].items()} if parts[0] is not None else None
     if node.op == "add":
         return _added([part for part in parts if part is not None])
     if node.op == "mul":
@@ -312,10 +312,6 @@ def _joined(a: _Product, b: _Product) -> _Product:
     return tuple(sorted(((base, n) for base, n in exponents.items() if n), key=str))
 
 
-def _scaled(terms: _Sum | None, factor: Node) -> _Sum | None:
-    return None if terms is None else {product: c * factor for product, c in terms.items()}
-
-
 def _added(parts: Iterable[_Sum]) -> _Sum | None:
     found: _Sum = {}
     for part in parts:
@@ -338,7 +334,7 @@ def _of_product(product: _Product, x: Node) -> Node | None:
     n = sum((e for base, e in product if base is x), Fraction(0))
     others = [(base, e) for base, e in product if base is not x]
     if not others:
-        return _of_power(x, n)
+        return log(x) if n == -1 else power(x, number(n + 1)) / number(n + 1)
     if len(others) > 1:
         return None
     ((base, exponent),) = others
@@ -366,10 +362,6 @@ def _power_of(node: Node) -> tuple[Node, Fraction]:
         base, exponent = _power_of(node.args[0])
         return base, exponent * Fraction(node.args[1].data)
     return node, Fraction(1)
-
-
-def _of_power(x: Node, n: Fraction) -> Node:
-    return log(x) if n == -1 else power(x, number(n + 1)) / number(n + 1)
 
 
 def _of_power_of_linear(base: Node, n: Fraction) -> Node:
@@ -418,13 +410,9 @@ def _by_parts(op: str, inner: Node, slope: Node, n: int, x: Node) -> Node | None
             part = _over(part, slope)
         total = total + part
         factor, sign = factor * number(k), -sign
-        sign, current = _next(current, sign)
+        # the function whose antiderivative follows, with its sign
+        sign, current = {"sin": (-sign, "cos"), "cos": (sign, "sin")}.get(current, (sign, current))
     return total
-
-
-def _next(op: str, sign: Node) -> tuple[Node, str]:
-    """Return the function whose antiderivative follows in integration by parts, with its sign."""
-    return {"exp": (sign, "exp"), "sin": (-sign, "cos"), "cos": (sign, "sin")}.get(op, (sign, op))
 
 
 def _simple(op: str, inner: Node) -> Node | None:

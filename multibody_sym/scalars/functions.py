@@ -191,26 +191,17 @@ def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], 
         return evaluate_float(nodes, _Looked(leaf) if callable(leaf) else leaf)
     roots = list(nodes)
     find = leaf if callable(leaf) else leaf.__getitem__
-    constant = _same if scalar is Node else _sympy_constant
+    if scalar is not Node:
+        from multibody_sym.scalars.sympy_bridge import to_sympy
     values: dict[Node, Any] = {}
     for n in postorder(roots):
         if n.shadow is not None:
-            values[n] = constant(n)
+            values[n] = n if scalar is Node else to_sympy(n, {})
         elif n.args:
             values[n] = apply(n.op, *(values[a] for a in n.args), own=n.own)
         else:
             values[n] = find(n)
     return [values[n] for n in roots]
-
-
-def _same(node: Node) -> Node:
-    return node
-
-
-def _sympy_constant(node: Node) -> Any:
-    from multibody_sym.scalars.sympy_bridge import to_sympy
-
-    return to_sympy(node, {})
 
 
 class _Looked(dict[Node, float]):

@@ -33,7 +33,7 @@ INFEASIBLE: Final = 2
 Bounds = Sequence[tuple[float | None, float | None]]
 
 
-class Program(NamedTuple):
+class LinearProgram(NamedTuple):
     """What came of a linear program: 0 solved, 2 without a solution; x (n), the least value, marginals, a message."""
 
     status: int
@@ -65,7 +65,7 @@ def linear_program(
     equal: tuple[Floats, Floats] | None = None,
     method: str = "highs",
     options: Any = None,
-) -> Program:
+) -> LinearProgram:
     """Return the x of least cost c . x within bounds, with A x <= b for `below` = (A, b) and E x = r for `equal`.
 
     Marginals are those of `below`. Rows of no variables are what their right sides say: true or a contradiction.
@@ -75,7 +75,7 @@ def linear_program(
     if not len(cost):
         holds = (upper is None or (upper[1] >= 0.0).all()) and (exact is None or not exact[1].any())
         marginals = np.zeros(0 if upper is None else len(upper[1]))
-        return Program(0 if holds else INFEASIBLE, np.zeros(0), 0.0, marginals, "no variables")
+        return LinearProgram(0 if holds else INFEASIBLE, np.zeros(0), 0.0, marginals, "no variables")
     from scipy.optimize import linprog
 
     found = linprog(
@@ -84,9 +84,10 @@ def linear_program(
         bounds=list(bounds), method=method, options=options,
     )  # fmt: skip
     if found.x is None:
-        return Program(int(found.status), np.full(len(cost), np.nan), np.nan, np.zeros(0), str(found.message))
+        return LinearProgram(int(found.status), np.full(len(cost), np.nan), np.nan, np.zeros(0), str(found.message))
     marginals = np.asarray(found.ineqlin.marginals, dtype=float)
-    return Program(int(found.status), np.asarray(found.x, dtype=float), float(found.fun), marginals, str(found.message))
+    x = np.asarray(found.x, dtype=float)
+    return LinearProgram(int(found.status), x, float(found.fun), marginals, str(found.message))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -114,7 +115,7 @@ class Conditions:
     cone: Floats
     nothing: float = 0.0
 
-    def rows(self, of: Contradiction) -> Floats:
+    def rows(self, of: InfeasibleRows) -> Floats:
         """Return the rows of a contradiction, equalities first (k x n)."""
         return np.vstack([self.equal[list(of.equal)], self.cone[list(of.cone)]])
 
@@ -137,7 +138,7 @@ def _largest(matrix: Floats, axis: int) -> Floats:
 
 
 @dataclass(frozen=True)
-class Contradiction:
+class InfeasibleRows:
     """Rows that contradict each other: places of equalities and inequalities, and the weight of each (k)."""
 
     equal: tuple[int, ...]
@@ -176,7 +177,7 @@ class Contradiction:
         return tuple(weight / size for weight in self.weights[len(self.equal) :])
 
 
-def contradiction(conditions: Conditions) -> Contradiction | None:
+def contradiction(conditions: Conditions) -> InfeasibleRows | None:
     """Return the rows that contradict each other, None where all conditions hold together for some x."""
     if not np.abs(conditions.right).max(initial=0.0) > conditions.nothing or _hold(conditions):
         return None
@@ -187,7 +188,7 @@ def contradiction(conditions: Conditions) -> Contradiction | None:
     weighty = np.flatnonzero(np.abs(dual) > _WEIGHTY * np.abs(dual).max(initial=0.0))
     count = len(conditions.right)
     equal, cone = (tuple(int(k) for k in weighty if k < count), tuple(int(k) - count for k in weighty if k >= count))
-    return Contradiction(equal, cone, tuple((rows * dual)[weighty].tolist()))
+    return InfeasibleRows(equal, cone, tuple((rows * dual)[weighty].tolist()))
 
 
 def nearest(conditions: Conditions) -> Floats:
@@ -300,19 +301,19 @@ ConditionsAt = Callable[[float], Conditions | None]
 
 
 @dataclass(frozen=True)
-class End:
+class IntervalEnd:
     """An end of an interval: its value, and what contradicts beyond it; None at the end of the search."""
 
     value: float
-    gives_way: Contradiction | None = None
+    gives_way: InfeasibleRows | None = None
 
 
 @dataclass(frozen=True)
 class Interval:
     """Values from one end to the other, both included; a single value has two equal ends."""
 
-    low: End
-    high: End
+    low: IntervalEnd
+    high: IntervalEnd
 
 
 def feasible_set(conditions: ConditionsAt, grid: Sequence[float]) -> list[Interval]:
@@ -326,7 +327,7 @@ class _Looked:
 
     value: float
     possible: bool
-    against: Contradiction | None = None
+    against: InfeasibleRows | None = None
 
 
 @dataclass(frozen=True)
@@ -342,7 +343,7 @@ class _Search:
 
     def intervals(self, grid: Sequence[float]) -> Iterator[Interval]:
         looks = [self.look(value) for value in grid]
-        low = End(grid[0]) if looks[0].possible else None
+        low = IntervalEnd(grid[0]) if looks[0].possible else None
         for a, b in pairwise(looks):
             if a.possible and not b.possible:
                 assert low is not None
@@ -353,7 +354,7 @@ class _Search:
             elif not (a.possible or b.possible):
                 yield from self.between(a, b)
         if low is not None:
-            yield Interval(low, End(grid[-1]))
+            yield Interval(low, IntervalEnd(grid[-1]))
 
     def between(self, a: _Looked, b: _Looked) -> Iterator[Interval]:
         """Yield the interval of possible values between two that are not, if one is met."""
@@ -362,23 +363,24 @@ class _Search:
         low = self.reached(a, b.value)
         if low is not None:
             high = self.reached(b, low.value)
-            yield Interval(low, End(low.value, b.against) if high is None or _is_one(low.value, high.value) else high)
+            single = high is None or _is_one(low.value, high.value)
+            yield Interval(low, IntervalEnd(low.value, b.against) if single or high is None else high)
 
-    def edge(self, look: _Looked, goal: float) -> End:
+    def edge(self, look: _Looked, goal: float) -> IntervalEnd:
         """Return the end between a value that is not possible and a goal that is, if only just."""
         end, last = self.walked(look, goal)
         if end is not None:
             return end
         there = self.conditions(goal)
         if last.against is not None and there is not None and last.against.excess(there) >= 0.0:
-            return End(goal, last.against)
+            return IntervalEnd(goal, last.against)
         return self.halved(look, goal)
 
-    def reached(self, look: _Looked, goal: float) -> End | None:
+    def reached(self, look: _Looked, goal: float) -> IntervalEnd | None:
         """Return the first possible value on the way from one that is not to the goal; None if none is met."""
         return self.walked(look, goal)[0]
 
-    def walked(self, look: _Looked, goal: float) -> tuple[End | None, _Looked]:
+    def walked(self, look: _Looked, goal: float) -> tuple[IntervalEnd | None, _Looked]:
         """Return the same, and the last value on the way that is not possible."""
         for _ in range(_MOST):
             value = None if look.against is None else self.lapses(look, goal)
@@ -386,7 +388,7 @@ class _Search:
                 break
             there = self.look(value)
             if there.possible:
-                return End(value, look.against), look
+                return IntervalEnd(value, look.against), look
             look = self.look(value + _ASIDE * (goal - value)) if value == look.value else there
             if look.possible:  # what contradicts at one value only
                 return self.halved(there, look.value), there
@@ -413,7 +415,7 @@ class _Search:
             last = value
         return None
 
-    def halved(self, look: _Looked, goal: float) -> End:
+    def halved(self, look: _Looked, goal: float) -> IntervalEnd:
         """Return the end between a value that is not possible and one that is, by halving; the first where all are."""
         first, low, high = look, look.value, goal
         step = abs(goal - low)
@@ -422,8 +424,8 @@ class _Search:
             low, high = (low, middle) if there.possible else (middle, high)
             look = look if there.possible else there
         if abs(high - first.value) <= _ONE * step:
-            return End(first.value, first.against)
-        return End(high, look.against)
+            return IntervalEnd(first.value, first.against)
+        return IntervalEnd(high, look.against)
 
 
 def _is_one(a: float, b: float) -> bool:

@@ -233,27 +233,19 @@ def finite_float(value: Fraction | float) -> float:
         raise ExpressionError("a constant is too large for a floating-point number", number="E105") from None
 
 
-def _float_where(condition: float, a: float, b: float) -> float:
-    return a if condition else b
-
-
-def _float_power(a: float, b: float) -> float:
-    return math.pow(a, b)
-
-
 FLOAT_OPERATIONS: Final[dict[str, Callable[..., float]]] = {
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,
     "div": lambda a, b: a / b,
-    "pow": _float_power,
+    "pow": math.pow,
     "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
     "atan2": math.atan2, "sinh": math.sinh, "cosh": math.cosh, "tanh": math.tanh, "exp": math.exp, "log": math.log,
     "sqrt": math.sqrt, "abs": abs, "min": min, "max": max,
     "sign": lambda a: float((a > 0) - (a < 0)),
     "less": lambda a, b: float(a < b),
     "less_equal": lambda a, b: float(a <= b),
-    "where": _float_where,
+    "where": lambda condition, a, b: a if condition else b,
     "table": lambda function, order, a: function.value(order, a),
 }
 _SHOWN: Final = {"neg": "-", "pow": "power", "add": "sum", "mul": "product", "div": "quotient"}
@@ -272,20 +264,16 @@ def unboxed(value: Any) -> Any:
     Raises ExpressionError for a decimal that no float comes near to.
     """
     if isinstance(value, Decimal):
-        return _exact(value)
+        if not value.is_finite():
+            return math.nan if value.is_nan() else float(value)
+        if value and abs(value.adjusted()) > _LARGEST_EXPONENT:  # written out it might fill all memory
+            raise ExpressionError(f"{shown(value)} is past what floating-point numbers hold", number="E105")
+        return Fraction(value) if value else Fraction(0)
     item = getattr(value, "item", None)
     if not callable(item) or getattr(value, "ndim", None) != 0:
         return value
     held = item()
     return float(held) if type(held) is type(value) and hasattr(held, "is_integer") else held  # a long double
-
-
-def _exact(value: Decimal) -> Fraction | float:
-    if not value.is_finite():
-        return math.nan if value.is_nan() else float(value)
-    if value and abs(value.adjusted()) > _LARGEST_EXPONENT:  # written out it might fill all memory
-        raise ExpressionError(f"{shown(value)} is past what floating-point numbers hold", number="E105")
-    return Fraction(value) if value else Fraction(0)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

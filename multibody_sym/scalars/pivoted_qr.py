@@ -7,7 +7,6 @@ from functools import cache
 from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numpy.typing import NDArray
 
 from multibody_sym.records import dataclass
@@ -78,9 +77,16 @@ class Dependence:
 def dependence(matrix: Floats) -> Dependence:
     """Return how the rows of a matrix (s x n) depend on each other, judged as `solve` does."""
     _, rows = scaled_rows(matrix)
-    kept = solve(matrix, matrix @ _generic(matrix.shape[1])).multipliers != 0.0
+    # numbers that no row is likely to be perpendicular to: drawn, as any pattern meets masses that fit it
+    generic = np.random.default_rng(20).normal(size=matrix.shape[1])
+    kept = solve(matrix, matrix @ generic).multipliers != 0.0
     left_over: list[int] = np.flatnonzero(~kept).tolist()
-    return Dependence(int(kept.sum()), tuple(left_over), tuple(_sparser(_circuits(rows, kept), left_over)))
+    # the combinations that make each row left over vanish with those kept, its own share 1
+    combinations = np.zeros((len(left_over), len(rows)))
+    combinations[:, kept] = -least_squares(rows[kept].T, rows[~kept].T).T
+    combinations[:, ~kept] = np.eye(len(combinations))
+    circuits = _sparser([_cleaned(combination) for combination in combinations], left_over)
+    return Dependence(int(kept.sum()), tuple(left_over), tuple(circuits))
 
 
 def support(combination: Floats) -> tuple[int, ...]:
@@ -101,19 +107,6 @@ def contradiction(matrix: Floats, wanted: Floats, allowed: float) -> tuple[int, 
         if abs(float(circuit @ (wanted / lengths))) > allowed * float(np.abs(circuit).sum())
     ]
     return min(found, key=len, default=())
-
-
-def _generic(count: int) -> Floats:
-    """Return numbers that no row is likely to be perpendicular to: drawn, as any pattern meets masses that fit it."""
-    return np.random.default_rng(20).normal(size=count)
-
-
-def _circuits(rows: Floats, kept: npt.NDArray[np.bool_]) -> list[Floats]:
-    """Return the combinations that make each row left over vanish with those kept, its own share 1."""
-    combinations = np.zeros((len(rows) - int(kept.sum()), len(rows)))
-    combinations[:, kept] = -least_squares(rows[kept].T, rows[~kept].T).T
-    combinations[:, ~kept] = np.eye(len(combinations))
-    return [_cleaned(combination) for combination in combinations]
 
 
 def _cleaned(combination: Floats) -> Floats:

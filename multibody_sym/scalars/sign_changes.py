@@ -151,10 +151,11 @@ def poles(nodes: Iterable[Node], time: Node) -> list[Branch]:
 
 
 def _branches(n: Node, time: Node) -> Iterator[Branch]:
+    exponent = n.args[1].shadow if n.op == "pow" else None
     if n.op in ("asin", "acos"):
         left = subtract(ONE, power(n.args[0], TWO))
         yield Branch(derivative(n.args[0], time), left, 1.0)
-    elif _is_root(n):
+    elif n.op == "sqrt" or (exponent is not None and not exponent.is_integer()):
         yield Branch(derivative(n.args[0], time), n.args[0])
     elif n.op == "tan":
         yield Branch(cos(n.args[0]))
@@ -162,11 +163,6 @@ def _branches(n: Node, time: Node) -> Iterator[Branch]:
         yield from map(Branch, n.args)
     elif n.op in _BOUNDED_AT_POLES:
         yield from (Branch(d) for part in postorder(n.args) for d in _denominators(part))
-
-
-def _is_root(n: Node) -> bool:
-    exponent = n.args[1].shadow if n.op == "pow" else None
-    return n.op == "sqrt" or (exponent is not None and not exponent.is_integer())
 
 
 def _denominators(n: Node) -> Iterator[Node]:

@@ -220,7 +220,8 @@ def _turned_about(k: int, R: Mat, T: Mat) -> Mat:
     """
     i, j = _others(k)
     c, s = R[i][i], R[j][i]
-    e = s * (T[i][i] - T[j][j]) + c * _sum(T[i][j], T[j][i])
+    across = 2 * T[i][j] if T[i][j] is T[j][i] else T[i][j] + T[j][i]
+    e = s * (T[i][i] - T[j][j]) + c * across
     change, other = s * e, c * e
     turned = {
         (i, i): T[i][i] - change,
@@ -239,10 +240,6 @@ def _turned_about(k: int, R: Mat, T: Mat) -> Mat:
 
 def _others(k: int) -> tuple[int, int]:
     return (k + 1) % 3, (k + 2) % 3
-
-
-def _sum(a: S, b: S) -> S:
-    return 2 * a if a is b else a + b
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -298,7 +295,7 @@ def factorized(matrix: Sequence[Sequence[S]]) -> Factors:
     m = [list(row) for row in matrix]
     below: list[tuple[tuple[int, S], ...]] = [()] * len(m)
     for k in range(len(m) - 1, -1, -1):
-        columns = [i for i in range(k) if not _is_zero(m[k][i])]
+        columns = [i for i in range(k) if not (m[k][i] is ZERO or (isinstance(m[k][i], int) and m[k][i] == 0))]
         factors = {i: m[k][i] / m[k][k] for i in columns}
         for i in columns:
             for j in columns:
@@ -306,7 +303,3 @@ def factorized(matrix: Sequence[Sequence[S]]) -> Factors:
                     m[i][j] = m[i][j] - factors[i] * m[k][j]
         below[k] = tuple(factors.items())
     return Factors(tuple(below), tuple(m[k][k] for k in range(len(m))))
-
-
-def _is_zero(x: S) -> bool:
-    return x is ZERO or (isinstance(x, int) and x == 0)

@@ -41,8 +41,8 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.linear_inequalities import (
     Conditions,
     ConditionsAt,
-    End,
     Interval,
+    IntervalEnd,
     contradiction,
     extremes,
     feasible_set,
@@ -445,12 +445,12 @@ class RestSearch:
         if kind == "none":
             found = conditions(self.value)
             possible = found is not None and contradiction(found) is None
-            return [Interval(End(-inf if low < 0.0 else low), End(inf))] if possible else []
+            return [Interval(IntervalEnd(-inf if low < 0.0 else low), IntervalEnd(inf))] if possible else []
         if kind == "load":
             return self.of_load(conditions, low)
         found_all = feasible_set(conditions, sorted({*self.grid(kind, searched), *self.meetings}))
         if kind == "coefficient" and found_all:  # more of it holds whatever less of it does
-            return [Interval(found_all[0].low, End(inf))]
+            return [Interval(found_all[0].low, IntervalEnd(inf))]
         return found_all
 
     def of_load(self, conditions: ConditionsAt, low: float) -> list[Interval]:
@@ -472,7 +472,10 @@ class RestSearch:
         intervals = feasible_set(
             lambda p: Conditions(still.equal, still.right + p * along, still.cone), [first, inner, last]
         )
-        return [Interval(End(-inf) if least == -inf else x.low, End(inf) if most == inf else x.high) for x in intervals]
+        return [
+            Interval(IntervalEnd(-inf) if least == -inf else x.low, IntervalEnd(inf) if most == inf else x.high)
+            for x in intervals
+        ]
 
 
 def _alike(a: Floats, b: Floats) -> bool:
@@ -486,7 +489,7 @@ def _same(a: Conditions | None, b: Conditions | None) -> bool:
     return _alike(a.equal, b.equal) and _alike(a.right, b.right) and _alike(a.cone, b.cone)
 
 
-def _rest_end(end: End, limits: Sequence[RestLimit], choice: PressingSides) -> RestEnd:
+def _rest_end(end: IntervalEnd, limits: Sequence[RestLimit], choice: PressingSides) -> RestEnd:
     against = end.gives_way
     if against is None:
         return RestEnd(end.value)
