@@ -25,7 +25,6 @@ from multibody_sym.program.statements import (
     Solve,
     Statement,
     accesses,
-    elimination_cost,
 )
 from multibody_sym.program.target_layout import (
     NUMBERS_FILE,
@@ -70,7 +69,7 @@ _STRIDES: Final = 16
 _LONGEST_PERIOD: Final = 8
 """Elements after which the places of such elements move by equal distances at most."""
 _UNROLLED: Final = 64
-"""Cost of an elimination up to which its loops are unrolled where it stands."""
+"""Elements of vectors that an elimination reads, about half of its products, up to which its loops are unrolled."""
 _WORDS: Final = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register
 restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
@@ -329,7 +328,9 @@ class Printer:
         """Return the ending of the functions that eliminate a matrix of this pattern."""
         if factors in self.masked:
             return "_acting"
-        return "_unrolled" if elimination_cost(self.patterns[factors][0]) <= _UNROLLED else ""
+        spans = self.patterns[factors][0]
+        read = sum((span.high - span.low) * (j - span.low + 1) for j, span in enumerate(spans))
+        return "_unrolled" if read <= _UNROLLED else ""
 
     def _output(self, name: str, output: Output) -> None:
         values = output.values

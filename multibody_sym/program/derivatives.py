@@ -440,12 +440,19 @@ class _Reverse:
             )
             for k, seed in enumerate(seeds, first)
         ]
+        again = []
+        for loop in statement.loops:
+            kernels = (
+                replace(k, reads=tuple(map(layout.kept, k.reads)), writes=tuple(map(layout.kept, k.writes)))
+                for k in loop.kernels
+            )
+            again.append(replace(layout.behind_gate(loop), kernels=tuple(kernels)))
         found = self.trace.scan(
             [*statement.given, *seeds],
             statement.sizes[:first],
             [*statement.sizes[first:], *statement.sizes[first:]],
             [
-                *(_moved_loop(loop, layout) for loop in statement.loops),
+                *again,
                 *copies,
                 *(self._returned(loop, layout) for loop in reversed(statement.loops)),
             ],
@@ -477,13 +484,6 @@ _WEIGHTS: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Reverse]
     Solve: lambda statement, weights, sweep: sweep.solve(statement, weights),
     Scan: lambda statement, weights, sweep: sweep.scan(statement, weights),
 }
-
-
-def _moved_loop(loop: Loop, layout: ScanLayout) -> Loop:
-    kernels = [
-        Kernel(k.program, tuple(map(layout.kept, k.reads)), tuple(map(layout.kept, k.writes))) for k in loop.kernels
-    ]
-    return replace(layout.behind_gate(loop), kernels=tuple(kernels))
 
 
 def _backward(windows: Iterable[Window], count: int) -> tuple[Window, ...]:

@@ -10,7 +10,6 @@ from multibody_sym.program.statements import (
     Assign,
     Call,
     Callee,
-    Loop,
     Record,
     Scan,
     ShapeError,
@@ -88,21 +87,17 @@ def _scan(statement: Scan, values: _Values) -> None:
     memory += [np.zeros(size) for size in statement.sizes[len(memory) :]]
     for loop in statement.loops:
         for k in range(loop.count):
-            _iterate(loop, k, memory)
+            if loop.gate is not None and memory[loop.gate.array][loop.gate.first.at(k)] == 0.0:
+                continue
+            kernel = loop.kernels[loop.choice.at(k)]
+            read = []
+            for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
+                first = window.first.at(k)
+                read.append(memory[window.array][first : first + array.size].reshape(array.shape))
+            for window, result in zip(kernel.writes, interpret(kernel.program, *read), strict=True):
+                place = memory[window.array][window.first.at(k) :][: result.size]
+                place[:] = place + result.ravel() if window.adds else result.ravel()
     _store(statement, tuple(memory[len(statement.given) :][: len(statement.targets)]), values)
-
-
-def _iterate(loop: Loop, k: int, memory: list[Floats]) -> None:
-    if loop.gate is not None and memory[loop.gate.array][loop.gate.first.at(k)] == 0.0:
-        return
-    kernel = loop.kernels[loop.choice.at(k)]
-    read = []
-    for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
-        first = window.first.at(k)
-        read.append(memory[window.array][first : first + array.size].reshape(array.shape))
-    for window, result in zip(kernel.writes, interpret(kernel.program, *read), strict=True):
-        place = memory[window.array][window.first.at(k) :][: result.size]
-        place[:] = place + result.ravel() if window.adds else result.ravel()
 
 
 def _store(statement: Record, results: tuple[Floats, ...], values: _Values) -> None:

@@ -87,8 +87,18 @@ class Programs:
 
     def __post_init__(self) -> None:
         for name, program in self.as_mapping().items():
-            _verify_names(name, program)
-            _verify_sizes(name, program, self._sizes(name))
+            wanted = _INPUTS[:4] if name == "inputs" else _INPUTS + _FURTHER.get(name, ())
+            inputs = tuple(a.name for a in program.inputs)
+            if program.name != name or inputs not in (wanted, wanted + _PERHAPS.get(name, ())):
+                what = f"{name}({', '.join(wanted)})"
+                raise ProgramError(f"program {program.name} stands for {what} and has other inputs")
+            if tuple(o.name for o in program.outputs) != _OUTPUTS[name]:
+                raise ProgramError(f"program {name} must have the outputs {', '.join(_OUTPUTS[name])}")
+            sizes = self._sizes(name)
+            parts: list[Array | Output] = [*program.inputs, *program.outputs]
+            for part in parts:
+                if part.shape != sizes[part.name]:
+                    raise ShapeError(f"program {name}: {part.name} has the shape {part.shape}, not {sizes[part.name]}")
         if (self.ns > 0) != (self.project_position is not None) or (self.ns > 0) != (self.project_velocity is not None):
             raise ProgramError("project_position and project_velocity belong to systems with rows, and only to them")
 
@@ -168,23 +178,5 @@ class Programs:
             rates["multipliers"] = (m,)
         values = (self.ne if name == "events" else self.no,)
         numbers: dict[str, tuple[int, ...]] = {"deviation": (), "kinetic": (), "potential": ()}
-        rates |= {"of_q": q, "of_u": u}
+        rates |= {"of_q": q, "of_u": u, "correction": q if name == "project_position" else u}
         return {**given, **rates, **numbers, "values": values, "jacobian": jacobian}
-
-
-def _verify_names(name: str, program: Program) -> None:
-    wanted = _INPUTS[:4] if name == "inputs" else _INPUTS + _FURTHER.get(name, ())
-    inputs = tuple(a.name for a in program.inputs)
-    if program.name != name or inputs not in (wanted, wanted + _PERHAPS.get(name, ())):
-        raise ProgramError(f"program {program.name} stands for {name}({', '.join(wanted)}) and has other inputs")
-    if tuple(o.name for o in program.outputs) != _OUTPUTS[name]:
-        raise ProgramError(f"program {name} must have the outputs {', '.join(_OUTPUTS[name])}")
-
-
-def _verify_sizes(name: str, program: Program, sizes: dict[str, tuple[int, ...]]) -> None:
-    correction = sizes["q" if name == "project_position" else "u"]
-    parts: list[Array | Output] = [*program.inputs, *program.outputs]
-    for part in parts:
-        wanted = correction if part.name == "correction" else sizes[part.name]
-        if part.shape != wanted:
-            raise ShapeError(f"program {name}: {part.name} has the shape {part.shape}, not {wanted}")

@@ -116,11 +116,6 @@ def column_order(rows: Sequence[Sequence[int]], columns: int) -> list[int]:
     return sorted(range(columns), key=lambda k: first.get(k, len(rows)))
 
 
-def elimination_cost(spans: Sequence[Span]) -> int:
-    """Return how many elements of vectors the elimination reads, about half of its multiplications."""
-    return sum((span.high - span.low) * (j - span.low + 1) for j, span in enumerate(spans))
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 TARGETS: Final = "z"

@@ -23,6 +23,15 @@ from scipy.special import ellipj, ellipk
 
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.loop.native_course import (
+    ActingStruct,
+    CourseStruct,
+    EntriesStruct,
+    LawsStruct,
+    ModeStruct,
+    PassageStruct,
+    TurnStruct,
+)
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.loop.python_loop import python_loop
@@ -373,7 +382,7 @@ def test_the_loop_in_c_resumes_anywhere(name, monkeypatch):
 
 
 def test_the_structures_of_python_and_c_have_the_same_layout():
-    lines = ['#include "runtime.h"', "#include <stddef.h>", "const int layout[] = {"]
+    lines = ['#include "turns.h"', "#include <stddef.h>", "const int layout[] = {"]
     wanted = []
     for structure, name in (
         (ProgramStruct, "mbs_program"),
@@ -382,6 +391,13 @@ def test_the_structures_of_python_and_c_have_the_same_layout():
         (SystemStruct, "mbs_system"),
         (ProblemStruct, "mbs_problem"),
         (StateStruct, "mbs_state"),
+        (ActingStruct, "mbs_acting"),
+        (TurnStruct, "mbs_turn"),
+        (ModeStruct, "mbs_mode"),
+        (EntriesStruct, "mbs_entries"),
+        (LawsStruct, "mbs_laws"),
+        (PassageStruct, "mbs_passage"),
+        (CourseStruct, "mbs_course"),
     ):
         lines.append(f"sizeof({name}),")
         wanted.append(ctypes.sizeof(structure))

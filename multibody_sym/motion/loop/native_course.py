@@ -22,7 +22,7 @@ _USED: Final = (
 )
 
 
-class _Acting(ctypes.Structure):
+class ActingStruct(ctypes.Structure):
     """`mbs_acting` of turns.h."""
 
     _fields_ = (
@@ -31,29 +31,29 @@ class _Acting(ctypes.Structure):
     )
 
 
-class _Turn(ctypes.Structure):
+class TurnStruct(ctypes.Structure):
     """`mbs_turn` of turns.h."""
 
     _fields_ = (
         *((name, _INT) for name in ("to", "keeps", "parts", "takes", "cause", "way")),
         *((name, _VOID) for name in ("touching", "kept", "rows", "signs")),
-        ("after", _Acting),
-        ("before", _Acting),
+        ("after", ActingStruct),
+        ("before", ActingStruct),
     )
 
 
-class _Mode(ctypes.Structure):
+class ModeStruct(ctypes.Structure):
     """`mbs_mode` of turns.h."""
 
     _fields_ = (
         ("problem", ctypes.POINTER(ProblemStruct)),
         *((name, _VOID) for name in ("margins", "rules", "held", "closed", "turns")),
-        ("turn", ctypes.POINTER(_Turn)),
+        ("turn", ctypes.POINTER(TurnStruct)),
         ("holds", _INT),
     )
 
 
-class _Entries(ctypes.Structure):
+class EntriesStruct(ctypes.Structure):
     """`mbs_entries` of turns.h."""
 
     _fields_ = (
@@ -62,7 +62,7 @@ class _Entries(ctypes.Structure):
     )
 
 
-class _Laws(ctypes.Structure):
+class LawsStruct(ctypes.Structure):
     """`mbs_laws` of turns.h."""
 
     _fields_ = (
@@ -73,19 +73,19 @@ class _Laws(ctypes.Structure):
     )
 
 
-class _Passage(ctypes.Structure):
+class PassageStruct(ctypes.Structure):
     """`mbs_passage` of turns.h."""
 
     _fields_ = (("time", _DOUBLE), *((name, ctypes.c_longlong) for name in ("turn", "samples", "steps")))
 
 
-class _Course(ctypes.Structure):
+class CourseStruct(ctypes.Structure):
     """`mbs_course` of turns.h."""
 
     _fields_ = (
-        ("laws", ctypes.POINTER(_Laws)),
-        ("modes", ctypes.POINTER(_Mode)),
-        ("passages", ctypes.POINTER(_Passage)),
+        ("laws", ctypes.POINTER(LawsStruct)),
+        ("modes", ctypes.POINTER(ModeStruct)),
+        ("passages", ctypes.POINTER(PassageStruct)),
         *((name, _VOID) for name in ("states", "margins", "room")),
         *((name, _DOUBLE) for name in ("since", "least")),
         *((name, _INT) for name in ("mode", "most", "passed", "width")),
@@ -104,15 +104,15 @@ class NativeCourse:
         for mode in self._modes:
             mode.structure.max_steps = problem.max_steps
         pairs = zip(course.modes, self._modes, self._turns, strict=True)
-        modes = (_Mode * len(course.modes))(*[self._mode(*pair) for pair in pairs])
+        modes = (ModeStruct * len(course.modes))(*[self._mode(*pair) for pair in pairs])
         size = len(course.modes[0].problem.x0)
         self._states, self._laws = np.empty((_MOST, size)), self._laws_struct()
         width = max(len(mode.rules) for mode in course.modes)
         self._margins = np.empty((_MOST, width))
-        self._structure = _Course(
+        self._structure = CourseStruct(
             laws=ctypes.pointer(self._laws),
             modes=modes,
-            passages=(_Passage * _MOST)(),
+            passages=(PassageStruct * _MOST)(),
             states=address(self._states),
             margins=address(self._margins),
             since=course.since,
@@ -163,20 +163,20 @@ class NativeCourse:
     def _ints(self, values: Sequence[Any] | NDArray[Any]) -> ctypes.c_void_p:
         return self._array(np.array(values, dtype=np.intc).ravel())
 
-    def _mode(self, mode: CourseMode, native: NativeProblem, turns: list[KnownTurn]) -> _Mode:
-        return _Mode(
+    def _mode(self, mode: CourseMode, native: NativeProblem, turns: list[KnownTurn]) -> ModeStruct:
+        return ModeStruct(
             problem=ctypes.pointer(native.structure),
             margins=address(native.margins),
             rules=self._ints(mode.rules),
             held=self._ints(mode.held),
             closed=self._ints(mode.closed),
             turns=self._ints([len(each) for each in mode.turns]),
-            turn=(_Turn * max(len(turns), 1))(*[self._turn(turn) for turn in turns]),
+            turn=(TurnStruct * max(len(turns), 1))(*[self._turn(turn) for turn in turns]),
             holds=len(mode.held),
         )
 
-    def _turn(self, turn: KnownTurn) -> _Turn:
-        return _Turn(
+    def _turn(self, turn: KnownTurn) -> TurnStruct:
+        return TurnStruct(
             to=turn.to,
             keeps=len(turn.kept),
             parts=len(turn.signs),
@@ -188,13 +188,13 @@ class NativeCourse:
             before=self._acting(turn.before),
         )
 
-    def _acting(self, acting: ActiveRows) -> _Acting:
+    def _acting(self, acting: ActiveRows) -> ActingStruct:
         names = ("active", "slides", "sticks", "pressing", "apart")
-        return _Acting(
+        return ActingStruct(
             *[len(getattr(acting, name)) for name in names], *[self._ints(getattr(acting, name)) for name in names]
         )
 
-    def _laws_struct(self) -> _Laws:
+    def _laws_struct(self) -> LawsStruct:
         course = self.course
         laws = course.compiled["laws"]
         signature = laws.signature
@@ -202,9 +202,9 @@ class NativeCourse:
         inputs, used = dict(signature.inputs)["inputs"], [name for name in course.matrices if name in _USED]
         wholes = {name: np.zeros(max(math.prod(course.matrices[name][0]), 1)) for name in used}
         self._kept.append(wholes)
-        entries = (_Entries * len(wholes))(*[self._entries(name, outputs[name], wholes) for name in wholes])
+        entries = (EntriesStruct * len(wholes))(*[self._entries(name, outputs[name], wholes) for name in wholes])
         self._kept.append(entries)
-        return _Laws(
+        return LawsStruct(
             inputs=_program(course.compiled["inputs"]) if inputs[0] else None,
             laws=_program(laws),
             parameters=self._array(np.array(course.parameters, dtype=float)),
@@ -223,12 +223,12 @@ class NativeCourse:
             speed=course.speed,
         )
 
-    def _entries(self, name: str, values: ctypes.c_void_p, wholes: dict[str, NDArray[Any]]) -> _Entries:
+    def _entries(self, name: str, values: ctypes.c_void_p, wholes: dict[str, NDArray[Any]]) -> EntriesStruct:
         """Return how a matrix is filled in: the forces of rows by what differs from their own directions."""
         _, places = self.course.matrices[name]
         base = address(wholes["matrix"]) if name == "exerted" else None
         whole = wholes[name]
-        return _Entries(len(places), whole.size, self._ints(places), values, base, address(whole))
+        return EntriesStruct(len(places), whole.size, self._ints(places), values, base, address(whole))
 
 
 def _program(function: Any) -> int:
